@@ -1,0 +1,11 @@
+//! Edgeshade: real-time shadows with sharp and smooth edges, recorded into your own command buffer.
+#![warn(missing_docs)]
+
+pub mod error;
+#[cfg(feature = "app")]
+pub mod reference;
+#[cfg(feature = "app")]
+pub mod scene;
+pub mod view;
+
+pub use error::{Error, Result};

@@ -1,0 +1,5 @@
+//! Scenes: what stands where (no Vulkan), how it comes from a file, and how it is rasterised.
+
+mod model;
+
+pub use model::*;

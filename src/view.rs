@@ -1,0 +1,222 @@
+//! Views: the camera and the light as the caller has them, in `f64`.
+//!
+//! World space is right-handed. A view looks down its own `-Z`, `+Y` up, as in glTF. Matrices are
+//! column-major and stay in `f64` until they are composed *relative to the camera*: only then are
+//! they rounded to the `f32` that the GPU gets, so that a scene 1e6 units from the origin keeps its
+//! precision (see [`crate::Inputs`]).
+
+use glam::{DAffine3, DMat4, DVec3, dvec3};
+
+/// Which end of the depth range the viewer is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum DepthRange {
+    /// 0 near, 1 far; a cleared pixel holds 1.
+    Standard,
+    /// 1 near, 0 far (possibly infinitely far); a cleared pixel holds 0.
+    #[default]
+    Reversed,
+}
+
+/// A camera: where it stands and how it projects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraView {
+    /// Rigid transform from the camera's own space to the world.
+    pub world_from_view: DAffine3,
+    /// Projection with Vulkan's clip space: `x, y` in `[-w, w]` with **y down**, `z` in `[0, w]`.
+    pub clip_from_view: DMat4,
+    /// How the depth buffer made with this projection is to be read.
+    pub depth: DepthRange,
+}
+
+impl CameraView {
+    /// Perspective with reversed Z and an infinitely far plane: the project's own convention.
+    ///
+    /// `fov_y` is the full vertical angle in radians, `near` in world units.
+    pub fn perspective(world_from_view: DAffine3, fov_y: f64, aspect: f64, near: f64) -> Self {
+        let f = 1.0 / (0.5 * fov_y).tan();
+        let clip_from_view = DMat4::from_cols_array(&[
+            f / aspect,
+            0.0,
+            0.0,
+            0.0, //
+            0.0,
+            -f,
+            0.0,
+            0.0, //
+            0.0,
+            0.0,
+            0.0,
+            -1.0, //
+            0.0,
+            0.0,
+            near,
+            0.0,
+        ]);
+        Self { world_from_view, clip_from_view, depth: DepthRange::Reversed }
+    }
+
+    /// Parallel projection with reversed Z; the half extents and the planes are in world units.
+    pub fn orthographic(world_from_view: DAffine3, half: [f64; 2], near: f64, far: f64) -> Self {
+        let r = 1.0 / (far - near);
+        let clip_from_view = DMat4::from_cols_array(&[
+            1.0 / half[0],
+            0.0,
+            0.0,
+            0.0, //
+            0.0,
+            -1.0 / half[1],
+            0.0,
+            0.0, //
+            0.0,
+            0.0,
+            r,
+            0.0, //
+            0.0,
+            0.0,
+            far * r,
+            1.0,
+        ]);
+        Self { world_from_view, clip_from_view, depth: DepthRange::Reversed }
+    }
+
+    /// Position of the camera in the world.
+    pub fn position(&self) -> DVec3 {
+        self.world_from_view.translation
+    }
+
+    /// True for a parallel projection.
+    pub fn is_orthographic(&self) -> bool {
+        self.clip_from_view.row(3).truncate() == DVec3::ZERO
+    }
+
+    /// The ray through a point of the image, in the world: origin and unit direction.
+    ///
+    /// `ndc` has `x` right and `y` down, both in `[-1, 1]`; the centre of pixel `(i, j)` of a `w x h`
+    /// image is `((2i + 1)/w - 1, (2j + 1)/h - 1)`. The origin is the eye, or for a parallel
+    /// projection the point of the near plane.
+    pub fn ray(&self, ndc: [f64; 2]) -> (DVec3, DVec3) {
+        let view_from_clip = self.clip_from_view.inverse();
+        let unproject = |z: f64| {
+            let p = view_from_clip * glam::dvec4(ndc[0], ndc[1], z, 1.0);
+            p.truncate() / p.w
+        };
+        let near = unproject(if self.depth == DepthRange::Reversed { 1.0 } else { 0.0 });
+        let (origin, direction) =
+            if self.is_orthographic() { (near, dvec3(0.0, 0.0, -1.0)) } else { (DVec3::ZERO, near.normalize()) };
+        (self.world_from_view.transform_point3(origin), self.world_from_view.transform_vector3(direction))
+    }
+}
+
+/// What kind of light casts the shadow, and how large it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// A point or spot light. `size` is the full width, in world units, of the square area light that
+    /// it stands for; the square is centred on the light and faces along its view axis. 0 = a point.
+    Spot {
+        /// Full width of the square light, world units.
+        size: f64,
+    },
+    /// A directional light (the sun). `angle` is the full angular width in radians. 0 = parallel rays.
+    Directional {
+        /// Full angular width, radians.
+        angle: f64,
+    },
+}
+
+/// The view that the shadow map was rendered from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightView {
+    /// Rigid transform from the light's own space to the world; the light shines along its `-Z`.
+    pub world_from_view: DAffine3,
+    /// Projection of the shadow map, Vulkan clip space (y down), depth 0 near to 1 far.
+    pub clip_from_view: DMat4,
+    /// Kind and size.
+    pub kind: LightKind,
+}
+
+impl LightView {
+    /// A spot light with a square frustum: `fov` is its full angle in radians.
+    pub fn spot(world_from_view: DAffine3, fov: f64, near: f64, far: f64, size: f64) -> Self {
+        let f = 1.0 / (0.5 * fov).tan();
+        let r = 1.0 / (near - far);
+        let clip_from_view = DMat4::from_cols_array(&[
+            f,
+            0.0,
+            0.0,
+            0.0, //
+            0.0,
+            -f,
+            0.0,
+            0.0, //
+            0.0,
+            0.0,
+            far * r,
+            -1.0, //
+            0.0,
+            0.0,
+            near * far * r,
+            0.0,
+        ]);
+        Self { world_from_view, clip_from_view, kind: LightKind::Spot { size } }
+    }
+
+    /// A directional light over a box: half extents and planes in world units, from `world_from_view`'s origin.
+    pub fn directional(world_from_view: DAffine3, half: [f64; 2], near: f64, far: f64, angle: f64) -> Self {
+        let r = 1.0 / (near - far);
+        let clip_from_view = DMat4::from_cols_array(&[
+            1.0 / half[0],
+            0.0,
+            0.0,
+            0.0, //
+            0.0,
+            -1.0 / half[1],
+            0.0,
+            0.0, //
+            0.0,
+            0.0,
+            r,
+            0.0, //
+            0.0,
+            0.0,
+            near * r,
+            1.0,
+        ]);
+        Self { world_from_view, clip_from_view, kind: LightKind::Directional { angle } }
+    }
+
+    /// True for a directional light.
+    pub fn is_directional(&self) -> bool {
+        matches!(self.kind, LightKind::Directional { .. })
+    }
+
+    /// Position of a spot light in the world (for a directional light: the origin of its view).
+    pub fn position(&self) -> DVec3 {
+        self.world_from_view.translation
+    }
+
+    /// Unit vector along which the light shines.
+    pub fn direction(&self) -> DVec3 {
+        self.world_from_view.transform_vector3(dvec3(0.0, 0.0, -1.0))
+    }
+
+    /// Unit vector from a point of the world towards the centre of the light.
+    pub fn towards(&self, p: DVec3) -> DVec3 {
+        match self.kind {
+            LightKind::Directional { .. } => -self.direction(),
+            LightKind::Spot { .. } => (self.position() - p).normalize_or_zero(),
+        }
+    }
+}
+
+/// A rigid transform that stands at `eye` and looks at `target`; `+Y` is up unless that is the view axis.
+pub fn look_at(eye: DVec3, target: DVec3) -> DAffine3 {
+    let forward = (target - eye).try_normalize().unwrap_or(DVec3::NEG_Z);
+    look_along(eye, forward)
+}
+
+/// A rigid transform that stands at `eye` and looks along the unit vector `forward`.
+pub fn look_along(eye: DVec3, forward: DVec3) -> DAffine3 {
+    let up = if forward.y.abs() > 0.999 { DVec3::NEG_Z } else { DVec3::Y };
+    let right = forward.cross(up).normalize();
+    DAffine3 { matrix3: glam::DMat3::from_cols(right, right.cross(forward), -forward), translation: eye }
+}
