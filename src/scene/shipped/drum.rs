@@ -30,16 +30,16 @@ pub(super) fn stage() -> Scene {
     }
     stage.add("sticks", &sticks, sand);
 
-    stage.add("ball", &sphere(0.72, 96, 48).moved(at(1.05, 0.72, -0.85)), cream);
-    stage.add("small ball", &sphere(0.26, 64, 32).moved(at(0.35, 0.26, 0.62)), terracotta);
+    stage.add("ball", &sphere(0.72, 80, 40).moved(at(1.05, 0.72, -0.85)), cream);
+    stage.add("small ball", &sphere(0.26, 48, 24).moved(at(0.35, 0.26, 0.62)), terracotta);
     stage.add("bowl", &bowl().moved(at(2.35, 0.505, 0.25) * rot_y(-0.9) * rot_x(0.5)), teal);
     stage.add("saddle", &saddle().moved(at(1.1, 0.0, 1.3) * rot_y(0.35)), sand);
     stage.add("roll", &cylinder(0.36, 1.7, 72, 0.04).moved(at(-1.6, 0.36, 0.95) * rot_y(0.42) * rot_z(-0.5 * PI)), teal);
 
     stage.add("rack", &rack(), dark);
 
-    stage.camera([3.1, 2.9, 7.0], [-0.1, 0.68, 0.0], 32.0);
-    stage.spot([-10.0, 6.0, 3.4], [0.6, 0.5, -0.6], 37.0, 0.08, 0xfff2e0);
+    stage.camera([3.0, 3.0, 7.3], [-0.25, 0.8, 0.0], 33.0);
+    stage.spot([-9.0, 5.1, 6.6], [0.1, 0.7, -0.6], 33.0, 0.07, 0xfff2e0);
     stage.scene
 }
 
@@ -88,35 +88,35 @@ fn bowl() -> MeshBuilder {
         let a = 0.5 * PI * i as f64 / n as f64;
         (if i == 0 { 0.0 } else { r * sin(a) }, -r * cos(a))
     };
-    let mut profile: Vec<(f64, f64)> = (0..=32).map(|i| arc(outer, i, 32)).collect();
+    let mut profile: Vec<(f64, f64)> = (0..=24).map(|i| arc(outer, i, 24)).collect();
     // The rim is a half round.
     profile.extend((1..8).map(|i| {
         let (c, s) = circle(PI * i as f64 / 8.0);
         (0.77 + 0.03 * c, 0.03 * s)
     }));
-    profile.extend((0..=32).rev().map(|i| arc(inner, i, 32)));
+    profile.extend((0..=24).rev().map(|i| arc(inner, i, 24)));
     // In its own space the bowl's centre of curvature stays at the origin: tilting keeps it on the ground.
-    lathe(&profile, 96).moved(at(0.0, 0.295, 0.0))
+    lathe(&profile, 80).moved(at(0.0, 0.295, 0.0))
 }
 
 /// A hyperbolic paraboloid with thickness on a small foot.
 fn saddle() -> MeshBuilder {
     let (half, thickness) = (0.78, 0.035);
     let height = |x: f64, z: f64| 0.5 + 0.52 * (x * x - z * z);
-    let top = surface(40, 40, |u, v| {
+    let top = surface(30, 30, |u, v| {
         let (x, z) = (half * (2.0 * u - 1.0), half * (1.0 - 2.0 * v));
         dvec3(x, height(x, z), z)
     });
     let mut out = MeshBuilder::new();
     out.add(&top, at(0.0, 0.0, 0.0));
-    let under = surface(40, 40, |u, v| {
+    let under = surface(30, 30, |u, v| {
         let (x, z) = (half * (2.0 * u - 1.0), half * (2.0 * v - 1.0));
         dvec3(x, height(x, z) - thickness, z)
     });
     out.add(&under, at(0.0, 0.0, 0.0));
     for side in 0..4 {
         let turn = rot_y(0.5 * PI * side as f64);
-        let edge = surface(40, 1, |u, v| {
+        let edge = surface(30, 1, |u, v| {
             let p = turn.transform_point3(dvec3(half * (2.0 * u - 1.0), 0.0, half));
             dvec3(p.x, height(p.x, p.z) - thickness * (1.0 - v), p.z)
         });
@@ -129,31 +129,31 @@ fn saddle() -> MeshBuilder {
 /// Upright rods between two rails, and a few bent hoops, on the light's side.
 fn rack() -> MeshBuilder {
     let mut out = MeshBuilder::new();
-    let (a, b) = (dvec3(-3.0, 0.0, -1.7), dvec3(-2.75, 0.0, 2.3));
+    let (a, b) = (dvec3(-3.3, 0.0, -1.1), dvec3(-2.1, 0.0, 2.9));
     let along = (b - a).normalize();
     let turn = rot_y(libm::atan2(-along.z, along.x));
     let middle = 0.5 * (a + b);
     let length = (b - a).length() + 0.3;
     out.add(&block(length, 0.09, 0.26, 0.025), at(middle.x, 0.045, middle.z) * turn);
-    let rods = 15;
+    let rods = 13;
     for i in 0..rods {
         let t = i as f64 / (rods - 1) as f64;
         let foot = a + (b - a) * t + DVec3::Y * 0.08;
-        let height = 2.0 + 0.3 * cos(2.0 * PI * t);
+        let height = 2.25 + 0.25 * cos(2.0 * PI * t);
         out.add(&rod(foot, foot + DVec3::Y * height, 0.026, 16), at(0.0, 0.0, 0.0));
         out.add(&sphere(0.05, 20, 12), at(foot.x, foot.y + height + 0.03, foot.z));
     }
     let wave: Vec<DVec3> = (0..=64)
         .map(|i| {
             let t = i as f64 / 64.0;
-            a + (b - a) * t + DVec3::Y * (0.95 + 0.2 * cos(2.0 * PI * t))
+            a + (b - a) * t + DVec3::Y * (1.05 + 0.2 * cos(2.0 * PI * t))
         })
         .collect();
     out.add(&tube(&wave, |_| 0.014, 10), at(0.0, 0.0, 0.0));
     let ring = torus(0.2, 0.014, 40, 10).moved(rot_x(0.5 * PI));
     for t in [0.25, 0.5, 0.75] {
         let p = a + (b - a) * t;
-        out.add(&ring, at(p.x, 1.5, p.z) * turn);
+        out.add(&ring, at(p.x, 1.65, p.z) * turn);
     }
     out
 }

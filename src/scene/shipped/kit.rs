@@ -166,11 +166,8 @@ impl Stage {
 
     /// A mesh that is yet to be placed.
     pub fn mesh(&mut self, name: &str, shape: &MeshBuilder, material: usize) -> usize {
-        let mut mesh = shape.build(name, material);
-        if self.scene.materials[material].texture.is_none() {
-            mesh.uvs.fill([0.0; 2]);
-        }
-        self.scene.meshes.push(mesh);
+        let textured = self.scene.materials[material].texture.is_some();
+        self.scene.meshes.push(shape.build(name, material, textured));
         self.scene.meshes.len() - 1
     }
 

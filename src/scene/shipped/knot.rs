@@ -38,7 +38,7 @@ pub(super) fn stage() -> Scene {
     }
 
     stage.camera([1.2, 3.5, 7.2], [0.3, 0.98, 0.0], 34.0);
-    stage.spot([-7.0, 6.2, 1.2], [0.7, 0.4, -0.3], 33.0, 0.1, 0xfff2df);
+    stage.spot([-8.6, 7.4, 2.2], [0.6, 0.6, -0.6], 36.0, 0.1, 0xfff2df);
     stage.scene
 }
 
@@ -202,17 +202,18 @@ fn quarter() -> MeshBuilder {
     let value = |i: [i32; 3]| values[index(i)];
 
     let mut out = MeshBuilder::new();
-    // The vertex of a cell, named by its lowest node.
-    let mut vertices: BTreeMap<[i32; 3], u32> = BTreeMap::new();
-    let mut vertex = |out: &mut MeshBuilder, cell: [i32; 3]| -> u32 {
-        *vertices.entry(cell).or_insert_with(|| {
-            let corner = |k: i32| [cell[0] + (k & 1), cell[1] + (k >> 1 & 1), cell[2] + (k >> 2 & 1)];
+    // The vertex of a patch, named by its cell's lowest node and its smallest edge.
+    let mut vertices: BTreeMap<([i32; 3], usize), u32> = BTreeMap::new();
+    let mut vertex = |out: &mut MeshBuilder, cell: [i32; 3], through: usize| -> u32 {
+        let corner = |k: usize| std::array::from_fn(|axis| cell[axis] + (k >> axis & 1) as i32);
+        let patch = patches(std::array::from_fn(|k| value(corner(k)) < 0.0));
+        *vertices.entry((cell, patch[through])).or_insert_with(|| {
             let (mut sum, mut count) = (DVec3::ZERO, 0.0);
-            for a in 0..8 {
-                for bit in [1, 2, 4] {
-                    let b = a | bit;
+            for axis in 0..3 {
+                for a in (0..8).filter(|a| a >> axis & 1 == 0) {
+                    let b = a | 1 << axis;
                     let (fa, fb) = (value(corner(a)), value(corner(b)));
-                    if b != a && (fa < 0.0) != (fb < 0.0) {
+                    if (fa < 0.0) != (fb < 0.0) && patch[edge(axis, a)] == patch[through] {
                         sum += node(corner(a)).lerp(node(corner(b)), fa / (fa - fb));
                         count += 1.0;
                     }
@@ -221,7 +222,7 @@ fn quarter() -> MeshBuilder {
             // One step along the gradient puts the mean of the crossings onto the surface.
             let p: DVec3 = sum / count;
             let normal = field.normal(p);
-            let p = p - normal * field.at(p).clamp(-0.4 * CELL, 0.4 * CELL);
+            let p = p - normal * field.at(p).clamp(-0.15 * CELL, 0.15 * CELL);
             out.vertex(p, field.normal(p), DVec2::ZERO)
         })
     };
@@ -243,18 +244,88 @@ fn quarter() -> MeshBuilder {
                         continue;
                     }
                     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-                    let around = |du: i32, dv: i32| {
-                        let mut c = a;
-                        c[u] -= du;
-                        c[v] -= dv;
-                        c
+                    let mut around = |du: usize, dv: usize| {
+                        let mut cell = a;
+                        cell[u] -= du as i32;
+                        cell[v] -= dv as i32;
+                        vertex(&mut out, cell, edge(axis, du << u | dv << v))
                     };
-                    let [p, q, r, s] =
-                        [around(1, 1), around(0, 1), around(0, 0), around(1, 0)].map(|c| vertex(&mut out, c));
-                    if inside_a { out.quad(p, q, r, s) } else { out.quad(p, s, r, q) }
+                    let [p, q, r, s] = [around(1, 1), around(0, 1), around(0, 0), around(1, 0)];
+                    let corners = if inside_a { [p, q, r, s] } else { [p, s, r, q] };
+                    split_well(&mut out, corners);
                 }
             }
         }
     }
+    mend_normals(&mut out);
     out
+}
+
+/// Where the field bends within a cell its gradient may point against a face: there the faces decide.
+fn mend_normals(out: &mut MeshBuilder) {
+    let mut doubtful = vec![false; out.positions.len()];
+    let mut sums = vec![DVec3::ZERO; out.positions.len()];
+    for t in out.indices.chunks_exact(3) {
+        let [p, q, r] = [t[0], t[1], t[2]].map(|i| out.positions[i as usize]);
+        let face = (q - p).cross(r - p);
+        for &i in t {
+            sums[i as usize] += face;
+        }
+        if t.iter().map(|&i| out.normals[i as usize]).sum::<DVec3>().dot(face) <= 0.1 * face.length() {
+            t.iter().for_each(|&i| doubtful[i as usize] = true);
+        }
+    }
+    for (i, sum) in sums.into_iter().enumerate() {
+        if doubtful[i] && sum != DVec3::ZERO {
+            out.normals[i] = sum.normalize();
+        }
+    }
+}
+
+/// An edge of a cell: along `axis` from the corner whose bits (1 = x, 2 = y, 4 = z) are `corner`.
+fn edge(axis: usize, corner: usize) -> usize {
+    8 * axis + corner
+}
+
+/// Which crossed edges of a cell belong to the same patch of surface: each gets the patch's smallest edge.
+///
+/// Where two rods nearly touch, a cell holds two patches, and one common vertex would fold the mesh.
+fn patches(inside: [bool; 8]) -> [usize; 24] {
+    let mut patch: [usize; 24] = std::array::from_fn(|i| i);
+    let mut join = |a: usize, b: usize| {
+        let (low, high) = (patch[a].min(patch[b]), patch[a].max(patch[b]));
+        patch.iter_mut().filter(|p| **p == high).for_each(|p| *p = low);
+    };
+    for f in 0..3 {
+        let (u, v) = ((f + 1) % 3, (f + 2) % 3);
+        for side in 0..2 {
+            let corner = |i: usize, j: usize| side << f | i << u | j << v;
+            let edges = [edge(u, corner(0, 0)), edge(u, corner(0, 1)), edge(v, corner(0, 0)), edge(v, corner(1, 0))];
+            let crossed: Vec<usize> =
+                edges.into_iter().filter(|e| inside[e % 8] != inside[e % 8 | 1 << (e / 8)]).collect();
+            if let [a, b] = crossed[..] {
+                join(a, b);
+            } else if crossed.len() == 4 {
+                // Both neighbours see the same four corners, so cutting off the inner ones suits both.
+                for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    if inside[corner(i, j)] {
+                        join(edge(u, corner(0, j)), edge(v, corner(i, 0)));
+                    }
+                }
+            }
+        }
+    }
+    patch
+}
+
+/// Adds a quad, split along the diagonal whose two triangles agree better with the surface's normals.
+fn split_well(out: &mut MeshBuilder, [a, b, c, d]: [u32; 4]) {
+    let agreement = |t: [u32; 3]| {
+        let [p, q, r] = t.map(|i| out.positions[i as usize]);
+        let face = (q - p).cross(r - p).normalize_or_zero();
+        t.map(|i| out.normals[i as usize]).into_iter().sum::<DVec3>().dot(face)
+    };
+    let one = agreement([a, b, c]).min(agreement([a, c, d]));
+    let other = agreement([b, c, d]).min(agreement([b, d, a]));
+    if one >= other { out.quad(a, b, c, d) } else { out.quad(b, c, d, a) }
 }

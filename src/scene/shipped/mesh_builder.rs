@@ -4,6 +4,7 @@
 use super::kit::{PI, TAU, circle, cos, rotation, sin};
 use crate::scene::Mesh;
 use glam::{DAffine3, DMat3, DVec2, DVec3, dvec2, dvec3};
+use std::collections::BTreeMap;
 
 /// Cosine of the angle between two faces above which their common edge is shaded smooth.
 const SMOOTH_COS: f64 = 0.7;
@@ -82,26 +83,33 @@ impl MeshBuilder {
         self.indices.len() / 3
     }
 
-    /// The mesh in `f32`, without the triangles that collapse on the way there.
-    pub fn build(&self, name: &str, material: usize) -> Mesh {
-        let positions: Vec<[f32; 3]> = self.positions.iter().map(|p| p.as_vec3().to_array()).collect();
+    /// The mesh in `f32`: equal vertices merged, triangles that collapse on the way dropped. Without
+    /// `textured` the texture coordinates are all 0.
+    pub fn build(&self, name: &str, material: usize, textured: bool) -> Mesh {
+        let mut mesh = Mesh { name: name.into(), material, ..Mesh::default() };
+        let mut known: BTreeMap<[u32; 8], u32> = BTreeMap::new();
+        let mut index = |i: u32| {
+            let i = i as usize;
+            // `+ 0.0` turns -0 into 0.
+            let p = self.positions[i].as_vec3().to_array().map(|x| x + 0.0);
+            let n = self.normals[i].as_vec3().to_array().map(|x| x + 0.0);
+            let uv = if textured { self.uvs[i].as_vec2().to_array().map(|x| x + 0.0) } else { [0.0; 2] };
+            let key = [p[0], p[1], p[2], n[0], n[1], n[2], uv[0], uv[1]].map(f32::to_bits);
+            *known.entry(key).or_insert_with(|| {
+                mesh.positions.push(p);
+                mesh.normals.push(n);
+                mesh.uvs.push(uv);
+                (mesh.positions.len() - 1) as u32
+            })
+        };
         let mut indices = Vec::with_capacity(self.indices.len());
         for t in self.indices.chunks_exact(3) {
-            let [a, b, c] = [t[0], t[1], t[2]].map(|i| positions[i as usize]);
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| self.positions[i as usize].as_vec3());
             if a != b && b != c && c != a {
-                indices.extend_from_slice(t);
+                indices.extend([index(t[0]), index(t[1]), index(t[2])]);
             }
         }
-        let mut mesh = Mesh {
-            name: name.into(),
-            positions,
-            normals: self.normals.iter().map(|n| n.as_vec3().to_array()).collect(),
-            uvs: self.uvs.iter().map(|u| u.as_vec2().to_array()).collect(),
-            colors: Vec::new(),
-            indices,
-            material,
-            ..Mesh::default()
-        };
+        mesh.indices = indices;
         mesh.compute_bounds();
         mesh
     }

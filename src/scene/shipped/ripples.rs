@@ -31,7 +31,7 @@ pub(super) fn stage() -> Scene {
         stage.place(ball, at(x, rest(x, z, 0.3), z));
     }
 
-    stage.camera([2.3, 6.4, 11.8], [0.0, -0.25, -0.1], 36.0);
+    stage.camera([2.5, 6.2, 11.5], [0.2, -0.15, -0.1], 35.5);
     stage.sun([0.0, 0.0, 0.0], 238.0, 35.0, 0.025, 0xfff0d8);
     stage.scene
 }
@@ -61,7 +61,7 @@ fn rest(x: f64, z: f64, radius: f64) -> f64 {
 
 /// The field as a slab with sides, its columns as dense as the waves.
 fn field() -> MeshBuilder {
-    let nx = 600;
+    let nx = 520;
     // Columns follow the phase: more where waves are narrow.
     let column = |u: f64| {
         let k = 1.7;
@@ -71,7 +71,7 @@ fn field() -> MeshBuilder {
         let (x, z) = (column(u), NEAR + (FAR - NEAR) * v);
         dvec3(x, height(x, z), z)
     };
-    let mut out = surface(nx, 28, point);
+    let mut out = surface(nx, 20, point);
     let skirt = |nu: usize, p: &dyn Fn(f64) -> DVec3| {
         surface(nu, 1, |u, v| {
             let top = p(u);
@@ -80,8 +80,8 @@ fn field() -> MeshBuilder {
     };
     out.add(&skirt(nx, &|u| point(u, 0.0)), at(0.0, 0.0, 0.0));
     out.add(&skirt(nx, &|u| point(1.0 - u, 1.0)), at(0.0, 0.0, 0.0));
-    out.add(&skirt(28, &|u| point(1.0, u)), at(0.0, 0.0, 0.0));
-    out.add(&skirt(28, &|u| point(0.0, 1.0 - u)), at(0.0, 0.0, 0.0));
+    out.add(&skirt(20, &|u| point(1.0, u)), at(0.0, 0.0, 0.0));
+    out.add(&skirt(20, &|u| point(0.0, 1.0 - u)), at(0.0, 0.0, 0.0));
     out
 }
 

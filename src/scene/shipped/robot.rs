@@ -30,13 +30,13 @@ pub(super) fn stage() -> Scene {
     let uv = |p: DVec3, _: DVec3| dvec2(p.x * 0.4, p.z * 0.4);
     let panel = stage.mesh("deck plate", &block(1.56, 0.12, 1.56, 0.02).map_uv(uv), deck);
     let marked = stage.mesh("marked plate", &block(1.56, 0.12, 1.56, 0.02).map_uv(uv), stripe);
-    for i in -7..=6 {
+    for i in -10..=6 {
         for j in -5..=3 {
             let mesh = if i == 3 { marked } else { panel };
             stage.place(mesh, at(1.6 * i as f64 + 0.4, -0.06, 1.6 * j as f64));
         }
     }
-    let under = super::mesh_builder::floor(22.4, 14.4, 1, 1).moved(at(-0.4, -0.1, -1.6));
+    let under = super::mesh_builder::floor(27.2, 15.2, 1, 1).moved(at(-2.8, -0.1, -2.0));
     stage.add("under the deck", &under, gap);
     hangar(&mut stage, grain);
 
@@ -71,7 +71,8 @@ fn hangar(stage: &mut Stage, grain: usize) {
     let panel = stage.mesh("wall panel", &block(1.58, 1.5, 0.1, 0.02).map_uv(uv), wall);
     let pale = stage.mesh("pale wall panel", &block(1.58, 0.3, 0.1, 0.02), band);
     let post = stage.mesh("wall rib", &block(0.14, 5.2, 0.3, 0.02), rib);
-    for i in -7..=6 {
+    stage.add("behind the panels", &block(27.2, 5.0, 0.1, 0.01).moved(at(-2.0, 2.5, -8.9)), rib);
+    for i in -10..=6 {
         let x = 1.6 * i as f64 + 0.4;
         for y in [0.75, 2.57, 4.09] {
             stage.place(panel, at(x, y, -8.8));

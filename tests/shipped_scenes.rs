@@ -1,0 +1,351 @@
+//! The shipped scenes: what is committed is what the generator makes, and every file is sound glTF.
+//!
+//! The files are read here with nothing of the crate's own: JSON by `serde_json`, the binary chunk by hand.
+#![cfg(feature = "app")]
+
+use edgeshade::scene::shipped::{self, Shipped};
+use edgeshade::scene::{LightShape, Projection};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
+use serde_json::Value;
+use std::path::Path;
+
+const BLESS: &str = "EDGESHADE_BLESS";
+
+#[test]
+fn committed_files_are_what_the_generator_makes() {
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    if std::env::var_os(BLESS).is_some() {
+        shipped::write_all(&assets).unwrap();
+    }
+    let mut total = 0;
+    for scene in shipped::ALL {
+        let fresh = scene.generate();
+        let file = std::fs::read(assets.join(scene.name).with_extension("glb")).unwrap();
+        assert!(file == fresh, "assets/{0}.glb is not what the generator makes: set {BLESS}=1 to rewrite it", scene.name);
+        assert!(fresh == scene.generate(), "{}: two runs differ", scene.name);
+        total += file.len();
+        if std::env::var_os(BLESS).is_none() {
+            assert!(scene.bytes == fresh, "{}: the embedded bytes are stale", scene.name);
+        }
+    }
+    assert!(total < 8_000_000, "the scenes take {total} bytes");
+}
+
+#[test]
+fn names_are_unique_and_found() {
+    assert!(shipped::find(shipped::DEFAULT).is_some());
+    assert!(shipped::find("no such scene").is_none());
+    for (i, scene) in shipped::ALL.iter().enumerate() {
+        assert_eq!(shipped::ALL.iter().position(|s| s.name == scene.name), Some(i));
+        assert_eq!(shipped::find(scene.name).unwrap().about, scene.about);
+        assert!(!scene.about.contains('\n') && scene.about.len() < 120, "{}: {}", scene.name, scene.about);
+    }
+}
+
+#[test]
+fn write_all_makes_a_folder_of_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let written = shipped::write_all(dir.path().join("new")).unwrap();
+    assert_eq!(written.len(), shipped::ALL.len());
+    for (path, scene) in written.iter().zip(shipped::ALL) {
+        assert!(std::fs::read(path).unwrap() == scene.generate(), "{}", path.display());
+    }
+    // A file in the way of the folder is an error that names it.
+    let file = dir.path().join("file");
+    std::fs::write(&file, b"x").unwrap();
+    let message = shipped::write_all(&file).unwrap_err().to_string();
+    assert!(message.contains("file"), "{message}");
+}
+
+#[test]
+fn every_file_is_sound() {
+    for scene in shipped::ALL {
+        if let Err(problem) = check(scene, &scene.generate()) {
+            panic!("{}: {problem}", scene.name);
+        }
+    }
+}
+
+/// The check is worth something only if it can fail.
+#[test]
+fn a_damaged_file_is_noticed() {
+    let scene = shipped::find("jenga").unwrap();
+    let good = scene.generate();
+    let bin = 20 + u32::from_le_bytes(good[12..16].try_into().unwrap()) as usize + 8;
+    let file = Glb::parse(&good).unwrap();
+    let primitive = &file.json["meshes"][0]["primitives"][0];
+    let offset = |accessor: &Value| {
+        let view = &file.json["accessors"][accessor.as_u64().unwrap() as usize]["bufferView"];
+        bin + file.json["bufferViews"][view.as_u64().unwrap() as usize]["byteOffset"].as_u64().unwrap() as usize
+    };
+    let damage = |at: usize, bytes: &[u8]| {
+        let mut bad = good.clone();
+        bad[at..at + bytes.len()].copy_from_slice(bytes);
+        check(scene, &bad).unwrap_err()
+    };
+    assert!(damage(offset(&primitive["indices"]), &[0xff, 0xff]).contains("index"));
+    assert!(damage(offset(&primitive["attributes"]["POSITION"]), &f32::NAN.to_le_bytes()).contains("finite"));
+    assert!(damage(offset(&primitive["attributes"]["POSITION"]), &9.0f32.to_le_bytes()).contains("bounds"));
+    assert!(damage(offset(&primitive["attributes"]["NORMAL"]), &3.0f32.to_le_bytes()).contains("normal"));
+    // Two corners of the first triangle exchanged: it winds the wrong way.
+    let at = offset(&primitive["indices"]);
+    let swapped = [&good[at + 2..at + 4], &good[at..at + 2]].concat();
+    assert!(damage(at, &swapped).contains("wind"));
+}
+
+/// What the file must be to count as sound, against the scene in memory.
+fn check(scene: &Shipped, bytes: &[u8]) -> Result<(), String> {
+    let file = Glb::parse(bytes)?;
+    let memory = (scene.stage)();
+    let mut triangles = 0;
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let nodes = file.json["nodes"].as_array().ok_or("no nodes")?;
+    let (mut cameras, mut lights) = (0, 0);
+    for node in nodes {
+        let local = transform(node);
+        if node["camera"].is_u64() {
+            cameras += 1;
+            let expected = memory.cameras[0].world_from_camera;
+            same_pose(&local, &expected).map_err(|e| format!("camera: {e}"))?;
+        }
+        if !node["extensions"]["KHR_lights_punctual"].is_null() {
+            lights += 1;
+            same_pose(&local, &memory.lights[0].world_from_light).map_err(|e| format!("light: {e}"))?;
+        }
+        let Some(mesh) = node["mesh"].as_u64() else { continue };
+        let instancing = &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+        let places = if instancing.is_null() {
+            vec![local]
+        } else {
+            file.instances(instancing)?.into_iter().map(|i| local * i).collect()
+        };
+        for primitive in file.json["meshes"][mesh as usize]["primitives"].as_array().ok_or("no primitives")? {
+            let shape = file.shape(primitive)?;
+            triangles += places.len() * shape.indices.len() / 3;
+            for place in &places {
+                for &i in &shape.indices {
+                    let p = place.transform_point3(shape.positions[i]);
+                    (low, high) = (low.min(p), high.max(p));
+                }
+            }
+        }
+    }
+    if cameras != 1 || lights != 1 {
+        return Err(format!("{cameras} cameras and {lights} lights"));
+    }
+    let expected = memory.bounds();
+    let size = expected.radius();
+    // Bounds of moved boxes contain those of the moved points; they agree within the file's rounding otherwise.
+    if (low - expected.min).min_element() < -1e-4 * size || (expected.max - high).min_element() < -1e-4 * size {
+        return Err(format!("bounds {low} .. {high}, expected within {} .. {}", expected.min, expected.max));
+    }
+    let missing = memory.triangles() as i64 - triangles as i64;
+    // Quantising may collapse a sliver.
+    if !(0..=memory.triangles() as i64 / 1000).contains(&missing) {
+        return Err(format!("{triangles} triangles, expected {}", memory.triangles()));
+    }
+    let light = &file.json["extensions"]["KHR_lights_punctual"]["lights"][0];
+    let size = &light["extras"]["edgeshade"];
+    let given = match memory.lights[0].shape {
+        LightShape::Spot { size: Some(s), outer } => {
+            let angle = light["spot"]["outerConeAngle"].as_f64().ok_or("no cone")?;
+            (angle - outer).abs() < 1e-6 && (size["size"].as_f64().ok_or("no light size")? - s).abs() < 1e-6
+        }
+        LightShape::Directional { angle: Some(a) } => (size["angle"].as_f64().ok_or("no angle")? - a).abs() < 1e-6,
+        _ => false,
+    };
+    let Projection::Perspective { fov_y, .. } = memory.cameras[0].projection else { return Err("projection".into()) };
+    let fov = file.json["cameras"][0]["perspective"]["yfov"].as_f64().ok_or("no yfov")?;
+    if !given || (fov - fov_y).abs() > 1e-6 {
+        return Err("light size or field of view differ".into());
+    }
+    for i in 0..file.json["images"].as_array().map_or(0, Vec::len) {
+        let view = file.json["images"][i]["bufferView"].as_u64().ok_or("image without view")?;
+        let image = image::load_from_memory(file.view(view as usize)?).map_err(|e| e.to_string())?.to_rgba8();
+        if image.as_raw().as_slice() != memory.textures[i].rgba.as_flattened() {
+            return Err(format!("image {i} differs"));
+        }
+    }
+    Ok(())
+}
+
+fn same_pose(a: &DAffine3, b: &DAffine3) -> Result<(), String> {
+    if a.abs_diff_eq(*b, 1e-5) { Ok(()) } else { Err(format!("{a} is not {b}")) }
+}
+
+/// A glTF file in two chunks.
+struct Glb<'a> {
+    json: Value,
+    bin: &'a [u8],
+}
+
+struct Shape {
+    positions: Vec<DVec3>,
+    indices: Vec<usize>,
+}
+
+impl<'a> Glb<'a> {
+    fn parse(bytes: &'a [u8]) -> Result<Self, String> {
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+        if &bytes[..4] != b"glTF" || word(4) != 2 || word(8) != bytes.len() {
+            return Err("header".into());
+        }
+        let length = word(12);
+        if &bytes[16..20] != b"JSON" || length % 4 != 0 || &bytes[24 + length..28 + length] != b"BIN\0" {
+            return Err("chunks".into());
+        }
+        let json: Value = serde_json::from_slice(&bytes[20..20 + length]).map_err(|e| e.to_string())?;
+        let bin = &bytes[28 + length..];
+        if bin.len() != word(20 + length) || bin.len().abs_diff(json["buffers"][0]["byteLength"].as_u64().unwrap() as usize) > 3
+        {
+            return Err("binary chunk".into());
+        }
+        Ok(Self { json, bin })
+    }
+
+    fn view(&self, index: usize) -> Result<&'a [u8], String> {
+        let view = &self.json["bufferViews"][index];
+        let start = view["byteOffset"].as_u64().unwrap_or(0) as usize;
+        let length = view["byteLength"].as_u64().ok_or("view without length")? as usize;
+        if start % 4 != 0 {
+            return Err(format!("view {index} starts at {start}"));
+        }
+        self.bin.get(start..start + length).ok_or_else(|| format!("view {index} leaves the buffer"))
+    }
+
+    /// Every component as a number, normalised where the accessor says so.
+    fn accessor(&self, index: &Value) -> Result<Vec<Vec<f64>>, String> {
+        let accessor = &self.json["accessors"][index.as_u64().ok_or("no accessor")? as usize];
+        let view_index = accessor["bufferView"].as_u64().ok_or("accessor without view")? as usize;
+        let bytes = self.view(view_index)?;
+        let columns = match accessor["type"].as_str() {
+            Some("SCALAR") => 1,
+            Some("VEC2") => 2,
+            Some("VEC3") => 3,
+            Some("VEC4") => 4,
+            other => return Err(format!("type {other:?}")),
+        };
+        let kind = accessor["componentType"].as_u64().ok_or("no component type")?;
+        let normalized = accessor["normalized"].as_bool().unwrap_or(false);
+        let (width, scale) = match kind {
+            5120 => (1, 127.0),
+            5123 => (2, 65535.0),
+            5125 => (4, 1.0),
+            5126 => (4, 1.0),
+            other => return Err(format!("component type {other}")),
+        };
+        let stride = self.json["bufferViews"][view_index]["byteStride"].as_u64().map_or(columns * width, |s| s as usize);
+        let one = |at: usize| -> Option<f64> {
+            let b = bytes.get(at..at + width)?;
+            let x = match kind {
+                5120 => f64::from(b[0] as i8),
+                5123 => f64::from(u16::from_le_bytes(b.try_into().ok()?)),
+                5125 => f64::from(u32::from_le_bytes(b.try_into().ok()?)),
+                _ => f64::from(f32::from_le_bytes(b.try_into().ok()?)),
+            };
+            Some(if normalized { (x / scale).max(-1.0) } else { x })
+        };
+        let count = accessor["count"].as_u64().ok_or("no count")? as usize;
+        (0..count)
+            .map(|row| (0..columns).map(|c| one(row * stride + c * width)).collect::<Option<Vec<f64>>>())
+            .collect::<Option<Vec<_>>>()
+            .ok_or_else(|| "accessor leaves its view".into())
+    }
+
+    fn instances(&self, attributes: &Value) -> Result<Vec<DAffine3>, String> {
+        let t = self.accessor(&attributes["TRANSLATION"])?;
+        let optional = |name: &str, default: Vec<f64>| match &attributes[name] {
+            Value::Null => Ok(vec![default; t.len()]),
+            index => self.accessor(index),
+        };
+        let r = optional("ROTATION", vec![0.0, 0.0, 0.0, 1.0])?;
+        let s = optional("SCALE", vec![1.0; 3])?;
+        if r.len() != t.len() || s.len() != t.len() {
+            return Err("instance attributes of different length".into());
+        }
+        (0..t.len())
+            .map(|i| {
+                let q = DQuat::from_slice(&r[i]);
+                if (q.length() - 1.0).abs() > 1e-5 {
+                    return Err("instance rotation is not a unit".to_string());
+                }
+                Ok(DAffine3::from_scale_rotation_translation(DVec3::from_slice(&s[i]), q, DVec3::from_slice(&t[i])))
+            })
+            .collect()
+    }
+
+    fn shape(&self, primitive: &Value) -> Result<Shape, String> {
+        let attributes = &primitive["attributes"];
+        let to_points = |rows: Vec<Vec<f64>>| rows.iter().map(|r| DVec3::from_slice(r)).collect::<Vec<_>>();
+        let positions = to_points(self.accessor(&attributes["POSITION"])?);
+        let normals = to_points(self.accessor(&attributes["NORMAL"])?);
+        let indices: Vec<usize> = self.accessor(&primitive["indices"])?.iter().map(|r| r[0] as usize).collect();
+        let declared = &self.json["accessors"][attributes["POSITION"].as_u64().unwrap() as usize];
+        if positions.len() != normals.len() || indices.is_empty() || indices.len() % 3 != 0 {
+            return Err("vertex or index count".into());
+        }
+        if let Some(bad) = indices.iter().find(|&&i| i >= positions.len()) {
+            return Err(format!("index {bad} of {} vertices", positions.len()));
+        }
+        if positions.iter().chain(&normals).any(|p| !p.is_finite()) {
+            return Err("a vertex is not finite".into());
+        }
+        let scale = if declared["normalized"].as_bool().unwrap_or(false) { 65535.0 } else { 1.0 };
+        for (key, fold) in [("min", DVec3::min as fn(DVec3, DVec3) -> DVec3), ("max", DVec3::max)] {
+            let found = positions.iter().copied().reduce(fold).unwrap() * scale;
+            let said = DVec3::from_array(std::array::from_fn(|k| declared[key][k].as_f64().unwrap()));
+            if (found - said).abs().max_element() > 1e-6 * said.abs().max_element().max(1.0) {
+                return Err(format!("accessor bounds: {key} is {found}, the file says {said}"));
+            }
+        }
+        let mut against = 0;
+        for t in indices.chunks_exact(3) {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| positions[i]);
+            if a == b || b == c || c == a {
+                return Err("a triangle has two corners in one point".into());
+            }
+            let face = (b - a).cross(c - a);
+            let mean = normals[t[0]] + normals[t[1]] + normals[t[2]];
+            against += usize::from(face.dot(mean) < -1e-3 * face.length());
+        }
+        for n in &normals {
+            // Eight bits a component leave a normal within about one percent of unit length.
+            if (n.length() - 1.0).abs() > 0.012 {
+                return Err(format!("normal {n} of length {}", n.length()));
+            }
+        }
+        // The knot's mesh has three such slivers where its surface bends within one cell.
+        if against > indices.len() / 3 / 20_000 {
+            return Err(format!("{against} triangles wind against their normals"));
+        }
+        Ok(Shape { positions, indices })
+    }
+}
+
+fn transform(node: &Value) -> DAffine3 {
+    let numbers = |key: &str| node[key].as_array().map(|a| a.iter().map(|x| x.as_f64().unwrap()).collect::<Vec<_>>());
+    if let Some(m) = numbers("matrix") {
+        return DAffine3::from_mat4(DMat4::from_cols_slice(&m));
+    }
+    let t = numbers("translation").map_or(DVec3::ZERO, |v| DVec3::from_slice(&v));
+    let r = numbers("rotation").map_or(DQuat::IDENTITY, |v| DQuat::from_slice(&v));
+    let s = numbers("scale").map_or(DVec3::ONE, |v| DVec3::from_slice(&v));
+    DAffine3::from_scale_rotation_translation(s, r, t)
+}
+
+/// The shape of a scene in memory: what its light and camera are for.
+#[test]
+fn every_view_sees_lit_and_shadowed_ground() {
+    for shipped in shipped::ALL {
+        let scene = (shipped.stage)();
+        assert_eq!((scene.cameras.len(), scene.lights.len()), (1, 1), "{}", shipped.name);
+        let m: DMat3 = scene.lights[0].world_from_light.matrix3;
+        let elevation = m.z_axis.y.asin().to_degrees();
+        assert!((20.0..=60.0).contains(&elevation), "{}: the light stands at {elevation} degrees", shipped.name);
+        for (mesh, index) in scene.meshes.iter().zip(0..) {
+            assert!(scene.instances.iter().any(|i| i.mesh == index), "{}: {} stands nowhere", shipped.name, mesh.name);
+            assert!(mesh.normals.iter().all(|&n| (Vec3::from(n).length() - 1.0).abs() < 1e-5), "{}", mesh.name);
+            assert!(mesh.colors.is_empty() && mesh.uvs.len() == mesh.positions.len(), "{}", mesh.name);
+        }
+    }
+}
