@@ -6,6 +6,7 @@ pub mod error;
 pub mod reference;
 #[cfg(feature = "app")]
 pub mod scene;
+pub mod shaders;
 pub mod view;
 
 pub use error::{Error, Result};
