@@ -5,7 +5,8 @@
 #
 # runtime (default)  C and C++ compiler, Vulkan loader, a Vulkan driver (Mesa's CPU driver where there is none at all)
 #                    and the validation layers
-# build-shaders      the above, plus what compiling the shaders takes (make spv, make check-spv): cmake, ninja, spirv-val
+# build-shaders      the above, plus what compiling the shaders takes (make spv, make check-spv): cmake, ninja, git,
+#                    python3, and spirv-val to validate the result
 set -eu
 
 mode=${1:-runtime}
@@ -88,6 +89,8 @@ has_validation || need vulkan-validationlayers "the Vulkan validation layers"
 if [ "$mode" = build-shaders ]; then
     has cmake || need cmake "cmake"
     has_any ninja ninja-build || need ninja-build "ninja"
+    has git || need git "git"
+    has_any python3 python || need python3 "Python 3"
     has spirv-val || need spirv-tools "SPIRV-Tools (spirv-val)"
 fi
 
@@ -97,9 +100,13 @@ if ! has apt-get; then
     cat >&2 <<END
 This system lacks:$missing
 Install them with the system's package manager, then run this again:
-  Fedora  dnf install gcc-c++ vulkan-loader mesa-vulkan-drivers vulkan-validation-layers cmake ninja-build spirv-tools
-  Arch    pacman -S base-devel vulkan-icd-loader vulkan-swrast vulkan-validation-layers cmake ninja spirv-tools
-  macOS   xcode-select --install; brew install vulkan-loader molten-vk vulkan-validationlayers cmake ninja spirv-tools
+  Fedora  dnf install gcc-c++ vulkan-loader mesa-vulkan-drivers vulkan-validation-layers
+  Arch    pacman -S base-devel vulkan-icd-loader vulkan-swrast vulkan-validation-layers
+  macOS   xcode-select --install; brew install vulkan-loader molten-vk vulkan-validationlayers
+and, only to compile shaders:
+  Fedora  dnf install cmake ninja-build git python3 spirv-tools
+  Arch    pacman -S cmake ninja git python spirv-tools
+  macOS   brew install cmake ninja git python3 spirv-tools
 END
     exit 1
 fi
