@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 ///
 /// Optimisation level zero: the optimiser strips the names that reflection, validation messages and captures need,
 /// and drivers optimise again anyway. No further debug information: it would put the source text into the binary.
-pub const OPTIONS: &str = "glsl vulkan1.3 spirv1.6 O0";
+pub const OPTIONS: &str = "glsl vulkan1.3 spirv1.5 O0";
 
 /// File extensions that glslang takes for a shader stage: such a file in the wrong place is a mistake, not an include.
 const STAGES: [&str; 15] = [
