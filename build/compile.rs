@@ -1,4 +1,7 @@
-//! Compiles one shader with shaderc, with the settings that `tree::OPTIONS` names.
+//! Compiles one shader with shaderc. The text of this file is part of every shader's hash: run `make spv` after a change.
+//!
+//! Optimisation level zero: the optimiser strips the names that reflection, validation messages and captures need,
+//! and drivers optimise again anyway. No further debug information: it would put the source text into the binary.
 
 use shaderc::{
     CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, SourceLanguage, SpirvVersion,

@@ -123,7 +123,7 @@ fn embed(
             },
             None => problems.push(format!(
                 "shader glsl/{shader}: {why}; run `make spv`, or build with `--features shaderc` \
-                 (needs cmake, ninja and a C++ compiler)"
+                 (needs cmake, git, python3 and a C++ compiler)"
             )),
         }
     }

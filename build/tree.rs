@@ -4,12 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Everything outside the sources that decides the compiled bytes; part of each hash, so that changing it makes
-/// every module stale. `compile.rs` sets exactly these.
-///
-/// Optimisation level zero: the optimiser strips the names that reflection, validation messages and captures need,
-/// and drivers optimise again anyway. No further debug information: it would put the source text into the binary.
-pub const OPTIONS: &str = "glsl vulkan1.3 spirv1.5 O0";
+/// The compiler settings are part of each hash: changing them makes every module stale.
+const SETTINGS: &str = include_str!("compile.rs");
 
 /// File extensions that glslang takes for a shader stage: such a file in the wrong place is a mistake, not an include.
 const STAGES: [&str; 15] = [
@@ -73,7 +69,7 @@ impl Tree {
         Err(format!("no such include \"{name}\", neither next to glsl/{from} nor under glsl/"))
     }
 
-    /// The hash of a shader: compile options, then name and text of it and of all that it includes, in order.
+    /// The hash of a shader: compiler settings, then name and text of it and of all that it includes, in order.
     pub fn hash(&self, shader: &str) -> Result<String, String> {
         let mut hasher = blake3::Hasher::new();
         let mut field = |text: &str| {
@@ -81,7 +77,7 @@ impl Tree {
             hasher.update(&(text.len() as u64).to_le_bytes());
             hasher.update(text.as_bytes());
         };
-        field(OPTIONS);
+        field(&SETTINGS.replace("\r\n", "\n"));
         self.visit(shader, &mut Vec::new(), &mut BTreeSet::new(), &mut field)
             .map_err(|e| format!("shader glsl/{shader}: {e}"))?;
         Ok(hasher.finalize().to_hex().to_string())
