@@ -7,12 +7,18 @@ mod frame;
 pub mod gpu;
 mod hazard;
 mod inputs;
+#[cfg(feature = "app")]
+pub mod metrics;
 pub mod pass;
+#[cfg(feature = "app")]
+pub mod picture;
 #[cfg(feature = "app")]
 pub mod reference;
 #[cfg(feature = "app")]
 pub mod scene;
 pub mod shaders;
+#[cfg(feature = "app")]
+pub mod table;
 pub mod technique;
 pub mod timing;
 pub mod view;
