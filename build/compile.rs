@@ -30,7 +30,7 @@ pub fn compile(tree: &Tree, shader: &str) -> Result<Vec<u8>, String> {
     let mut options = CompileOptions::new().map_err(named)?;
     options.set_source_language(SourceLanguage::GLSL);
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
-    options.set_target_spirv(SpirvVersion::V1_6);
+    options.set_target_spirv(SpirvVersion::V1_5);
     options.set_optimization_level(OptimizationLevel::Zero);
     // A warning in a shader of this package is a mistake: the committed modules are made with none.
     options.set_warnings_as_errors();

@@ -9,7 +9,7 @@ include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 pub struct Shader {
     /// Path of its source under `glsl/`, such as `pass/sm.comp`.
     pub name: &'static str,
-    /// The module's bytes: SPIR-V 1.6 for Vulkan 1.3, with names.
+    /// The module's bytes: SPIR-V 1.5 for Vulkan 1.3, with names.
     pub spirv: &'static [u8],
 }
 
