@@ -110,10 +110,17 @@ fn a_header_that_lies_about_the_size_takes_no_memory() {
     let path = folder.path().join("bomb.png");
     write_png_gray(&path, [4, 3], &[0.5; 12]).unwrap();
     let mut bytes = fs::read(&path).unwrap();
-    bytes[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
+    bytes[16..24].copy_from_slice(&[0x00, 0x0f, 0xff, 0xff, 0x00, 0x0f, 0xff, 0xff]);
+    // The chunk's checksum has to be right, or it is refused for that.
+    let mut crc = u32::MAX;
+    for byte in &bytes[12..29] {
+        crc ^= u32::from(*byte);
+        (0..8).for_each(|_| crc = (crc >> 1) ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 });
+    }
+    bytes[29..33].copy_from_slice(&(!crc).to_be_bytes());
     fs::write(&path, &bytes).unwrap();
     let text = read_visibility(&path, [4, 3]).unwrap_err().to_string();
-    assert!(text.contains("bomb.png"), "{text}");
+    assert!(text.contains("bomb.png") && text.contains("1048575x1048575 px"), "{text}");
 }
 
 #[test]
@@ -293,6 +300,7 @@ fn closeups_find_what_differs() {
 #[test]
 fn sheets_refuse_what_they_cannot_show() {
     let (small, large) = (Picture::filled([4, 4], [0; 3]), Picture::filled([5, 4], [0; 3]));
+    let (empty, broken) = (Picture::filled([0, 3], [0; 3]), Picture { size: [2, 2], rgb: vec![] });
     let row = |full| Row { label: "name", caption: "", full, error: None };
     let refused = |rows: &[Row], options: &Options| compose(&Header::default(), rows, options).unwrap_err().to_string();
     let usual = Options::default();
@@ -300,8 +308,8 @@ fn sheets_refuse_what_they_cannot_show() {
     assert!(refused(&[row(&small), row(&large)], &usual).contains("name is 5x4 px"));
     assert!(refused(&[Row { error: Some(&large), ..row(&small) }], &usual).contains("5x4"));
     assert!(refused(&vec![row(&small); MAX_ROWS + 1], &usual).contains("64"));
-    assert!(refused(&[row(&Picture::filled([0, 3], [0; 3]))], &usual).contains("empty"));
-    assert!(refused(&[row(&Picture { size: [2, 2], rgb: vec![] })], &usual).contains("0 values"));
+    assert!(refused(&[row(&empty)], &usual).contains("empty"));
+    assert!(refused(&[row(&broken)], &usual).contains("0 values"));
     assert!(refused(&[row(&small)], &Options { zoom: 0, ..usual.clone() }).contains("zoom"));
     assert!(refused(&[row(&small)], &Options { closeup_px: 257, ..usual.clone() }).contains("256"));
     for outside in [[0, 0, 5, 1], [u32::MAX, 0, 2, 2], [0, 0, 0, 1], [0, 0, 4, 49]] {
