@@ -254,6 +254,9 @@ fn the_penumbra_band_is_eight_pixels_wide_and_holds_its_own_error() {
     assert_eq!(whole(&flat, &flat, size).penumbra_rmse, None);
 }
 
+/// Weight, test, truth, mask.
+type Weighted = (f64, f64, f64, bool);
+
 /// Every window on its own, both dimensions at once, variance from the deviations.
 fn naive_ssim(x: &[f32], y: &[f32], mask: &[bool], size: [u32; 2]) -> Option<f64> {
     let (w, h) = (size[0] as usize, size[1] as usize);
@@ -268,7 +271,7 @@ fn naive_ssim(x: &[f32], y: &[f32], mask: &[bool], size: [u32; 2]) -> Option<f64
     let (mut sum, mut count) = (0.0, 0);
     for top in 0..=h.checked_sub(11)? {
         for left in 0..=w.checked_sub(11)? {
-            let window: Vec<(f64, f64, f64, bool)> = (0..121)
+            let window: Vec<Weighted> = (0..121)
                 .map(|k| {
                     let at = (top + k / 11) * w + left + k % 11;
                     (weights[k / 11][k % 11] / total, f64::from(x[at]), f64::from(y[at]), mask[at])
@@ -277,7 +280,7 @@ fn naive_ssim(x: &[f32], y: &[f32], mask: &[bool], size: [u32; 2]) -> Option<f64
             if !window.iter().all(|p| p.3) {
                 continue;
             }
-            let mean = |f: &dyn Fn(&(f64, f64, f64, bool)) -> f64| window.iter().map(|p| p.0 * f(p)).sum::<f64>();
+            let mean = |f: &dyn Fn(&Weighted) -> f64| window.iter().map(|p| p.0 * f(p)).sum::<f64>();
             let (mx, my) = (mean(&|p| p.1), mean(&|p| p.2));
             let (vx, vy) = (mean(&|p| (p.1 - mx).powi(2)), mean(&|p| (p.2 - my).powi(2)));
             let cov = mean(&|p| (p.1 - mx) * (p.2 - my));
