@@ -4,6 +4,7 @@ use crate::gpu::{ComputePipeline, Device, ShaderStruct};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::any::Any;
 use std::collections::HashMap;
 use std::ffi::CStr;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -22,6 +23,9 @@ pub struct ContextDesc<'a> {
     pub allocator: Option<Arc<Mutex<Allocator>>>,
     /// Used for every pipeline; may be null.
     pub pipeline_cache: vk::PipelineCache,
+    /// Dropped after everything made from the context: hand in an owner of the device, and the order
+    /// of drops takes care of itself. `None` leaves the order to the caller.
+    pub keep_alive: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 /// What the library needs of a device.
@@ -129,14 +133,7 @@ impl Context {
                 Arc::new(Mutex::new(allocator))
             }
         };
-        let device = Arc::new(Device::new(
-            desc.instance,
-            desc.physical_device,
-            desc.device,
-            desc.debug_utils,
-            allocator,
-            desc.pipeline_cache,
-        ));
+        let device = Arc::new(Device::new(desc, allocator));
         // Texels outside a shadow map count as farther than everything: a border of depth 1.
         let info = vk::SamplerCreateInfo::default()
             .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_BORDER)

@@ -249,34 +249,31 @@ impl<'a> Frame<'a> {
         unsafe { self.context.device().raw.cmd_copy_buffer(self.cmd, source.handle(), target.handle(), &[region]) };
     }
 
-    /// Copies level 0 of layer 0 of an image into a buffer, rows tightly packed.
-    pub fn read_back(&mut self, source: &ImageRef, target: &Buffer) {
+    /// Copies level 0 of layer 0 of an image into a mapped buffer, rows tightly packed.
+    pub fn read_back(&mut self, source: &Image, target: &Buffer) {
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
-        self.hazard(&[(source.image.as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);
-        let region = vk::BufferImageCopy::default()
-            .image_subresource(vk::ImageSubresourceLayers {
-                aspect_mask: crate::gpu::aspect(source.format),
-                mip_level: 0,
-                base_array_layer: 0,
-                layer_count: 1,
-            })
-            .image_extent(vk::Extent3D { width: source.extent[0], height: source.extent[1], depth: 1 });
+        self.transition([source].into_iter(), TRANSFER_USE.stage);
+        self.hazard(&[(source.as_ref().image.as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);
+        let (raw, image) = (&self.context.device().raw, source.as_ref());
         // SAFETY: the target holds the image's rows (the callers size it from the same extent).
         unsafe {
-            self.context.device().raw.cmd_copy_image_to_buffer(
-                self.cmd,
-                source.image,
-                source.layout,
-                target.handle(),
-                &[region],
-            );
+            let regions = [whole_image(&image)];
+            raw.cmd_copy_image_to_buffer(self.cmd, image.image, image.layout, target.handle(), &regions);
         }
-        self.memory_barrier(&Barrier {
-            src_stage: vk::PipelineStageFlags2::ALL_TRANSFER,
-            src_access: vk::AccessFlags2::TRANSFER_WRITE,
-            dst_stage: vk::PipelineStageFlags2::HOST,
-            dst_access: vk::AccessFlags2::HOST_READ,
-        });
+        self.memory_barrier(&TO_HOST);
+    }
+
+    /// Copies tightly packed rows into level 0 of layer 0 of an image.
+    pub fn write_image(&mut self, source: &Buffer, target: &Image) {
+        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
+        self.transition([target].into_iter(), TRANSFER_USE.stage);
+        self.hazard(&[(source.handle().as_raw(), read), (target.as_ref().image.as_raw(), TRANSFER_USE)]);
+        let (raw, image) = (&self.context.device().raw, target.as_ref());
+        // SAFETY: the source holds the image's rows (the callers size it from the same extent).
+        unsafe {
+            let regions = [whole_image(&image)];
+            raw.cmd_copy_buffer_to_image(self.cmd, source.handle(), image.image, image.layout, &regions);
+        }
     }
 
     /// Notes how many tiles the pass recorded last worked on: a `u32` at `offset` of `counter`.
@@ -300,12 +297,7 @@ impl<'a> Frame<'a> {
             self.end_group();
         }
         if self.timings.as_ref().is_some_and(|t| t.has_counters()) {
-            self.memory_barrier(&Barrier {
-                src_stage: vk::PipelineStageFlags2::ALL_TRANSFER,
-                src_access: vk::AccessFlags2::TRANSFER_WRITE,
-                dst_stage: vk::PipelineStageFlags2::HOST,
-                dst_access: vk::AccessFlags2::HOST_READ,
-            });
+            self.memory_barrier(&TO_HOST);
         }
         let Some(image) = output else { return };
         let barrier = self
@@ -537,6 +529,25 @@ impl<'a> Bind<'a> {
             _ => self.image().map_or(0, |i| i.image.as_raw()),
         }
     }
+}
+
+/// What makes copies visible to the CPU once a fence has signalled.
+const TO_HOST: Barrier = Barrier {
+    src_stage: vk::PipelineStageFlags2::ALL_TRANSFER,
+    src_access: vk::AccessFlags2::TRANSFER_WRITE,
+    dst_stage: vk::PipelineStageFlags2::HOST,
+    dst_access: vk::AccessFlags2::HOST_READ,
+};
+
+fn whole_image(image: &ImageRef) -> vk::BufferImageCopy {
+    vk::BufferImageCopy::default()
+        .image_subresource(vk::ImageSubresourceLayers {
+            aspect_mask: crate::gpu::aspect(image.format),
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        })
+        .image_extent(vk::Extent3D { width: image.extent[0], height: image.extent[1], depth: 1 })
 }
 
 const INDIRECT_USE: Use = Use {

@@ -6,6 +6,8 @@ pub mod error;
 mod frame;
 pub mod gpu;
 mod hazard;
+#[cfg(feature = "app")]
+pub mod host;
 mod inputs;
 #[cfg(feature = "app")]
 pub mod metrics;

@@ -5,6 +5,8 @@
 #include "material.glsl"
 #include "lib/octahedral.glsl"
 
+layout(constant_id = 0) const bool MASKED = false; // a shader that may discard gives up early depth tests
+
 layout(location = 0) in vec2 fragment_uv;
 layout(location = 1) in vec4 fragment_color;
 layout(location = 2) in vec3 fragment_normal;
@@ -18,7 +20,7 @@ layout(location = 3) out uint triangle;
 
 void main() {
   vec4 color = push.base_color * fragment_color * sampleBaseColor(fragment_uv);
-  if (color.a < push.alpha_cutoff) discard;
+  if (MASKED && color.a < push.alpha_cutoff) discard;
   Instance i = instances[fragment_instance];
   // Object space keeps full precision however far away the object stands. With y down on the screen,
   // the winding of the two derivatives turns: this order points towards the viewer for either face.

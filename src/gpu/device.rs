@@ -1,9 +1,11 @@
 //! The caller's device with the function tables and the allocator that everything else shares.
 
+use crate::context::ContextDesc;
 use crate::error::VkContext;
 use crate::{Error, Result};
 use ash::vk::{self, Handle};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator};
+use std::any::Any;
 use std::ffi::CString;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -20,17 +22,13 @@ pub struct Device {
     pub(crate) limits: vk::PhysicalDeviceLimits,
     pub(crate) pipeline_cache: vk::PipelineCache,
     allocator: Arc<Mutex<Allocator>>,
+    /// After the allocator: fields drop in their order, and the allocator frees its memory.
+    _keep_alive: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 impl Device {
-    pub(crate) fn new(
-        instance: &ash::Instance,
-        physical_device: vk::PhysicalDevice,
-        device: &ash::Device,
-        debug_names: bool,
-        allocator: Arc<Mutex<Allocator>>,
-        pipeline_cache: vk::PipelineCache,
-    ) -> Self {
+    pub(crate) fn new(desc: &ContextDesc<'_>, allocator: Arc<Mutex<Allocator>>) -> Self {
+        let ContextDesc { instance, physical_device, device, .. } = *desc;
         // SAFETY: the caller of `Context::new` vouches for the handles.
         let limits = unsafe { instance.get_physical_device_properties(physical_device) }.limits;
         Self {
@@ -38,10 +36,11 @@ impl Device {
             physical_device,
             raw: device.clone(),
             push_descriptor: ash::khr::push_descriptor::Device::new(instance, device),
-            debug_utils: debug_names.then(|| ash::ext::debug_utils::Device::new(instance, device)),
+            debug_utils: desc.debug_utils.then(|| ash::ext::debug_utils::Device::new(instance, device)),
             limits,
-            pipeline_cache,
+            pipeline_cache: desc.pipeline_cache,
             allocator,
+            _keep_alive: desc.keep_alive.clone(),
         }
     }
 

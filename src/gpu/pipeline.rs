@@ -111,6 +111,10 @@ impl Drop for Module<'_> {
     }
 }
 
+fn constant_entries(constants: &[u32]) -> Vec<vk::SpecializationMapEntry> {
+    (0..constants.len() as u32).map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 }).collect()
+}
+
 /// A compute pipeline with what its shader says of itself.
 pub struct ComputePipeline {
     pub(crate) interface: Interface,
@@ -127,9 +131,7 @@ impl ComputePipeline {
         let shader = shaders::find(shader)?;
         let (module, reflection) = Module::new(device, shader)?;
         let interface = Interface::new::<P>(device, shader.name, std::slice::from_ref(&reflection))?;
-        let entries: Vec<_> = (0..constants.len() as u32)
-            .map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 })
-            .collect();
+        let entries = constant_entries(constants);
         let specialization =
             vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(constants));
         let stage = vk::PipelineShaderStageCreateInfo::default()
@@ -187,6 +189,8 @@ pub struct RasterState<'a> {
     pub bias: [f32; 2],
     /// Clamp depth to the view's range instead of clipping (needs the feature `depthClamp`).
     pub depth_clamp: bool,
+    /// Specialization constants 0, 1, 2 ... of both stages.
+    pub constants: &'a [u32],
 }
 
 fn format_bytes(format: vk::Format) -> u32 {
@@ -216,9 +220,18 @@ impl RasterPipeline {
             reflections.push(reflection);
         }
         let interface = Interface::new::<P>(device, state.name, &reflections)?;
+        let entries = constant_entries(state.constants);
+        let specialization =
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(state.constants));
         let stages: Vec<_> = modules
             .iter()
-            .map(|(stage, m)| vk::PipelineShaderStageCreateInfo::default().stage(*stage).module(m.handle).name(c"main"))
+            .map(|(stage, m)| {
+                vk::PipelineShaderStageCreateInfo::default()
+                    .stage(*stage)
+                    .module(m.handle)
+                    .name(c"main")
+                    .specialization_info(&specialization)
+            })
             .collect();
         let (bindings, attributes): (Vec<_>, Vec<_>) = (0..)
             .zip(state.attributes)
