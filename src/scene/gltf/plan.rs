@@ -159,7 +159,7 @@ fn charge(
 ) -> Loaded<()> {
     // At least 1 each, so that many empty ones are an effort too.
     let count = |index: usize, member: &str| -> Loaded<u64> {
-        Ok(data.accessor(index, || format!("{}.{member}", place()))?.count.0.max(1))
+        Ok(data.count(index, || format!("{}.{member}", place()))?.max(1))
     };
     let mut vertices = 0;
     for (semantic, accessor) in &primitive.attributes {
