@@ -122,7 +122,7 @@ fn mutant(file: &File, random: &mut Random) -> Vec<u8> {
     match random.below(5) {
         // Numbers, one or several.
         0..=2 => {
-            for _ in 0..=random.below(3) {
+            for _ in 0..=random.below(2) {
                 text = splice(&text, random);
             }
             glb(&text, &bin)

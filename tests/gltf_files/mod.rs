@@ -8,5 +8,6 @@ mod geometry;
 mod hierarchy;
 mod outside;
 mod poses;
+mod speed;
 mod surfaces;
 mod views;
