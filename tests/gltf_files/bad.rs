@@ -107,6 +107,7 @@ const ROWS: &[Row] = &[
     ("instances", |f| instancing(f, json!({ "TRANSLATION": "x" }), 3), "must be the index of an accessor"),
     ("no instances", |f| instancing(f, json!({}), 3), "must have TRANSLATION, ROTATION or SCALE"),
     ("unequal", |f| instancing(f, json!({ "TRANSLATION": 0, "SCALE": 1 }), 2), "SCALE: has 3 elements, but the other"),
+    ("draco data", draco, "meshes[0].primitives[0]: is compressed with KHR_draco_mesh_compression"),
     // Skins and morph targets.
     ("no joints", |f| skin(f, json!({ "joints": [] })), "skins[0].joints: is empty"),
     ("joint", |f| skin(f, json!({ "joints": [4] })), "skins[0].joints[0]: is 4"),
@@ -289,6 +290,11 @@ fn doubling(file: &mut File) {
     let mut nodes: Vec<_> = (0..60).map(|i| json!({ "children": [i + 1, i + 1] })).collect();
     nodes.push(json!({ "mesh": 0 }));
     file.json["nodes"] = nodes.into();
+}
+
+fn draco(file: &mut File) {
+    zeros(file, 3);
+    primitive(file)["extensions"] = json!({ "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": {} } });
 }
 
 fn many_instances(file: &mut File) {

@@ -38,6 +38,8 @@ const HOSTILE: [&str; 22] = [
     "null",
 ];
 
+const FLOATS: [f32; 8] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN_POSITIVE, -0.0, 0.0, 1e17];
+
 /// `splitmix64`: small, and the same everywhere.
 struct Random(u64);
 
@@ -130,8 +132,11 @@ fn mutant(file: &File, random: &mut Random) -> Vec<u8> {
         // The binary data.
         3 => {
             for _ in 0..=random.below(20) {
-                let at = random.below(bin.len());
-                bin[at] = random.next() as u8;
+                let at = random.below(bin.len() - 4);
+                match random.below(2) {
+                    0 => bin[at] = random.next() as u8,
+                    _ => bin[at & !3..][..4].copy_from_slice(&FLOATS[random.below(FLOATS.len())].to_le_bytes()),
+                }
             }
             glb(&text, &bin)
         }
