@@ -53,6 +53,32 @@ impl<'a> Data<'a> {
         entry(&self.document.accessors, "accessors", index, place)
     }
 
+    /// Elements of an accessor, all of which are known to be there.
+    pub fn count(&self, index: usize, place: impl FnOnce() -> String) -> Loaded<u64> {
+        let accessor = self.accessor(index, place)?;
+        self.elements(accessor, index)?;
+        Ok(accessor.count.0)
+    }
+
+    /// The bytes of an accessor's elements and their stride; `None` if they are zeros that no file holds.
+    fn elements(&self, accessor: &Accessor, index: usize) -> Loaded<Option<(&[u8], usize)>> {
+        let count = accessor.count.0;
+        let Some(view) = accessor.buffer_view.map(|v| v.value()) else {
+            let most = limits::ZERO_ELEMENTS;
+            if count <= most {
+                return Ok(None);
+            }
+            let problem = format!("is {count}, but an accessor without bufferView may have {most} elements");
+            return Err(fault(format!("accessors[{index}].count"), problem));
+        };
+        let size = component(accessor, index)?.size() * components(accessor, index)?;
+        let bytes = self.view(view, || format!("accessors[{index}].bufferView"))?;
+        let stride = self.document.buffer_views[view].byte_stride.map_or(size, |s| s.0);
+        let offset = accessor.byte_offset.unwrap_or_default().0;
+        let bytes = window(bytes, offset, count, stride, size, || format!("accessors[{index}]"))?;
+        Ok(Some((bytes, stride)))
+    }
+
     /// The bytes of a buffer view.
     pub fn view(&self, index: usize, place: impl FnOnce() -> String) -> Loaded<&[u8]> {
         let view = entry(&self.document.buffer_views, "bufferViews", index, place)?;
@@ -103,19 +129,9 @@ impl<'a> Data<'a> {
         }
         let count = accessor.count.0;
         let size = kind.size() * N;
-        let mut values = match accessor.buffer_view {
-            Some(view) => {
-                let bytes = self.view(view.value(), || format!("accessors[{index}].bufferView"))?;
-                let stride = self.document.buffer_views[view.value()].byte_stride.map_or(size, |s| s.0);
-                let offset = accessor.byte_offset.unwrap_or_default().0;
-                let bytes = window(bytes, offset, count, stride, size, || format!("accessors[{index}]"))?;
-                decode(bytes, stride, kind, normalized)
-            }
-            None if count > limits::ZERO_ELEMENTS => {
-                let most = limits::ZERO_ELEMENTS;
-                let problem = format!("is {count}, but an accessor without bufferView may have {most} elements");
-                return Err(fault(format!("accessors[{index}].count"), problem));
-            }
+        let mut values = match self.elements(accessor, index)? {
+            Some((bytes, stride)) => decode(bytes, stride, kind, normalized),
+            // At most `limits::ZERO_ELEMENTS`.
             None => vec![[T::default(); N]; count as usize],
         };
         let Some(sparse) = &accessor.sparse else { return Ok(values) };

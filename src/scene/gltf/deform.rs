@@ -145,15 +145,17 @@ pub fn skin(
     for (position, matrix) in positions.iter_mut().zip(blended) {
         *position = matrix.transform_point3(DVec3::from(position.map(f64::from))).as_vec3().into();
         if let Some(normal) = normals.as_mut().and_then(Iterator::next) {
-            let bent = cofactor(&matrix.matrix3) * DVec3::from(normal.map(f64::from));
+            let bent = normal_matrix(&matrix.matrix3) * DVec3::from(normal.map(f64::from));
             *normal = (bent / bent.abs().max_element()).as_vec3().into();
         }
     }
     Ok(())
 }
 
-/// Turns normals as the matrix turns surfaces: the inverse transpose without its division, which a
-/// flattening matrix would not survive.
-fn cofactor(m: &DMat3) -> DMat3 {
-    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
+/// Turns normals as the matrix turns surfaces: the inverse transpose, up to a positive factor. Made
+/// without a division, which a flattening matrix would not survive.
+fn normal_matrix(m: &DMat3) -> DMat3 {
+    let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    // The cofactors of a mirroring matrix also turn the normal round.
+    cofactors * m.determinant().signum()
 }

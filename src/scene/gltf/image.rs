@@ -6,7 +6,7 @@ use super::fault::{Fault, Loaded, entry, fault};
 use super::files::Folder;
 use super::limits;
 use crate::scene::{Texture, Wrap};
-use ::image::{ImageReader, Limits};
+use ::image::{ImageFormat, ImageReader, Limits};
 use gltf::json::texture::{MagFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 use rayon::prelude::*;
@@ -111,7 +111,7 @@ fn reader(bytes: &[u8], index: usize) -> Loaded<ImageReader<Cursor<&[u8]>>> {
     let place = || format!("images[{index}]");
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| fault(place(), e.to_string()))?;
-    if reader.format().is_none() {
+    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
         return Err(fault(place(), "is neither PNG nor JPEG, the formats of glTF 2.0; convert it"));
     }
     let mut limits = Limits::default();

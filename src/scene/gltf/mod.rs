@@ -32,6 +32,7 @@ use node::{Tree, node_label};
 use plan::Plan;
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 /// Loads the default scene of a glTF 2.0 file, `.glb` or `.gltf` by content.
@@ -146,8 +147,8 @@ struct Built {
 fn meshes(data: &Data<'_>, tree: &Tree, plan: &Plan<'_>) -> Loaded<Built> {
     let mut palettes = HashMap::new();
     for skin in plan.jobs.iter().filter_map(|job| job.skin) {
-        if !palettes.contains_key(&skin) {
-            palettes.insert(skin, deform::palette(data, tree, skin)?);
+        if let Entry::Vacant(new) = palettes.entry(skin) {
+            new.insert(deform::palette(data, tree, skin)?);
         }
     }
     let build = |job: &plan::Job<'_>| primitive::build(data, job, job.skin.and_then(|s| palettes.get(&s)));

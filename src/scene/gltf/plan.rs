@@ -7,6 +7,7 @@ use super::fault::{Loaded, Warnings, entry, fault, label};
 use super::node::{Tree, compose, node_label, rotation};
 use super::{limits, material};
 use glam::DAffine3;
+use gltf::json;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
@@ -138,6 +139,14 @@ fn is_wanted(
         warnings.add("has no POSITION and was left out", 1, place);
         return Ok(false);
     }
+    // Without its extension such a file has positions, but no data for them.
+    let draco = primitive.extensions.as_ref().is_some_and(|e| e.others.contains_key("KHR_draco_mesh_compression"));
+    let stored =
+        |a: &json::Index<json::Accessor>| document.accessors.get(a.value()).is_none_or(|a| a.buffer_view.is_some());
+    if draco && !primitive.attributes.values().all(stored) {
+        let problem = "is compressed with KHR_draco_mesh_compression, which is not supported; export it without";
+        return Err(fault(place(), problem));
+    }
     if let Some(m) = primitive.material.map(|m| m.value()) {
         let material = entry(&document.materials, "materials", m, || format!("{}.material", place()))?;
         if material::is_glass(material) {
@@ -159,7 +168,7 @@ fn charge(
 ) -> Loaded<()> {
     // At least 1 each, so that many empty ones are an effort too.
     let count = |index: usize, member: &str| -> Loaded<u64> {
-        Ok(data.accessor(index, || format!("{}.{member}", place()))?.count.0.max(1))
+        Ok(data.count(index, || format!("{}.{member}", place()))?.max(1))
     };
     let mut vertices = 0;
     for (semantic, accessor) in &primitive.attributes {
