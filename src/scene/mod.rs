@@ -9,6 +9,7 @@ mod model;
 mod raster;
 mod renderer;
 mod shade;
+pub mod shipped;
 
 pub use gltf::{load, load_bytes, load_scene};
 pub use gpu_scene::GpuScene;

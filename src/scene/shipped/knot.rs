@@ -1,0 +1,260 @@
+//! A woven ball: rings on two spheres and twisted struts between them, grown together into one surface.
+//!
+//! The surface is where a field of rounded, blended distances to the rings vanishes, meshed by surface
+//! nets. Three half turns map the ball onto itself, so a quarter of it is stored and placed four times.
+
+use super::kit::{PI, Stage, TAU, at, circle, rot_x, rot_y, rot_z, rotation, sin};
+use super::mesh_builder::{MeshBuilder, cylinder, studio};
+use super::texture;
+use crate::scene::Scene;
+use glam::{DVec2, DVec3, dvec2, dvec3};
+use std::collections::BTreeMap;
+
+/// Side of a cell of the mesh, in units of the ball's radius.
+const CELL: f64 = 0.015;
+/// How far apart two rods may be and still grow together.
+const BLEND: f64 = 0.028;
+/// The ball's radius in metres.
+const RADIUS: f64 = 1.35;
+
+pub(super) fn stage() -> Scene {
+    let mut stage = Stage::new("knot");
+    let grain = stage.texture(texture::speckle());
+    let paper = stage.textured("paper", 0xded4c4, grain);
+    let clay = stage.paint("clay", 0xc1653f);
+    let slate = stage.paint("slate", 0x44585c);
+
+    let backdrop = studio(24.0, 7.0, -5.0, 2.5, 8.0).map_uv(|p, _| dvec2(p.x * 0.2, (p.z - p.y) * 0.2));
+    stage.add("studio", &backdrop, paper);
+    stage.add("foot", &cylinder(0.42, 0.16, 72, 0.04).moved(at(-0.9, 0.0, -0.6)), slate);
+
+    let quarter = stage.mesh("quarter of the ball", &quarter(), clay);
+    let place = at(-0.9, 0.14 + 1.06 * RADIUS, -0.6)
+        * rot_y(0.5)
+        * rot_x(0.3)
+        * glam::DAffine3::from_scale(DVec3::splat(RADIUS));
+    for turn in [rot_x(0.0), rot_x(PI), rot_y(PI), rot_z(PI)] {
+        stage.place(quarter, place * turn);
+    }
+
+    stage.camera([1.2, 3.5, 7.2], [0.3, 0.98, 0.0], 34.0);
+    stage.spot([-7.0, 6.2, 1.2], [0.7, 0.4, -0.3], 33.0, 0.1, 0xfff2df);
+    stage.scene
+}
+
+/// A straight piece of a rod.
+struct Piece {
+    curve: usize,
+    a: DVec3,
+    b: DVec3,
+    radius: f64,
+}
+
+/// The pieces near a point, found by the cube of space that it lies in.
+struct Field {
+    pieces: Vec<Piece>,
+    cubes: BTreeMap<[i32; 3], Vec<usize>>,
+}
+
+const CUBE: f64 = 0.12;
+
+fn cube_of(p: DVec3) -> [i32; 3] {
+    (p / CUBE).floor().to_array().map(|x| x as i32)
+}
+
+impl Field {
+    fn new(curves: &[(Vec<DVec3>, bool, f64)]) -> Self {
+        let mut out = Self { pieces: Vec::new(), cubes: BTreeMap::new() };
+        for (curve, (points, closed, radius)) in curves.iter().enumerate() {
+            let last = if *closed { points.len() } else { points.len() - 1 };
+            for i in 0..last {
+                let (a, b) = (points[i], points[(i + 1) % points.len()]);
+                let reach = DVec3::splat(radius + 2.0 * BLEND + 2.0 * CELL);
+                let (low, high) = (cube_of(a.min(b) - reach), cube_of(a.max(b) + reach));
+                for x in low[0]..=high[0] {
+                    for y in low[1]..=high[1] {
+                        for z in low[2]..=high[2] {
+                            out.cubes.entry([x, y, z]).or_default().push(out.pieces.len());
+                        }
+                    }
+                }
+                out.pieces.push(Piece { curve, a, b, radius: *radius });
+            }
+        }
+        out
+    }
+
+    /// Below 0 inside. Points that a half turn maps onto each other have exactly the same value.
+    fn at(&self, p: DVec3) -> f64 {
+        let p = match (p.x < 0.0, p.y < 0.0) {
+            (false, false) => p,
+            (true, true) => dvec3(-p.x, -p.y, p.z),
+            (true, false) => dvec3(-p.x, p.y, -p.z),
+            (false, true) => dvec3(p.x, -p.y, -p.z),
+        };
+        let far = 2.0 * BLEND;
+        let Some(near) = self.cubes.get(&cube_of(p)) else { return far };
+        let (mut all, mut own, mut curve) = (far, far, usize::MAX);
+        for &i in near {
+            let piece = &self.pieces[i];
+            if piece.curve != curve {
+                all = blended(all, own);
+                (own, curve) = (far, piece.curve);
+            }
+            let along = piece.b - piece.a;
+            let t = ((p - piece.a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+            own = own.min((p - piece.a - along * t).length() - piece.radius);
+        }
+        blended(all, own)
+    }
+
+    fn normal(&self, p: DVec3) -> DVec3 {
+        let e = 0.25 * CELL;
+        let d = |v: DVec3| self.at(p + v * e) - self.at(p - v * e);
+        dvec3(d(DVec3::X), d(DVec3::Y), d(DVec3::Z)).normalize()
+    }
+}
+
+/// Smaller of two distances, rounded where they are nearly equal.
+fn blended(a: f64, b: f64) -> f64 {
+    let h = (BLEND - (a - b).abs()).max(0.0) / BLEND;
+    a.min(b) - 0.25 * h * h * BLEND
+}
+
+/// The rods: outer rings that weave over and under each other, inner rings, struts between the two.
+fn curves() -> Vec<(Vec<DVec3>, bool, f64)> {
+    let mut out = Vec::new();
+    let (corners, middles) = icosahedron();
+    let ring = |axis: DVec3, radius: f64, opening: f64, wave: f64, lobes: f64, n: usize| -> Vec<DVec3> {
+        let x = axis.any_orthonormal_vector();
+        let y = axis.cross(x);
+        (0..n)
+            .map(|i| {
+                let angle = TAU * i as f64 / n as f64;
+                let (c, s) = circle(angle);
+                let (co, so) = circle(opening);
+                (axis * co + (x * c + y * s) * so) * (radius + wave * sin(lobes * angle))
+            })
+            .collect()
+    };
+    for &axis in &corners {
+        out.push((ring(axis, 0.97, 0.36, 0.045, 5.0, 40), true, 0.028));
+        out.push((ring(axis, 1.0, 0.19, 0.0, 1.0, 28), true, 0.017));
+        out.push((ring(axis, 0.56, 0.6, 0.02, 5.0, 36), true, 0.021));
+    }
+    for &axis in &middles {
+        out.push((ring(axis, 0.97, 0.37, 0.045, 6.0, 40), true, 0.028));
+    }
+    // Struts climb from the inner to the outer sphere, turning about the ball's middle as they go.
+    for &axis in &corners {
+        for k in 0..5 {
+            let side = rotation(axis, TAU * k as f64 / 5.0) * axis.any_orthonormal_vector();
+            let strut = (0..=14)
+                .map(|i| {
+                    let t = i as f64 / 14.0;
+                    let (c, s) = circle(0.55 - 0.36 * t);
+                    let swirl = rotation(axis, 1.1 * t) * side;
+                    (axis * c + swirl * s) * (0.56 + 0.44 * t)
+                })
+                .collect();
+            out.push((strut, false, 0.014));
+        }
+    }
+    out
+}
+
+/// Corners of an icosahedron and the middles of its edges, on the unit sphere.
+fn icosahedron() -> (Vec<DVec3>, Vec<DVec3>) {
+    let golden = 0.5 * (1.0 + 5.0f64.sqrt());
+    let mut corners = Vec::new();
+    for a in [-1.0, 1.0] {
+        for b in [-golden, golden] {
+            corners.extend([dvec3(0.0, a, b), dvec3(a, b, 0.0), dvec3(b, 0.0, a)]);
+        }
+    }
+    let mut middles = Vec::new();
+    for i in 0..corners.len() {
+        for j in i + 1..corners.len() {
+            if (corners[i] - corners[j]).length() < 2.1 {
+                middles.push((corners[i] + corners[j]).normalize());
+            }
+        }
+    }
+    (corners.into_iter().map(DVec3::normalize).collect(), middles)
+}
+
+/// The part of the ball with `x > 0` and `y > 0`, of the two planes themselves the half with `z > 0`.
+fn quarter() -> MeshBuilder {
+    let field = Field::new(&curves());
+    let n = (1.12 / CELL) as i32;
+    // Grid nodes lie half a cell off the planes, so that a half turn maps nodes onto nodes.
+    let node = |i: [i32; 3]| dvec3(f64::from(i[0]) + 0.5, f64::from(i[1]) + 0.5, f64::from(i[2]) + 0.5) * CELL;
+    let (nx, nz) = ((n + 3) as usize, (2 * n + 3) as usize);
+    let index = |i: [i32; 3]| ((i[0] + 2) as usize * nx + (i[1] + 2) as usize) * nz + (i[2] + n + 1) as usize;
+    let mut values = vec![0.0; nx * nx * nz];
+    for x in -2..=n {
+        for y in -2..=n {
+            for z in -n - 1..=n + 1 {
+                values[index([x, y, z])] = field.at(node([x, y, z]));
+            }
+        }
+    }
+    let value = |i: [i32; 3]| values[index(i)];
+
+    let mut out = MeshBuilder::new();
+    // The vertex of a cell, named by its lowest node.
+    let mut vertices: BTreeMap<[i32; 3], u32> = BTreeMap::new();
+    let mut vertex = |out: &mut MeshBuilder, cell: [i32; 3]| -> u32 {
+        *vertices.entry(cell).or_insert_with(|| {
+            let corner = |k: i32| [cell[0] + (k & 1), cell[1] + (k >> 1 & 1), cell[2] + (k >> 2 & 1)];
+            let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+            for a in 0..8 {
+                for bit in [1, 2, 4] {
+                    let b = a | bit;
+                    let (fa, fb) = (value(corner(a)), value(corner(b)));
+                    if b != a && (fa < 0.0) != (fb < 0.0) {
+                        sum += node(corner(a)).lerp(node(corner(b)), fa / (fa - fb));
+                        count += 1.0;
+                    }
+                }
+            }
+            // One step along the gradient puts the mean of the crossings onto the surface.
+            let p: DVec3 = sum / count;
+            let normal = field.normal(p);
+            let p = p - normal * field.at(p).clamp(-0.4 * CELL, 0.4 * CELL);
+            out.vertex(p, field.normal(p), DVec2::ZERO)
+        })
+    };
+    for x in -1..n {
+        for y in -1..n {
+            for z in -n..n {
+                for axis in 0..3 {
+                    let (a, mut b) = ([x, y, z], [x, y, z]);
+                    b[axis] += 1;
+                    let (inside_a, inside_b) = (value(a) < 0.0, value(b) < 0.0);
+                    // Twice the middle of the edge, in cells: whose quarter it belongs to.
+                    let twice: [i32; 3] = std::array::from_fn(|k| a[k] + b[k] + 1);
+                    let own = match (twice[0].signum(), twice[1].signum()) {
+                        (1, 1) => true,
+                        (0, 1) | (1, 0) => twice[2] > 0,
+                        _ => false,
+                    };
+                    if inside_a == inside_b || !own {
+                        continue;
+                    }
+                    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+                    let around = |du: i32, dv: i32| {
+                        let mut c = a;
+                        c[u] -= du;
+                        c[v] -= dv;
+                        c
+                    };
+                    let [p, q, r, s] =
+                        [around(1, 1), around(0, 1), around(0, 0), around(1, 0)].map(|c| vertex(&mut out, c));
+                    if inside_a { out.quad(p, q, r, s) } else { out.quad(p, s, r, q) }
+                }
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,93 @@
+//! The scenes that come with Edgeshade: each is made by a generator of ours and kept as a `.glb` file.
+//!
+//! Lengths are metres, `+Y` is up. Every scene has a camera and one light with a size, so that the same
+//! file serves hard and soft shadows.
+
+mod courtyard;
+mod drum;
+mod fence;
+mod foliage;
+mod glb;
+mod jenga;
+mod kit;
+mod knot;
+mod mesh_builder;
+mod plants;
+mod ripples;
+mod robot;
+mod texture;
+
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use std::path::{Path, PathBuf};
+
+/// A scene that comes with Edgeshade.
+#[derive(Clone, Copy, Debug)]
+pub struct Shipped {
+    /// The name that stands for it on the command line, and the stem of its file.
+    pub name: &'static str,
+    /// One line: what it is and what it is hard for.
+    pub about: &'static str,
+    /// Makes the scene anew, in memory: what [`Shipped::generate`] writes.
+    pub stage: fn() -> Scene,
+    /// The committed `.glb` file, equal byte for byte to what [`Shipped::generate`] gives.
+    pub bytes: &'static [u8],
+}
+
+impl Shipped {
+    /// Makes the scene's `.glb` file anew: the same bytes on every platform.
+    pub fn generate(&self) -> Vec<u8> {
+        glb::encode(&(self.stage)())
+    }
+}
+
+/// The scene that is meant where none is named.
+pub const DEFAULT: &str = "courtyard";
+
+macro_rules! shipped {
+    ($name:ident, $about:literal) => {
+        Shipped {
+            name: stringify!($name),
+            about: $about,
+            stage: $name::stage,
+            bytes: include_bytes!(concat!("../../../assets/", stringify!($name), ".glb")),
+        }
+    };
+}
+
+/// Every shipped scene.
+pub const ALL: &[Shipped] = &[
+    shipped!(courtyard, "arcades, stairs, furniture and plants down a long passage: many objects over each other"),
+    shipped!(drum, "drum, ball, bowl and saddle behind a rack of rods: curved receivers"),
+    shipped!(fence, "iron fence, bicycle and overhead wires on paving and a wall: thin bars"),
+    shipped!(foliage, "a small tree and grass out of cut-out leaves: alpha test, dense small holes"),
+    shipped!(jenga, "a half-played tower of wooden blocks: contact shadows and narrow gaps"),
+    shipped!(knot, "a woven ball of some hundred loops: one object that shadows itself everywhere"),
+    shipped!(
+        ripples,
+        "a ground whose waves get ever narrower under poles and frames: receiver depth of rising frequency"
+    ),
+    shipped!(robot, "a four-legged walker with joints, pipes and antennae: mixed scales of one machine"),
+];
+
+/// The shipped scene of that name.
+pub fn find(name: &str) -> Option<&'static Shipped> {
+    ALL.iter().find(|s| s.name == name)
+}
+
+/// Makes every scene anew and writes it as `<name>.glb` into a folder, which is created if need be.
+///
+/// # Errors
+/// [`Error::Io`] names the file that could not be written.
+pub fn write_all(dir: impl AsRef<Path>) -> Result<Vec<PathBuf>> {
+    let dir = dir.as_ref();
+    let io = |path: &Path, source| Error::Io { path: path.into(), source };
+    std::fs::create_dir_all(dir).map_err(|e| io(dir, e))?;
+    ALL.iter()
+        .map(|scene| {
+            let path = dir.join(scene.name).with_extension("glb");
+            std::fs::write(&path, scene.generate()).map_err(|e| io(&path, e))?;
+            Ok(path)
+        })
+        .collect()
+}
