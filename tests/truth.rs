@@ -540,6 +540,60 @@ fn nothing_shadows_itself_on_planes_and_convex_bodies() {
 }
 
 #[test]
+fn points_exactly_on_the_edges_of_a_plane_are_lit() {
+    // Seen straight from above, every pixel centre lies on a corner of the tessellation, where six coplanar triangles
+    // meet and only one of them is skipped.
+    for seed in 0..6 {
+        let mut random = Random(seed);
+        let tilt = DAffine3::from_axis_angle(random.point(1.0).normalize(), random.within(0.1, 3.0));
+        let scene = scene(vec![(plane(1.0, 128, 0), tilt)], vec![both_sides()]);
+        let above = tilt * look_along(dvec3(0.0, 2.0, 0.0), DVec3::NEG_Y);
+        let eye = CameraView::orthographic(above, [1.0, 1.0], 0.1, 10.0);
+        let rays = RayScene::build(&scene).unwrap();
+        for direction in [dvec3(0.1, -1.0, 0.2), dvec3(-1.0, -0.1, 0.3), dvec3(1.0, -0.03, 1.0)] {
+            let down =
+                look_along(tilt.transform_point3(-3.0 * direction), tilt.transform_vector3(direction.normalize()));
+            for light in
+                [LightView::directional(down, [9.0, 9.0], 0.0, 9.0, 0.0), LightView::spot(down, 2.0, 0.1, 20.0, 0.0)]
+            {
+                let truth = hard(&rays, &eye, &light, [64, 64], &quiet).unwrap();
+                assert!(truth.triangle.iter().all(|&t| t != SKY));
+                let dark = truth.visibility.iter().filter(|v| **v != 1.0).count();
+                assert_eq!(dark, 0, "seed {seed}, {direction}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_ray_leaves_a_closed_body_through_its_edges_or_corners() {
+    // One ball, and one whose every triangle is a mesh of its own: they share positions, nothing else.
+    let whole = sphere(9, 0);
+    let parts: Vec<_> = whole.indices.chunks(3).map(|t| mesh(whole.positions.clone(), t.to_vec(), 0)).collect();
+    let tilt = DAffine3::from_axis_angle(dvec3(0.3, 1.0, 0.2).normalize(), 0.9);
+    for offset in [0.0, 1e6] {
+        let place = at(offset, -offset, 0.5 * offset) * tilt * scaled([1.0, 0.7, 1.3], [0.0; 3]);
+        for meshes in [vec![whole.clone()], parts.clone()] {
+            let placed = meshes.into_iter().map(|m| (m, place)).collect();
+            let rays = RayScene::build(&scene(placed, vec![Material::default()])).unwrap();
+            let from = place.transform_point3(dvec3(0.1, -0.05, 0.2));
+            let corner = |i: u32| place.transform_point3(Vec3::from(whole.positions[i as usize]).as_dvec3());
+            for t in whole.indices.chunks(3) {
+                for k in 0..3 {
+                    let (a, b) = (corner(t[k]), corner(t[(k + 1) % 3]));
+                    for s in [0.0, 0.25, 0.5, 0.7] {
+                        let d = a.lerp(b, s) - from;
+                        assert!(rays.occluded(from, Target::Direction(d), None), "a crack at {s} of an edge");
+                        assert!(rays.occluded(from, Target::Point(from + 1.001 * d), None));
+                        assert!(!rays.occluded(from, Target::Point(from + 0.999 * d), None));
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_light_in_a_closed_body_lights_nothing_outside() {
     for body in [sphere(16, 0), cube(0)] {
         let small = at(0.0, 1.0, 0.0) * DAffine3::from_scale(DVec3::splat(0.2));
