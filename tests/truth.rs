@@ -4,7 +4,7 @@ use edgeshade::reference::ray_traced::{
     Cache, Method, Origin, RayScene, SKY, SoftSettings, Target, Truth, cache_key, hard, soft, trace,
 };
 use edgeshade::scene::{Instance, Material, Mesh, Scene, Texture, Wrap};
-use edgeshade::view::{CameraView, LightKind, LightView, look_along, look_at};
+use edgeshade::view::{CameraView, DepthRange, LightKind, LightView, look_along, look_at};
 use glam::{DAffine3, DMat3, DVec3, Vec3, dvec3};
 use std::f64::consts::PI;
 
@@ -850,6 +850,39 @@ fn pixels_outside_the_shadow_map_are_marked_and_still_true() {
         }
         assert!(inside > 30 && outside > 30, "{inside} {outside}");
     }
+}
+
+#[test]
+fn both_depth_ranges_see_the_same_and_the_planes_cut() {
+    let scene = mixed(6);
+    let rays = RayScene::build(&scene).unwrap();
+    let [light, _] = lights(1.0, DVec3::ZERO, 0.0);
+    let stand = look_at(dvec3(0.5, 2.0, 4.5), dvec3(0.0, -0.2, 0.0));
+    let see = |camera: &CameraView| hard(&rays, camera, &light, [40, 40], &quiet).unwrap();
+    let reversed = see(&CameraView::perspective(stand, 0.9, 1.0, 0.05));
+    let standard = |near: f64, far: f64| CameraView {
+        world_from_view: stand,
+        clip_from_view: LightView::spot(stand, 0.9, near, far, 0.0).clip_from_view,
+        depth: DepthRange::Standard,
+    };
+    let all = see(&standard(0.05, 100.0));
+    assert_eq!((&all.triangle, &all.visibility), (&reversed.triangle, &reversed.visibility));
+    let cut = see(&standard(3.5, 5.0));
+    let mut gone = [0; 2];
+    for i in 0..all.triangle.len() {
+        let depth = all.depth_view[i];
+        if depth < 3.499 {
+            // Cut away by the near plane: something behind it shows, or nothing.
+            assert!(cut.depth_view[i] >= 3.499);
+            gone[0] += 1;
+        } else if depth > 5.001 {
+            assert_eq!(cut.triangle[i], SKY);
+            gone[1] += usize::from(depth.is_finite());
+        } else if depth > 3.501 && depth < 4.999 {
+            assert_eq!(cut.triangle[i], all.triangle[i]);
+        }
+    }
+    assert!(gone[0] > 20 && gone[1] > 20, "{gone:?}");
 }
 
 // ---------------------------------------------------------------- soft
