@@ -1,6 +1,20 @@
 //! Scenes: what stands where (no Vulkan), how it comes from a file, and how it is rasterised.
 
+pub mod cull;
+pub mod fit;
+mod gltf;
+mod gpu_scene;
+mod light_fit;
 mod model;
+mod raster;
+mod renderer;
+mod shade;
 pub mod shipped;
 
+pub use gltf::{load, load_bytes, load_scene};
+pub use gpu_scene::GpuScene;
+pub use light_fit::light_view;
 pub use model::*;
+pub use raster::{CasterFaces, CasterOptions, GBuffer, ShadowMap};
+pub use renderer::{MAX_SIZE, RenderDesc, Renderer};
+pub use shade::{Shade, ShadeOptions};

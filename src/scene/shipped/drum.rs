@@ -1,7 +1,9 @@
 //! A still life of curved receivers behind a rack of rods: drum, ball, bowl, saddle, lying cylinder.
 
 use super::kit::{PI, Stage, TAU, at, circle, cos, rot_x, rot_y, rot_z, sin};
-use super::mesh_builder::{MeshBuilder, block, cylinder, lathe, rod, rounded_box, sphere, studio, surface, torus, tube};
+use super::mesh_builder::{
+    MeshBuilder, block, cylinder, lathe, rod, rounded_box, sphere, studio, surface, torus, tube,
+};
 use super::texture;
 use crate::scene::Scene;
 use glam::{DVec3, dvec2, dvec3};
@@ -34,7 +36,11 @@ pub(super) fn stage() -> Scene {
     stage.add("small ball", &sphere(0.26, 48, 24).moved(at(0.35, 0.26, 0.62)), terracotta);
     stage.add("bowl", &bowl().moved(at(2.35, 0.505, 0.25) * rot_y(-0.9) * rot_x(0.5)), teal);
     stage.add("saddle", &saddle().moved(at(1.1, 0.0, 1.3) * rot_y(0.35)), sand);
-    stage.add("roll", &cylinder(0.36, 1.7, 72, 0.04).moved(at(-1.6, 0.36, 0.95) * rot_y(0.42) * rot_z(-0.5 * PI)), teal);
+    stage.add(
+        "roll",
+        &cylinder(0.36, 1.7, 72, 0.04).moved(at(-1.6, 0.36, 0.95) * rot_y(0.42) * rot_z(-0.5 * PI)),
+        teal,
+    );
 
     stage.add("rack", &rack(), dark);
 
@@ -74,8 +80,19 @@ fn fittings() -> MeshBuilder {
 fn stick() -> MeshBuilder {
     let radius = 0.022;
     lathe(
-        &[(0.0, -0.7), (0.016, -0.695), (radius, -0.68), (radius, 0.35), (0.011, 0.62), (0.012, 0.64), (0.02, 0.66),
-          (0.022, 0.68), (0.018, 0.7), (0.009, 0.712), (0.0, 0.715)],
+        &[
+            (0.0, -0.7),
+            (0.016, -0.695),
+            (radius, -0.68),
+            (radius, 0.35),
+            (0.011, 0.62),
+            (0.012, 0.64),
+            (0.02, 0.66),
+            (0.022, 0.68),
+            (0.018, 0.7),
+            (0.009, 0.712),
+            (0.0, 0.715),
+        ],
         24,
     )
     .moved(rot_z(0.5 * PI))
@@ -122,7 +139,22 @@ fn saddle() -> MeshBuilder {
         });
         out.add(&edge, at(0.0, 0.0, 0.0));
     }
-    out.add(&lathe(&[(0.0, 0.0), (0.3, 0.0), (0.31, 0.015), (0.3, 0.03), (0.07, 0.06), (0.05, 0.12), (0.05, 0.47), (0.0, 0.47)], 48), at(0.0, 0.0, 0.0));
+    out.add(
+        &lathe(
+            &[
+                (0.0, 0.0),
+                (0.3, 0.0),
+                (0.31, 0.015),
+                (0.3, 0.03),
+                (0.07, 0.06),
+                (0.05, 0.12),
+                (0.05, 0.47),
+                (0.0, 0.47),
+            ],
+            48,
+        ),
+        at(0.0, 0.0, 0.0),
+    );
     out
 }
 

@@ -75,7 +75,16 @@ pub(super) fn stage() -> Scene {
 /// A spear that ends a bar.
 fn spear() -> MeshBuilder {
     lathe(
-        &[(0.0, 0.0), (0.018, 0.0), (0.021, 0.012), (0.012, 0.025), (0.012, 0.035), (0.03, 0.075), (0.026, 0.1), (0.0, 0.2)],
+        &[
+            (0.0, 0.0),
+            (0.018, 0.0),
+            (0.021, 0.012),
+            (0.012, 0.025),
+            (0.012, 0.035),
+            (0.03, 0.075),
+            (0.026, 0.1),
+            (0.0, 0.2),
+        ],
         10,
     )
 }
@@ -176,7 +185,12 @@ fn bicycle() -> Bicycle {
         let out = dvec3(0.0, 0.0, side);
         frame.add(&rod(crank + 0.5 * out, rear + out, 0.009, 8), here);
         frame.add(&rod(seat + 0.3 * out, rear + out, 0.008, 8), here);
-        let fork = [head_low + 0.4 * out, head_low + dvec3(0.05, -0.14, 0.0) + out, front + dvec3(-0.03, 0.07, 0.0) + out, front + out];
+        let fork = [
+            head_low + 0.4 * out,
+            head_low + dvec3(0.05, -0.14, 0.0) + out,
+            front + dvec3(-0.03, 0.07, 0.0) + out,
+            front + out,
+        ];
         frame.add(&tube(&fork, |_| 0.01, 8), here);
     }
     // Handlebar, saddle, cranks, chain.
@@ -193,7 +207,10 @@ fn bicycle() -> Bicycle {
         tyres.add(&tube(end, |_| 0.016, 8), here);
     }
     metal.add(&rod(seat, seat + dvec3(-0.03, 0.12, 0.0), 0.011, 10), here);
-    let saddle = lathe(&[(0.0, -0.16), (0.03, -0.155), (0.045, -0.1), (0.06, 0.02), (0.095, 0.1), (0.08, 0.145), (0.0, 0.16)], 24);
+    let saddle = lathe(
+        &[(0.0, -0.16), (0.03, -0.155), (0.045, -0.1), (0.06, 0.02), (0.095, 0.1), (0.08, 0.145), (0.0, 0.16)],
+        24,
+    );
     let flat = DAffine3::from_scale(dvec3(1.0, 0.45, 1.0));
     tyres.add(&saddle, at(-0.27, 0.925, 0.0) * flat * rot_z(0.5 * PI));
     metal.add(&torus(0.085, 0.006, 32, 6), at(crank.x, crank.y, 0.045) * rot_x(0.5 * PI));
@@ -237,8 +254,14 @@ fn overhead() -> MeshBuilder {
             .collect();
         out.add(&tube(&curl, |_| 0.008, 6), here);
         let lantern = root + dvec3(-0.5, -0.36, 0.0);
-        out.add(&lathe(&[(0.0, 0.0), (0.05, 0.0), (0.06, 0.02), (0.05, 0.04), (0.0, 0.04)], 24), at(lantern.x, lantern.y, lantern.z));
-        out.add(&lathe(&[(0.0, 0.26), (0.11, 0.26), (0.115, 0.275), (0.03, 0.34), (0.012, 0.36), (0.0, 0.37)], 24), at(lantern.x, lantern.y, lantern.z));
+        out.add(
+            &lathe(&[(0.0, 0.0), (0.05, 0.0), (0.06, 0.02), (0.05, 0.04), (0.0, 0.04)], 24),
+            at(lantern.x, lantern.y, lantern.z),
+        );
+        out.add(
+            &lathe(&[(0.0, 0.26), (0.11, 0.26), (0.115, 0.275), (0.03, 0.34), (0.012, 0.36), (0.0, 0.37)], 24),
+            at(lantern.x, lantern.y, lantern.z),
+        );
         for k in 0..6 {
             let (c, s) = circle(TAU * k as f64 / 6.0);
             let d = dvec3(c, 0.0, s);

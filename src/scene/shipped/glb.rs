@@ -151,10 +151,7 @@ impl Writer {
                 .map(|&p| ((Vec3::from(p).as_dvec3() - low) / step).to_array().map(|x| x.round() as u16))
                 .collect();
             // The position is read as 0 to 1; one scale for all axes keeps the normals right.
-            from_stored = DAffine3 {
-                matrix3: DMat3::from_diagonal(DVec3::splat(step * 65535.0)),
-                translation: low,
-            };
+            from_stored = DAffine3 { matrix3: DMat3::from_diagonal(DVec3::splat(step * 65535.0)), translation: low };
             corners = distinct(&corners, &stored);
             self.positions_u16(&stored)
         } else {
@@ -179,7 +176,8 @@ impl Writer {
         if textured {
             let small = mesh.uvs.iter().flatten().all(|u| (0.0..=1.0).contains(u));
             let uv = if quantized && small {
-                let bytes = mesh.uvs.iter().flatten().flat_map(|u| ((u * 65535.0).round() as u16).to_le_bytes()).collect();
+                let bytes =
+                    mesh.uvs.iter().flatten().flat_map(|u| ((u * 65535.0).round() as u16).to_le_bytes()).collect();
                 let json = json!({ "componentType": U16, "normalized": true, "count": mesh.uvs.len(), "type": "VEC2" });
                 self.accessor(json, bytes, None, Some(VERTICES))
             } else {

@@ -40,10 +40,8 @@ pub(super) fn stage() -> Scene {
     let accent = stage.paint("red block", 0xb5442f);
     let red = stage.mesh("red block", &block(LENGTH, HEIGHT, WIDTH, 0.014), accent);
 
-    let top = lathe(
-        &[(0.0, -0.22), (2.55, -0.22), (2.7, -0.17), (2.76, -0.1), (2.75, -0.03), (2.7, 0.0), (0.0, 0.0)],
-        128,
-    );
+    let top =
+        lathe(&[(0.0, -0.22), (2.55, -0.22), (2.7, -0.17), (2.76, -0.1), (2.75, -0.03), (2.7, 0.0), (0.0, 0.0)], 128);
     stage.add("table top", &top.map_uv(|p, _| dvec2(p.x * 0.3, p.z * 0.3)), table);
     stage.add("table foot", &cylinder(0.35, 2.2, 48, 0.02).moved(at(0.0, -2.4, 0.0)), table);
     let ground = studio(22.0, 6.0, -4.5, 2.0, 9.0).map_uv(|p, _| dvec2(p.x * 0.2, (p.z - p.y) * 0.2));

@@ -215,11 +215,7 @@ pub(super) fn lathe(profile: &[(f64, f64)], segments: usize) -> MeshBuilder {
 }
 
 /// [`lathe`] with a radius that depends on the angle: `shape(angle, radius)`.
-pub(super) fn lathe_shaped(
-    profile: &[(f64, f64)],
-    segments: usize,
-    shape: impl Fn(f64, f64) -> f64,
-) -> MeshBuilder {
+pub(super) fn lathe_shaped(profile: &[(f64, f64)], segments: usize, shape: impl Fn(f64, f64) -> f64) -> MeshBuilder {
     let points: Vec<DVec2> = profile.iter().map(|&(r, y)| dvec2(r, y)).collect();
     let spans: Vec<DVec2> = points.windows(2).map(|w| w[1] - w[0]).collect();
     let mut out = MeshBuilder::new();
@@ -321,7 +317,11 @@ pub(super) fn tube(path: &[DVec3], radius: impl Fn(f64) -> f64, sides: usize) ->
         let middle = out.vertex(path[i], axis, DVec2::ZERO);
         for k in 0..sides as u32 {
             let (a, b) = (base + k, base + (k + 1) % sides as u32);
-            if end > 0.0 { out.triangle(middle, a, b) } else { out.triangle(middle, b, a) };
+            if end > 0.0 {
+                out.triangle(middle, a, b)
+            } else {
+                out.triangle(middle, b, a)
+            };
         }
     }
     out
@@ -446,7 +446,11 @@ pub(super) fn plate(outline: &[DVec2], depth: f64, bevel: f64) -> MeshBuilder {
         }
         for t in &faces {
             let [a, b, c] = t.map(|i| base + i as u32);
-            if z > 0.0 { out.triangle(a, b, c) } else { out.triangle(a, c, b) };
+            if z > 0.0 {
+                out.triangle(a, b, c)
+            } else {
+                out.triangle(a, c, b)
+            };
         }
     }
     out

@@ -63,7 +63,10 @@ pub const ALL: &[Shipped] = &[
     shipped!(foliage, "a small tree and grass out of cut-out leaves: alpha test, dense small holes"),
     shipped!(jenga, "a half-played tower of wooden blocks: contact shadows and narrow gaps"),
     shipped!(knot, "a woven ball of some hundred loops: one object that shadows itself everywhere"),
-    shipped!(ripples, "a ground whose waves get ever narrower under poles and frames: receiver depth of rising frequency"),
+    shipped!(
+        ripples,
+        "a ground whose waves get ever narrower under poles and frames: receiver depth of rising frequency"
+    ),
     shipped!(robot, "a four-legged walker with joints, pipes and antennae: mixed scales of one machine"),
 ];
 

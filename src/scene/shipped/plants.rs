@@ -10,7 +10,11 @@ pub(super) fn card(cell: (f64, f64), width: f64, height: f64, bend: f64) -> Mesh
     let margin = 1.0 / 256.0;
     let mut out = surface(2, 4, |u, v| {
         let sag = bend * height * v * v;
-        dvec3((u - 0.5) * width, height * v * (1.0 - 0.35 * bend.abs() * v), -sag + 0.12 * width * (2.0 * u - 1.0) * (2.0 * u - 1.0))
+        dvec3(
+            (u - 0.5) * width,
+            height * v * (1.0 - 0.35 * bend.abs() * v),
+            -sag + 0.12 * width * (2.0 * u - 1.0) * (2.0 * u - 1.0),
+        )
     });
     for uv in &mut out.uvs {
         *uv = dvec2(cell.0 + margin + uv.x * (0.5 - 2.0 * margin), cell.1 + 0.5 - margin - uv.y * (0.5 - 2.0 * margin));

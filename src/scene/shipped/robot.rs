@@ -44,7 +44,9 @@ pub(super) fn stage() -> Scene {
     body(&mut walker);
     head(&mut walker);
     // Hip, knee and foot of each leg, mid-stride.
-    for (x, z, step, lift) in [(0.95, 0.62, 0.32, 0.0), (0.95, -0.62, -0.02, 0.34), (-0.95, 0.62, -0.32, 0.0), (-0.95, -0.62, 0.12, 0.0)] {
+    for (x, z, step, lift) in
+        [(0.95, 0.62, 0.32, 0.0), (0.95, -0.62, -0.02, 0.34), (-0.95, 0.62, -0.32, 0.0), (-0.95, -0.62, 0.12, 0.0)]
+    {
         leg(&mut walker, dvec3(x, 1.62, z), step, lift);
     }
     let place = at(-0.35, 0.0, -0.2) * rot_y(-0.55);
@@ -133,7 +135,19 @@ fn body(w: &mut Walker) {
         }
     }
     // Tanks, vents and a rack on the back.
-    let tank = lathe(&[(0.0, -0.36), (0.08, -0.35), (0.14, -0.3), (0.16, -0.22), (0.16, 0.22), (0.14, 0.3), (0.08, 0.35), (0.0, 0.36)], 40);
+    let tank = lathe(
+        &[
+            (0.0, -0.36),
+            (0.08, -0.35),
+            (0.14, -0.3),
+            (0.16, -0.22),
+            (0.16, 0.22),
+            (0.14, 0.3),
+            (0.08, 0.35),
+            (0.0, 0.36),
+        ],
+        40,
+    );
     for z in [-0.19, 0.19] {
         w.accent.add(&tank, at(-0.72, 2.27, z) * rot_z(0.5 * PI));
         for x in [-0.9, -0.54] {
@@ -164,7 +178,17 @@ fn body(w: &mut Walker) {
     }
     w.metal.add(&rod(dvec3(0.62, 2.15, -0.2), dvec3(0.62, 2.85, -0.2), 0.018, 12), here);
     let dish = lathe(
-        &[(0.0, 0.0), (0.1, 0.012), (0.19, 0.05), (0.25, 0.1), (0.255, 0.112), (0.245, 0.112), (0.18, 0.062), (0.1, 0.026), (0.0, 0.014)],
+        &[
+            (0.0, 0.0),
+            (0.1, 0.012),
+            (0.19, 0.05),
+            (0.25, 0.1),
+            (0.255, 0.112),
+            (0.245, 0.112),
+            (0.18, 0.062),
+            (0.1, 0.026),
+            (0.0, 0.014),
+        ],
         48,
     );
     let aim = at(0.62, 2.85, -0.2) * rot_z(-0.8) * rot_x(0.3);
@@ -178,7 +202,10 @@ fn head(w: &mut Walker) {
     w.dark.add(&tube(&neck, |_| 0.11, 24), DAffine3::IDENTITY);
     for i in 0..4 {
         let t = i as f64 / 3.0;
-        w.metal.add(&torus(0.115, 0.016, 32, 8), at(1.18 + 0.22 * t, 1.81 + 0.13 * t * t, 0.0) * rot_z(-0.5 * PI + 0.7 * t));
+        w.metal.add(
+            &torus(0.115, 0.016, 32, 8),
+            at(1.18 + 0.22 * t, 1.81 + 0.13 * t * t, 0.0) * rot_z(-0.5 * PI + 0.7 * t),
+        );
     }
     let place = at(1.62, 2.12, 0.0) * rot_z(-0.12);
     w.paint.add(&rounded_box(dvec3(0.56, 0.36, 0.5), 0.08, 4), place);
@@ -236,7 +263,20 @@ fn leg(w: &mut Walker, hip: DVec3, step: f64, lift: f64) {
     // Thigh: two cheeks with a box between.
     let thigh = frame(shoulder, knee, outward);
     let length = (knee - shoulder).length();
-    let cheek = plate(&[dvec2(-0.13, -0.1), dvec2(0.13, -0.1), dvec2(0.16, 0.1), dvec2(0.1, length), dvec2(0.05, length + 0.1), dvec2(-0.05, length + 0.1), dvec2(-0.1, length), dvec2(-0.16, 0.1)], 0.05, 0.012);
+    let cheek = plate(
+        &[
+            dvec2(-0.13, -0.1),
+            dvec2(0.13, -0.1),
+            dvec2(0.16, 0.1),
+            dvec2(0.1, length),
+            dvec2(0.05, length + 0.1),
+            dvec2(-0.05, length + 0.1),
+            dvec2(-0.1, length),
+            dvec2(-0.16, 0.1),
+        ],
+        0.05,
+        0.012,
+    );
     for z in [-0.085, 0.085] {
         w.paint.add(&cheek, thigh * at(0.0, 0.0, z));
     }
@@ -249,7 +289,17 @@ fn leg(w: &mut Walker, hip: DVec3, step: f64, lift: f64) {
     let shin = frame(knee, foot, outward);
     let length = (foot - knee).length();
     let strut = lathe(
-        &[(0.0, 0.0), (0.085, 0.0), (0.09, 0.03), (0.09, 0.3), (0.06, 0.42), (0.05, length - 0.14), (0.065, length - 0.12), (0.065, length - 0.02), (0.0, length - 0.02)],
+        &[
+            (0.0, 0.0),
+            (0.085, 0.0),
+            (0.09, 0.03),
+            (0.09, 0.3),
+            (0.06, 0.42),
+            (0.05, length - 0.14),
+            (0.065, length - 0.12),
+            (0.065, length - 0.02),
+            (0.0, length - 0.02),
+        ],
         32,
     );
     w.paint.add(&strut, shin);
@@ -260,11 +310,18 @@ fn leg(w: &mut Walker, hip: DVec3, step: f64, lift: f64) {
         w.accent.add(&torus(0.092, 0.012, 36, 8), shin * at(0.0, y, 0.0));
     }
     // Hose from thigh to shin.
-    let hose = bent(&[thigh.transform_point3(dvec3(0.0, 0.45, 0.13)), knee + outward * 0.24 + bend * 0.06, shin.transform_point3(dvec3(0.0, 0.36, 0.07))]);
+    let hose = bent(&[
+        thigh.transform_point3(dvec3(0.0, 0.45, 0.13)),
+        knee + outward * 0.24 + bend * 0.06,
+        shin.transform_point3(dvec3(0.0, 0.36, 0.07)),
+    ]);
     w.dark.add(&tube(&hose, |_| 0.016, 10), DAffine3::IDENTITY);
     // Foot: ankle ball and a round pad, level.
     w.metal.add(&sphere(0.09, 32, 18), at(foot.x, foot.y + 0.05, foot.z));
-    let pad = lathe(&[(0.0, 0.0), (0.2, 0.0), (0.215, 0.012), (0.215, 0.04), (0.2, 0.055), (0.12, 0.075), (0.08, 0.1), (0.0, 0.1)], 40);
+    let pad = lathe(
+        &[(0.0, 0.0), (0.2, 0.0), (0.215, 0.012), (0.215, 0.04), (0.2, 0.055), (0.12, 0.075), (0.08, 0.1), (0.0, 0.1)],
+        40,
+    );
     let tilt = if lift > 0.0 { rot_z(-0.25) } else { rot_z(0.0) };
     w.dark.add(&pad, at(foot.x, foot.y - 0.07, foot.z) * tilt);
 }

@@ -1,0 +1,56 @@
+# Everything here is one Cargo command, preceded by scripts/setup.sh where the system must provide something.
+
+CARGO ?= cargo
+# For example --locked.
+CARGO_FLAGS ?=
+
+# rustup's own folder is not on the path of every shell.
+export PATH := $(PATH):$(HOME)/.cargo/bin
+
+# Vulkan drivers warn when this is unset, and need no more of it than that it exists.
+ifndef XDG_RUNTIME_DIR
+export XDG_RUNTIME_DIR := $(or $(TMPDIR),/tmp)/edgeshade-$(shell id -u)
+$(shell mkdir -p -m 700 '$(XDG_RUNTIME_DIR)')
+endif
+
+# One target at a time: they share Cargo's build folder.
+.NOTPARALLEL:
+.PHONY: help demo test spv check-spv lint doc bless bench setup setup-shaders
+
+help: ## List these targets
+	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1	\2/p' $(MAKEFILE_LIST) | expand -t 12
+
+demo: setup ## Render the default scene to shadow.png and print the time of every pass
+	$(CARGO) run --release $(CARGO_FLAGS) -- render -o shadow.png
+
+test: setup ## Run all tests
+	$(CARGO) test $(CARGO_FLAGS)
+
+# The bare library is enough to run build.rs, which compiles the shaders; always the same profile, so that shaderc
+# itself is compiled once (5 to 10 minutes on two cores) and then kept.
+spv: setup-shaders ## Compile all shaders and refresh spv/ (the first time takes minutes)
+	EDGESHADE_SPV=write $(CARGO) check --lib --no-default-features --features shaderc $(CARGO_FLAGS)
+
+check-spv: setup-shaders ## Fail when spv/ differs from a fresh compile of glsl/
+	EDGESHADE_SPV=check $(CARGO) check --lib --no-default-features --features shaderc $(CARGO_FLAGS)
+
+lint: ## Check formatting, and all code with clippy
+	$(CARGO) fmt --check
+	$(CARGO) clippy --all-targets $(CARGO_FLAGS) -- -D warnings
+	$(CARGO) clippy --all-targets --no-default-features $(CARGO_FLAGS) -- -D warnings
+
+doc: ## Build the documentation, of the bare library too; any warning fails
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --no-default-features $(CARGO_FLAGS)
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps $(CARGO_FLAGS)
+
+bless: setup ## Rewrite the golden images from what is rendered now
+	EDGESHADE_BLESS=1 $(CARGO) test golden $(CARGO_FLAGS)
+
+bench: setup ## Measure all techniques
+	$(CARGO) run --release $(CARGO_FLAGS) -- bench
+
+setup:
+	@scripts/setup.sh runtime
+
+setup-shaders:
+	@scripts/setup.sh build-shaders

@@ -1,0 +1,194 @@
+//! The shader sources under `glsl/`: which files are shaders, what they include, and one hash for all of it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The compiler settings are part of each hash: changing them makes every module stale.
+const SETTINGS: &str = include_str!("compile.rs");
+
+/// File extensions that glslang takes for a shader stage: such a file in the wrong place is a mistake, not an include.
+const STAGES: [&str; 15] = [
+    "comp", "vert", "frag", "geom", "tesc", "tese", "mesh", "task", "rgen", "rint", "rahit", "rchit", "rmiss", "rcall",
+    "hlsl",
+];
+
+/// A folder of GLSL. Paths inside it are relative to it and use `/` on every system.
+pub struct Tree {
+    root: PathBuf,
+}
+
+impl Tree {
+    /// `root` is the folder `glsl/`.
+    pub fn new(root: impl Into<PathBuf>) -> Self {
+        Self { root: root.into() }
+    }
+
+    /// Every shader, sorted: `pass/*.comp` and `raster/*.{vert,frag,geom}`.
+    pub fn shaders(&self) -> Result<Vec<String>, String> {
+        let mut files = Vec::new();
+        walk(&self.root, "", &mut files).map_err(|e| format!("glsl/: {e}"))?;
+        files.retain(|f| stage(f).is_some_and(|s| STAGES.contains(&s)));
+        for file in &files {
+            let (folder, name) = file.split_once('/').unwrap_or(("", file));
+            let placed = match folder {
+                "pass" => stage(name) == Some("comp"),
+                "raster" => matches!(stage(name), Some("vert" | "frag" | "geom")),
+                _ => false,
+            };
+            if !placed || name.contains('/') {
+                return Err(format!(
+                    "glsl/{file}: not a place for this shader; compute shaders are glsl/pass/*.comp, others \
+                     glsl/raster/*.{{vert,frag,geom}}, and includes end in .glsl"
+                ));
+            }
+        }
+        files.sort();
+        Ok(files)
+    }
+
+    /// The text of one file, with line ends normalised so that every checkout hashes and compiles alike.
+    pub fn read(&self, path: &str) -> Result<String, String> {
+        let text = fs::read_to_string(self.root.join(path)).map_err(|e| format!("glsl/{path}: {e}"))?;
+        if text.contains('\0') {
+            return Err(format!("glsl/{path}: contains a NUL byte"));
+        }
+        Ok(text.replace("\r\n", "\n"))
+    }
+
+    /// Finds what `#include "name"` in `from` means: relative to the folder of `from` first, then to `glsl/`.
+    pub fn resolve(&self, from: &str, name: &str) -> Result<String, String> {
+        let folder = from.rsplit_once('/').map_or("", |(folder, _)| folder);
+        for base in [folder, ""] {
+            if let Some(path) = join(base, name)
+                && self.root.join(&path).is_file()
+            {
+                return Ok(path);
+            }
+        }
+        Err(format!("no such include \"{name}\", neither next to glsl/{from} nor under glsl/"))
+    }
+
+    /// The hash of a shader: compiler settings, then name and text of it and of all that it includes, in order.
+    pub fn hash(&self, shader: &str) -> Result<String, String> {
+        let mut hasher = blake3::Hasher::new();
+        let mut field = |text: &str| {
+            // The length keeps two fields from running into each other.
+            hasher.update(&(text.len() as u64).to_le_bytes());
+            hasher.update(text.as_bytes());
+        };
+        field(&SETTINGS.replace("\r\n", "\n"));
+        self.visit(shader, &mut Vec::new(), &mut BTreeSet::new(), &mut field)
+            .map_err(|e| format!("shader glsl/{shader}: {e}"))?;
+        Ok(hasher.finalize().to_hex().to_string())
+    }
+
+    /// Depth first, each file once; `open` is the chain of files being included, which a cycle re-enters.
+    fn visit(
+        &self,
+        path: &str,
+        open: &mut Vec<String>,
+        done: &mut BTreeSet<String>,
+        field: &mut dyn FnMut(&str),
+    ) -> Result<(), String> {
+        if open.iter().any(|p| p == path) {
+            return Err(format!("cyclic include: {} -> {path}", open.join(" -> ")));
+        }
+        if !done.insert(path.to_owned()) {
+            return Ok(());
+        }
+        let text = self.read(path)?;
+        field(path);
+        field(&text);
+        open.push(path.to_owned());
+        for (line, include) in includes(&text) {
+            let name = include.map_err(|directive| {
+                format!("glsl/{path}:{line}: `{directive}`: write the file in quotes: #include \"lib/name.glsl\"")
+            })?;
+            let next = self.resolve(path, &name).map_err(|e| format!("glsl/{path}:{line}: {e}"))?;
+            self.visit(&next, open, done, field)?;
+        }
+        open.pop();
+        Ok(())
+    }
+}
+
+/// The extension, which names the stage.
+pub fn stage(path: &str) -> Option<&str> {
+    path.rsplit('/').next()?.rsplit_once('.').map(|(_, extension)| extension)
+}
+
+/// All plain files below `dir`, as paths relative to the first `dir`; hidden ones are left out.
+pub fn walk(dir: &Path, prefix: &str, files: &mut Vec<String>) -> std::io::Result<()> {
+    for entry in fs::read_dir(dir)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let Some(name) = name.to_str() else { continue };
+        if name.starts_with('.') {
+            continue;
+        }
+        let path = format!("{prefix}{name}");
+        if entry.file_type()?.is_dir() {
+            walk(&entry.path(), &format!("{path}/"), files)?;
+        } else {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// `base/name` with `.` and `..` resolved; `None` where it leaves the tree.
+fn join(base: &str, name: &str) -> Option<String> {
+    if name.starts_with('/') || name.contains(['\\', ':']) {
+        return None;
+    }
+    let mut parts: Vec<&str> = Vec::new();
+    for part in base.split('/').chain(name.split('/')) {
+        match part {
+            "" | "." => {}
+            ".." => drop(parts.pop()?),
+            part => parts.push(part),
+        }
+    }
+    Some(parts.join("/"))
+}
+
+/// Line number and file name of every include directive; `Err` holds a directive that does not name a quoted file.
+/// Includes inside `#if` count too: hashing one file too many is harmless, one too few is not.
+fn includes(text: &str) -> Vec<(usize, Result<String, String>)> {
+    let text = without_comments(text);
+    let mut found = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        let Some(directive) = line.trim_start().strip_prefix('#') else { continue };
+        let Some(rest) = directive.trim_start().strip_prefix("include") else { continue };
+        let name = rest.trim().strip_prefix('"').and_then(|r| r.strip_suffix('"')).filter(|n| !n.contains('"'));
+        found.push((i + 1, name.map(str::to_owned).ok_or_else(|| line.trim().to_owned())));
+    }
+    found
+}
+
+/// Blanks comments and keeps line ends, so that an include that is commented out does not count.
+fn without_comments(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        if rest.starts_with("//") {
+            rest = &rest[rest.find('\n').unwrap_or(rest.len())..];
+        } else if rest.starts_with("/*") {
+            let end = rest[2..].find("*/").map_or(rest.len(), |i| i + 4);
+            out.push(' ');
+            out.extend(rest[..end].chars().filter(|&c| c == '\n'));
+            rest = &rest[end..];
+        } else if c == '"' {
+            // A quoted path may hold what looks like a comment.
+            let line = rest.find('\n').unwrap_or(rest.len());
+            let end = rest[1..line].find('"').map_or(line, |i| i + 2);
+            out.push_str(&rest[..end]);
+            rest = &rest[end..];
+        } else {
+            out.push(c);
+            rest = &rest[c.len_utf8()..];
+        }
+    }
+    out
+}

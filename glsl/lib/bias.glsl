@@ -1,0 +1,10 @@
+// The one bias model of all techniques: what single precision costs, and nothing that depends on a scene's scale.
+#ifndef EDGESHADE_BIAS
+#define EDGESHADE_BIAS
+
+// Relative error of a view-space position reconstructed from a D32 depth and carried through two f32 matrices.
+const float POSITION_ULPS = 4.0 / 8388608.0;
+// Absolute error of a depth in [0, 1]: the map's own rasterisation and the receiver's transform.
+const float DEPTH_ULPS = 4.0 / 8388608.0;
+
+#endif

@@ -1,0 +1,61 @@
+// From the camera's view space to the shadow map: position, depth, and the receiver plane.
+// Binding-free: include it anywhere. Spaces and formulas: README, "Conventions".
+#ifndef EDGESHADE_LIGHT_SPACE
+#define EDGESHADE_LIGHT_SPACE
+
+// A point in shadow-map space.
+struct LightPoint {
+  vec2 uv;     // [0, 1] inside the map
+  float depth; // what the map stores: 0 near to 1 far
+  float w;     // distance along the light's axis (1 for a directional light)
+  vec2 ndc;
+  bool inside; // within the light's frustum; outside it a point counts as lit
+};
+
+LightPoint lightPoint(mat4 light_clip_from_view, vec3 p) {
+  vec4 q = light_clip_from_view * vec4(p, 1.0);
+  LightPoint l;
+  l.w = q.w;
+  // Never divide by a w that is not in front of the light.
+  l.inside = q.w > 0.0 && q.z >= 0.0 && q.z <= q.w && all(lessThanEqual(abs(q.xy), vec2(q.w)));
+  float r = l.inside ? 1.0 / q.w : 0.0;
+  l.ndc = q.xy * r;
+  l.uv = 0.5 * l.ndc + 0.5;
+  l.depth = q.z * r;
+  return l;
+}
+
+vec3 rowOf(mat4 m, int row) { return vec3(m[0][row], m[1][row], m[2][row]); }
+
+// World size of a texel at a point's depth, along the wider axis of the texel.
+float texelSize(mat4 light_clip_from_view, LightPoint l, vec2 map_size) {
+  vec2 scale = vec2(length(rowOf(light_clip_from_view, 0)), length(rowOf(light_clip_from_view, 1))) * map_size;
+  return 2.0 * l.w / min(scale.x, scale.y);
+}
+
+// How far a point of a plane must move along its normal `n` so that it lies in front of the plane's own depth in
+// the texel it then falls into, in units of texelSize: at a texel's centre, at most half a texel away on either
+// axis, the plane is deeper by at most (|n_u| + |n_v|)/2 over the plane's slope along the ray, which cancels.
+float planeOffsetTexels(mat4 light_clip_from_view, vec3 n) {
+  return 0.5 * (abs(dot(n, normalize(rowOf(light_clip_from_view, 0)))) +
+                abs(dot(n, normalize(rowOf(light_clip_from_view, 1)))));
+}
+
+// Receiver plane: d(depth)/d(uv) over the plane with normal `n` through the point, exact for both projections.
+// `depth_scale` is near*far/(far-near) for a perspective light and 0 for a parallel one.
+// With U, V, D the gradients of u, v and depth in space, D - g.u U - g.v V is parallel to n; crossing with n and
+// dotting gives the two triple products. A plane seen edge-on has no such slope: then 0, the fixed depth.
+vec2 receiverPlane(mat4 light_clip_from_view, float depth_scale, LightPoint l, vec3 n) {
+  vec3 x = rowOf(light_clip_from_view, 0), y = rowOf(light_clip_from_view, 1);
+  vec3 z = rowOf(light_clip_from_view, 2), w = rowOf(light_clip_from_view, 3);
+  float r = 1.0 / l.w;
+  vec3 U = 0.5 * r * (x - l.ndc.x * w);
+  vec3 V = 0.5 * r * (y - l.ndc.y * w);
+  vec3 D = depth_scale > 0.0 ? depth_scale * r * r * w : z;
+  vec3 area = cross(U, V);
+  float facing = dot(n, area);
+  if (abs(facing) < 1e-3 * length(area)) return vec2(0.0);
+  return vec2(dot(n, cross(D, V)), dot(n, cross(U, D))) / facing;
+}
+
+#endif

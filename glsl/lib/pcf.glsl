@@ -1,0 +1,89 @@
+// Percentage-closer filtering: Reeves, Salesin, Cook, "Rendering Antialiased Shadows with Depth Maps" (1987).
+// A box of w x w texels convolved with the bilinear tent of the hard test: (w+1)^2 texels, per axis weighted
+// 1-f, 1, ..., 1, f, so that the kernel slides without steps. Every texel is tested at its own centre on the
+// receiver's plane.
+#ifndef EDGESHADE_PCF
+#define EDGESHADE_PCF
+#include "lib/shadow_test.glsl"
+
+// Where a kernel lies in the map.
+struct PcfKernel {
+  ivec2 base;      // first texel of the (w+1)^2
+  vec2 f;          // fraction of a texel by which the kernel has slid
+  float reference; // receiver depth at the centre of `base`, bias taken off
+  vec2 slope;      // receiver depth a texel
+};
+
+PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, float bias, int w, vec2 map_size) {
+  PcfKernel k;
+  vec2 x = uv * map_size - 0.5;
+  vec2 first = floor(x);
+  k.f = x - first;
+  k.base = ivec2(first) - (w - 1) / 2;
+  k.slope = plane / map_size;
+  // From the point to the centre of base, in texels.
+  k.reference = depth - bias + dot(k.slope, vec2(k.base) - x);
+  return k;
+}
+
+// Smallest and largest reference over the kernel's texels.
+vec2 pcfReferenceRange(PcfKernel k, int w) {
+  vec2 a = k.slope * float(w);
+  float low = k.reference + min(a.x, 0.0) + min(a.y, 0.0);
+  float high = k.reference + max(a.x, 0.0) + max(a.y, 0.0);
+  // References are summed in another order in the kernel: keep the bounds on the safe side of the rounding.
+  float slack = 4e-7 * (1.0 + abs(a.x) + abs(a.y));
+  return vec2(low - slack, high + slack);
+}
+
+float pcfReference(PcfKernel k, int i, int j) { return k.reference + (float(i) * k.slope.x + float(j) * k.slope.y); }
+
+// Weight of column (or row) i of w+1.
+float pcfWeight(int i, float f, int w) { return i == 0 ? 1.0 - f : i == w ? f : 1.0; }
+
+// Sums to exactly 0 or 1 where all tests agree.
+float pcfNormalize(float sum, int lit, int w) {
+  int taps = (w + 1) * (w + 1);
+  return lit == 0 ? 0.0 : lit == taps ? 1.0 : clamp(sum / float(w * w), 0.0, 1.0);
+}
+
+// One fetch a texel.
+float pcfLoop(sampler2DArray shadow_map, PcfKernel k, int w, int layer, ivec2 map_size) {
+  float sum = 0.0;
+  int lit = 0;
+  for (int j = 0; j <= w; ++j) {
+    float row = 0.0;
+    for (int i = 0; i <= w; ++i) {
+      float s = shadowTest(pcfReference(k, i, j), shadowMapDepth(shadow_map, k.base + ivec2(i, j), layer, map_size));
+      row += s * pcfWeight(i, k.f.x, w);
+      lit += int(s);
+    }
+    sum += row * pcfWeight(j, k.f.y, w);
+  }
+  return pcfNormalize(sum, lit, w);
+}
+
+// One gather for 2 x 2 texels, at their common corner, where no rounding of coordinates can pick another block.
+// The sampler's border must be white.
+float pcfGather(sampler2DArray shadow_map, PcfKernel k, int w, int layer, ivec2 map_size) {
+  vec2 texel = 1.0 / vec2(map_size);
+  float sum = 0.0;
+  int lit = 0;
+  for (int j = 0; j <= w; j += 2) {
+    float upper = 0.0, lower = 0.0;
+    for (int i = 0; i <= w; i += 2) {
+      vec4 stored = textureGather(shadow_map, vec3(vec2(k.base + ivec2(i, j) + 1) * texel, float(layer)));
+      // Gather order: (0, 1), (1, 1), (1, 0), (0, 0).
+      vec4 s = vec4(shadowTest(pcfReference(k, i, j + 1), stored.x), shadowTest(pcfReference(k, i + 1, j + 1), stored.y),
+                    shadowTest(pcfReference(k, i + 1, j), stored.z), shadowTest(pcfReference(k, i, j), stored.w));
+      float left = pcfWeight(i, k.f.x, w), right = pcfWeight(i + 1, k.f.x, w);
+      upper += s.w * left + s.z * right;
+      lower += s.x * left + s.y * right;
+      lit += int(s.x + s.y + s.z + s.w);
+    }
+    sum += upper * pcfWeight(j, k.f.y, w) + lower * pcfWeight(j + 1, k.f.y, w);
+  }
+  return pcfNormalize(sum, lit, w);
+}
+
+#endif

@@ -1,0 +1,76 @@
+// The surface point of a camera pixel: position and normal in the camera's view space.
+#ifndef EDGESHADE_RECEIVER
+#define EDGESHADE_RECEIVER
+#include "lib/bias.glsl"
+#include "lib/octahedral.glsl"
+#include "view.glsl"
+
+layout(binding = 1) uniform sampler2D camera_depth;
+layout(binding = 2) uniform sampler2D camera_normal; // unused where view.normal_encoding is NORMAL_NONE
+
+struct Receiver {
+  vec3 position;
+  vec3 normal;   // unit, on the viewer's side
+  bool surface;  // false: sky
+};
+
+float depthAt(ivec2 pixel) { return texelFetch(camera_depth, pixel, 0).x; }
+
+// Difference of position to the neighbour, of the two along an axis, that is likelier on the same surface.
+vec3 viewTangent(ivec2 pixel, ivec2 axis, vec3 p) {
+  ivec2 last = ivec2(view.size) - 1;
+  vec3 best = vec3(0.0);
+  float nearest = 3.0e38;
+  for (int side = -1; side <= 1; side += 2) {
+    ivec2 q = pixel + side * axis;
+    if (any(lessThan(q, ivec2(0))) || any(greaterThan(q, last))) continue;
+    float depth = depthAt(q);
+    if (depth == view.far_depth) continue;
+    vec3 d = viewPosition(q, depth) - p;
+    if (abs(d.z) < nearest) {
+      nearest = abs(d.z);
+      best = float(side) * d;
+    }
+  }
+  return best;
+}
+
+// Geometric normal from neighbouring depths; towards the viewer where there is no neighbour to tell.
+vec3 normalFromDepth(ivec2 pixel, vec3 p) {
+  vec3 n = cross(viewTangent(pixel, ivec2(0, 1), p), viewTangent(pixel, ivec2(1, 0), p));
+  float l = length(n);
+  if (!(l > 0.0)) return vec3(0.0, 0.0, 1.0);
+  n /= l;
+  return dot(n, p) > 0.0 ? -n : n;
+}
+
+vec3 normalAt(ivec2 pixel, vec3 p) {
+  if (view.normal_encoding == NORMAL_NONE) return normalFromDepth(pixel, p);
+  vec3 e = texelFetch(camera_normal, pixel, 0).xyz;
+  vec3 n = view.normal_encoding == NORMAL_CARTESIAN            ? normalize(e)
+           : view.normal_encoding == NORMAL_OCTAHEDRAL_UNSIGNED ? octahedralDecode(2.0 * e.xy - 1.0)
+                                                                : octahedralDecode(e.xy);
+  return view.view_from_world * n;
+}
+
+Receiver receiverAt(ivec2 pixel) {
+  Receiver r;
+  float depth = depthAt(pixel);
+  r.surface = depth != view.far_depth;
+  r.position = vec3(0.0);
+  r.normal = vec3(0.0, 0.0, 1.0);
+  if (!r.surface) return r;
+  r.position = viewPosition(pixel, depth);
+  r.normal = normalAt(pixel, r.position);
+  return r;
+}
+
+// The point to look up in the shadow map: the receiver moved along its normal by `texels` times what a plane
+// needs (planeOffsetTexels), plus what single precision may have cost its position.
+vec3 offsetReceiver(Receiver r, LightPoint l, float texels, int layer) {
+  mat4 m = view.light_clip_from_view[layer];
+  float offset = texels * texelSize(m, l, vec2(view.map_size)) * planeOffsetTexels(m, r.normal);
+  return r.position + r.normal * (offset + POSITION_ULPS * length(r.position));
+}
+
+#endif

@@ -1,0 +1,35 @@
+#version 460
+// G-buffer: geometric normal (for shadows), shading normal, albedo, triangle id.
+#extension GL_GOOGLE_include_directive : require
+#include "instance.glsl"
+#include "material.glsl"
+#include "lib/octahedral.glsl"
+
+layout(constant_id = 0) const bool MASKED = false; // a shader that may discard gives up early depth tests
+
+layout(location = 0) in vec2 fragment_uv;
+layout(location = 1) in vec4 fragment_color;
+layout(location = 2) in vec3 fragment_normal;
+layout(location = 3) in vec3 fragment_position;
+layout(location = 4) flat in uint fragment_instance;
+
+layout(location = 0) out vec2 geometric_normal;
+layout(location = 1) out vec2 shading_normal;
+layout(location = 2) out vec4 albedo;
+layout(location = 3) out uint triangle;
+
+void main() {
+  vec4 color = push.base_color * fragment_color * sampleBaseColor(fragment_uv);
+  if (MASKED && color.a < push.alpha_cutoff) discard;
+  Instance i = instances[fragment_instance];
+  // Object space keeps full precision however far away the object stands. With y down on the screen,
+  // the winding of the two derivatives turns: this order points towards the viewer for either face.
+  vec3 n = i.normal_from_object * cross(dFdy(fragment_position), dFdx(fragment_position));
+  float l = length(n);
+  vec3 shading = normalize(fragment_normal) * (gl_FrontFacing ? 1.0 : -1.0);
+  n = l > 0.0 ? i.orientation * n / l : shading;
+  geometric_normal = octahedralEncode(n);
+  shading_normal = octahedralEncode(shading);
+  albedo = vec4(color.rgb, 1.0);
+  triangle = i.first_triangle + gl_PrimitiveID;
+}

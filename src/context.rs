@@ -1,0 +1,175 @@
+//! What lives as long as the caller's device: function tables, allocator, samplers, pipelines.
+
+use crate::gpu::{ComputePipeline, Device, ShaderStruct};
+use crate::{Error, Result};
+use ash::vk;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::any::Any;
+use std::collections::HashMap;
+use std::ffi::CStr;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The caller's handles.
+pub struct ContextDesc<'a> {
+    /// The instance; its API version is at least 1.3.
+    pub instance: &'a ash::Instance,
+    /// The physical device of `device`.
+    pub physical_device: vk::PhysicalDevice,
+    /// The device, made with what [`requirements`] lists.
+    pub device: &'a ash::Device,
+    /// True if the instance has `VK_EXT_debug_utils`: objects get names and passes get labels.
+    pub debug_utils: bool,
+    /// Where memory comes from; `None` makes an allocator of our own.
+    pub allocator: Option<Arc<Mutex<Allocator>>>,
+    /// Used for every pipeline; may be null.
+    pub pipeline_cache: vk::PipelineCache,
+    /// Dropped after everything made from the context: hand in an owner of the device, and the order
+    /// of drops takes care of itself. `None` leaves the order to the caller.
+    pub keep_alive: Option<Arc<dyn Any + Send + Sync>>,
+}
+
+/// What the library needs of a device.
+#[derive(Clone, Debug)]
+pub struct Requirements {
+    /// Smallest API version of instance and device.
+    pub api_version: u32,
+    /// Device extensions.
+    pub extensions: &'static [&'static CStr],
+    /// Features of Vulkan 1.0.
+    pub features: vk::PhysicalDeviceFeatures,
+    /// Names of the features of Vulkan 1.2 and 1.3: `scalarBlockLayout`, `synchronization2`,
+    /// and `dynamicRendering` (the last for the host's raster passes only).
+    pub newer_features: &'static [&'static str],
+}
+
+/// What every technique needs: the baseline. Techniques that need more say so in their registry entry.
+pub fn requirements() -> Requirements {
+    Requirements {
+        api_version: vk::API_VERSION_1_3,
+        extensions: &[ash::khr::push_descriptor::NAME],
+        features: vk::PhysicalDeviceFeatures {
+            shader_storage_image_extended_formats: vk::TRUE,
+            shader_storage_image_write_without_format: vk::TRUE,
+            ..Default::default()
+        },
+        newer_features: &["scalarBlockLayout", "synchronization2"],
+    }
+}
+
+impl Requirements {
+    /// What `physical_device` lacks, by name; empty if it has all.
+    ///
+    /// # Safety
+    /// `physical_device` belongs to `instance`, whose API version is at least 1.1.
+    pub unsafe fn missing(&self, instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> Vec<String> {
+        let mut missing = vec![];
+        // SAFETY: vouched for by the caller, here and below.
+        let version = unsafe { instance.get_physical_device_properties(physical_device) }.api_version;
+        if version < self.api_version {
+            let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
+            missing.push(format!("Vulkan 1.3 (it has {major}.{minor})"));
+            return missing;
+        }
+        // SAFETY: as above.
+        let extensions = unsafe { instance.enumerate_device_extension_properties(physical_device) }.unwrap_or_default();
+        for needed in self.extensions {
+            if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(needed)) {
+                missing.push(format!("the extension {}", needed.to_string_lossy()));
+            }
+        }
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut has = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        // SAFETY: as above.
+        unsafe { instance.get_physical_device_features2(physical_device, &mut has) };
+        let core = has.features;
+        let mut feature = |name: &str, present: vk::Bool32| {
+            if present == vk::FALSE {
+                missing.push(format!("the feature {name}"));
+            }
+        };
+        feature("shaderStorageImageExtendedFormats", core.shader_storage_image_extended_formats);
+        feature("shaderStorageImageWriteWithoutFormat", core.shader_storage_image_write_without_format);
+        feature("scalarBlockLayout", v12.scalar_block_layout);
+        feature("synchronization2", v13.synchronization2);
+        missing
+    }
+}
+
+/// The library's side of a caller's device. It creates no queue and submits nothing.
+///
+/// Dropping it (and every technique prepared with it) needs the GPU to be done with all frames
+/// recorded through it, and the caller's device to be still alive.
+pub struct Context {
+    device: Arc<Device>,
+    nearest: vk::Sampler,
+    pipelines: Mutex<HashMap<(String, Vec<u32>), Arc<ComputePipeline>>>,
+}
+
+impl Context {
+    /// Wraps the caller's device.
+    ///
+    /// # Safety
+    /// The handles are valid and belong together, the device was created with what [`requirements`]
+    /// lists, and all of it outlives the context and everything made from it.
+    pub unsafe fn new(desc: &ContextDesc<'_>) -> Result<Self> {
+        // SAFETY: vouched for by the caller.
+        let missing = unsafe { requirements().missing(desc.instance, desc.physical_device) };
+        if !missing.is_empty() {
+            return Err(Error::NoDevice(format!("the device lacks {}", missing.join(", "))));
+        }
+        let allocator = match &desc.allocator {
+            Some(allocator) => allocator.clone(),
+            None => {
+                let allocator = Allocator::new(&AllocatorCreateDesc {
+                    instance: desc.instance.clone(),
+                    device: desc.device.clone(),
+                    physical_device: desc.physical_device,
+                    debug_settings: Default::default(),
+                    buffer_device_address: false,
+                    allocation_sizes: Default::default(),
+                })
+                .map_err(|source| Error::Allocation { what: "the allocator".into(), source })?;
+                Arc::new(Mutex::new(allocator))
+            }
+        };
+        let device = Arc::new(Device::new(desc, allocator));
+        // Texels outside a shadow map count as farther than everything: a border of depth 1.
+        let info = vk::SamplerCreateInfo::default()
+            .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_BORDER)
+            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_BORDER)
+            .address_mode_w(vk::SamplerAddressMode::CLAMP_TO_BORDER)
+            .border_color(vk::BorderColor::FLOAT_OPAQUE_WHITE);
+        let nearest = device.sampler(&info, "nearest, white border")?;
+        Ok(Self { device, nearest, pipelines: Mutex::default() })
+    }
+
+    /// The shared device.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// Nearest filtering; outside the image 1.
+    pub fn nearest(&self) -> vk::Sampler {
+        self.nearest
+    }
+
+    /// The compute pipeline of a shader with the given specialization constants, made once.
+    pub fn pipeline<P: ShaderStruct>(&self, shader: &str, constants: &[u32]) -> Result<Arc<ComputePipeline>> {
+        let key = (shader.to_owned(), constants.to_vec());
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = pipelines.get(&key) {
+            return Ok(pipeline.clone());
+        }
+        let pipeline = Arc::new(ComputePipeline::new::<P>(&self.device, shader, constants)?);
+        pipelines.insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        // SAFETY: the owner vouches that the GPU is done with it.
+        unsafe { self.device.raw.destroy_sampler(self.nearest, None) };
+    }
+}

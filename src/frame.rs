@@ -1,0 +1,591 @@
+//! One frame's recording: labels, barriers, timestamps, bindings, dispatches. Nothing else records.
+
+use crate::context::Context;
+use crate::gpu::{Buffer, ComputePipeline, Image, RasterPipeline, ResourceAccess, ResourceKind};
+use crate::hazard::{Barrier, Hazards, Use};
+use crate::inputs::{Handoff, ImageRef};
+use crate::timing::Timings;
+use crate::{Error, Result};
+use ash::vk::{self, Handle};
+use std::ffi::CString;
+
+/// Something bound to a shader.
+#[derive(Clone, Copy)]
+pub enum Bind<'a> {
+    /// An image of ours, all of its mip levels.
+    Image(&'a Image),
+    /// One mip level of an image of ours.
+    Mip(&'a Image, u32),
+    /// Somebody else's image, in the layout that it states; read only.
+    Input(&'a ImageRef),
+    /// Somebody else's image, read through a sampler other than the nearest one.
+    Sampled(&'a ImageRef, vk::Sampler),
+    /// A buffer.
+    Buffer(&'a Buffer),
+}
+
+/// How many workgroups run.
+#[derive(Clone, Copy)]
+pub enum Threads<'a> {
+    /// At least this many threads in x, y and z, rounded up to whole workgroups.
+    Count([u32; 3]),
+    /// As many workgroups as a `VkDispatchIndirectCommand` at this offset of a buffer says.
+    Indirect(&'a Buffer, u64),
+}
+
+/// One compute pass.
+pub struct Pass<'a> {
+    /// Name for labels and timings.
+    pub name: &'a str,
+    /// What runs.
+    pub pipeline: &'a ComputePipeline,
+    /// What is bound, in ascending order of the shader's bindings.
+    pub bind: &'a [Bind<'a>],
+    /// Push constants; see [`crate::gpu::ShaderStruct`].
+    pub push: &'a [u8],
+    /// How much runs.
+    pub threads: Threads<'a>,
+}
+
+/// A target of a raster pass, cleared at its start.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    /// The image.
+    pub image: &'a Image,
+    /// What it is cleared to.
+    pub clear: vk::ClearValue,
+}
+
+/// Records into the caller's command buffer, from [`Frame::begin`] to [`Frame::finish`].
+pub struct Frame<'a> {
+    context: &'a Context,
+    cmd: vk::CommandBuffer,
+    handoff: Handoff,
+    timings: Option<&'a mut Timings>,
+    hazards: Hazards,
+    groups: u32,
+    rastered: bool,
+}
+
+/// Every stage in which the library itself, or the host's raster passes, touch memory.
+const OWN_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
+    vk::PipelineStageFlags2::COMPUTE_SHADER.as_raw()
+        | vk::PipelineStageFlags2::DRAW_INDIRECT.as_raw()
+        | vk::PipelineStageFlags2::ALL_TRANSFER.as_raw(),
+);
+const RASTER_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
+    vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
+        | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw()
+        | vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
+        | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw()
+        | vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT.as_raw(),
+);
+const MEMORY: vk::AccessFlags2 =
+    vk::AccessFlags2::from_raw(vk::AccessFlags2::MEMORY_READ.as_raw() | vk::AccessFlags2::MEMORY_WRITE.as_raw());
+
+impl<'a> Frame<'a> {
+    /// Starts recording. `handoff` says how the caller reads the output, of this frame and of the one
+    /// before: the library's images are reused from frame to frame on the same queue, ordered by a
+    /// barrier here, so any number of frames may be in flight.
+    ///
+    /// # Safety
+    /// `cmd` is recording, outside a render pass, for a queue with compute, and belongs to the
+    /// context's device. Command buffers recorded through one context are submitted to one queue, in
+    /// the order of their recording. Techniques and inputs outlive the execution.
+    pub unsafe fn begin(
+        context: &'a Context,
+        cmd: vk::CommandBuffer,
+        handoff: Handoff,
+        timings: Option<&'a mut Timings>,
+    ) -> Self {
+        let mut frame =
+            Self { context, cmd, handoff, timings, hazards: Hazards::default(), groups: 0, rastered: false };
+        if let Some(timings) = &mut frame.timings {
+            timings.begin(cmd);
+        }
+        frame.memory_barrier(&Barrier {
+            src_stage: OWN_STAGES | handoff.stage,
+            src_access: vk::AccessFlags2::MEMORY_WRITE,
+            dst_stage: OWN_STAGES,
+            dst_access: MEMORY,
+        });
+        frame
+    }
+
+    /// The context this frame records for.
+    pub fn context(&self) -> &'a Context {
+        self.context
+    }
+
+    /// Opens a labelled group of passes; close it with [`Frame::end_group`].
+    pub fn begin_group(&mut self, name: &str) {
+        self.groups += 1;
+        self.begin_label(name);
+    }
+
+    /// Closes the innermost group.
+    pub fn end_group(&mut self) {
+        if self.groups > 0 {
+            self.groups -= 1;
+            self.end_label();
+        }
+    }
+
+    /// Runs a compute pass, after the barrier that it needs, if it needs one.
+    pub fn dispatch(&mut self, pass: &Pass<'_>) -> Result<()> {
+        let reflection = &pass.pipeline.reflection;
+        let shader_error = |problem: String| Error::Shader { shader: pass.pipeline.shader.into(), problem };
+        if pass.bind.len() != reflection.bindings.len() {
+            let names: Vec<_> = reflection.bindings.iter().map(|b| b.name.as_str()).collect();
+            return Err(shader_error(format!("{} resources were bound; it declares {names:?}", pass.bind.len())));
+        }
+        if pass.push.len() != pass.pipeline.interface.push_size as usize {
+            return Err(shader_error(format!("got {} bytes of push constants", pass.push.len())));
+        }
+        let mut uses: Vec<_> = (reflection.bindings.iter().zip(pass.bind))
+            .map(|(b, bound)| (bound.id(), compute_use(b.kind, b.access)))
+            .collect();
+        if let Threads::Indirect(buffer, _) = pass.threads {
+            uses.push((buffer.handle().as_raw(), INDIRECT_USE));
+        }
+        self.transition(pass.bind.iter().filter_map(|b| b.owned()), vk::PipelineStageFlags2::COMPUTE_SHADER);
+        self.hazard(&uses);
+        let query = self.begin_pass(pass.name);
+        let (raw, cmd) = (&self.context.device().raw, self.cmd);
+        let interface = &pass.pipeline.interface;
+        // SAFETY: the command buffer records (contract of `begin`); bindings and push constants were
+        // checked against the shader above.
+        unsafe {
+            raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::COMPUTE, pass.pipeline.handle);
+            self.push_descriptors(vk::PipelineBindPoint::COMPUTE, interface.layout, &interface.kinds, pass.bind);
+            if !pass.push.is_empty() {
+                raw.cmd_push_constants(cmd, interface.layout, interface.push_stages, 0, pass.push);
+            }
+            match pass.threads {
+                Threads::Count(n) => {
+                    let groups: [u32; 3] = std::array::from_fn(|i| n[i].div_ceil(reflection.local_size[i]));
+                    if !groups.contains(&0) {
+                        raw.cmd_dispatch(cmd, groups[0], groups[1], groups[2]);
+                    }
+                }
+                Threads::Indirect(buffer, offset) => raw.cmd_dispatch_indirect(cmd, buffer.handle(), offset),
+            }
+        }
+        self.end_pass(query);
+        Ok(())
+    }
+
+    /// Runs a raster pass over `targets` and `depth`; `draw` records the draws.
+    pub fn raster(
+        &mut self,
+        name: &str,
+        targets: &[Target<'_>],
+        depth: &Target<'_>,
+        reads: &[&Buffer],
+        draw: impl FnOnce(&mut Draw<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let read = |b: &&Buffer| (b.handle().as_raw(), VERTEX_USE);
+        let mut uses: Vec<_> = reads.iter().map(read).collect();
+        uses.extend(targets.iter().map(|t| (t.image.as_ref().image.as_raw(), COLOR_USE)));
+        uses.push((depth.image.as_ref().image.as_raw(), DEPTH_USE));
+        if !std::mem::replace(&mut self.rastered, true) {
+            // The frame before may still read or write these targets.
+            self.memory_barrier(&Barrier {
+                src_stage: OWN_STAGES | RASTER_STAGES,
+                src_access: vk::AccessFlags2::MEMORY_WRITE,
+                dst_stage: RASTER_STAGES,
+                dst_access: MEMORY,
+            });
+        }
+        self.transition(targets.iter().chain([depth]).map(|t| t.image), RASTER_STAGES);
+        self.hazard(&uses);
+        let query = self.begin_pass(name);
+        let attachment = |t: &Target<'_>| {
+            vk::RenderingAttachmentInfo::default()
+                .image_view(t.image.as_ref().view)
+                .image_layout(vk::ImageLayout::GENERAL)
+                .load_op(vk::AttachmentLoadOp::CLEAR)
+                .store_op(vk::AttachmentStoreOp::STORE)
+                .clear_value(t.clear)
+        };
+        let colors: Vec<_> = targets.iter().map(attachment).collect();
+        let depth_attachment = attachment(depth);
+        let [width, height] = depth.image.extent();
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&colors)
+            .depth_attachment(&depth_attachment);
+        let viewport =
+            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
+        let (raw, cmd) = (&self.context.device().raw, self.cmd);
+        // SAFETY: the targets are in GENERAL after `transition` and large enough for the area.
+        unsafe {
+            raw.cmd_begin_rendering(cmd, &info);
+            raw.cmd_set_viewport(cmd, 0, &[viewport]);
+            raw.cmd_set_scissor(cmd, 0, &[area]);
+        }
+        let drawn = draw(&mut Draw { frame: self });
+        // SAFETY: begun above.
+        unsafe { raw.cmd_end_rendering(cmd) };
+        self.end_pass(query);
+        drawn
+    }
+
+    /// Writes up to 65536 bytes (a multiple of 4) into a buffer, in stream order: no CPU copy to keep.
+    pub fn update(&mut self, buffer: &Buffer, bytes: &[u8]) {
+        self.hazard(&[(buffer.handle().as_raw(), TRANSFER_USE)]);
+        // SAFETY: `begin`'s contract; the sizes are constants of the callers within Vulkan's limit.
+        unsafe { self.context.device().raw.cmd_update_buffer(self.cmd, buffer.handle(), 0, bytes) };
+    }
+
+    /// Copies a whole buffer.
+    pub fn copy(&mut self, source: &Buffer, target: &Buffer, bytes: u64) {
+        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
+        self.hazard(&[(source.handle().as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes.min(source.size()).min(target.size()) };
+        // SAFETY: the region lies within both buffers.
+        unsafe { self.context.device().raw.cmd_copy_buffer(self.cmd, source.handle(), target.handle(), &[region]) };
+    }
+
+    /// Copies level 0 of layer 0 of an image into a mapped buffer, rows tightly packed.
+    pub fn read_back(&mut self, source: &Image, target: &Buffer) {
+        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
+        self.transition([source].into_iter(), TRANSFER_USE.stage);
+        self.hazard(&[(source.as_ref().image.as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);
+        let (raw, image) = (&self.context.device().raw, source.as_ref());
+        // SAFETY: the target holds the image's rows (the callers size it from the same extent).
+        unsafe {
+            let regions = [whole_image(&image)];
+            raw.cmd_copy_image_to_buffer(self.cmd, image.image, image.layout, target.handle(), &regions);
+        }
+        self.memory_barrier(&TO_HOST);
+    }
+
+    /// Copies tightly packed rows into level 0 of layer 0 of an image.
+    pub fn write_image(&mut self, source: &Buffer, target: &Image) {
+        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
+        self.transition([target].into_iter(), TRANSFER_USE.stage);
+        self.hazard(&[(source.handle().as_raw(), read), (target.as_ref().image.as_raw(), TRANSFER_USE)]);
+        let (raw, image) = (&self.context.device().raw, target.as_ref());
+        // SAFETY: the source holds the image's rows (the callers size it from the same extent).
+        unsafe {
+            let regions = [whole_image(&image)];
+            raw.cmd_copy_buffer_to_image(self.cmd, source.handle(), image.image, image.layout, &regions);
+        }
+    }
+
+    /// Notes how many tiles the pass recorded last worked on: a `u32` at `offset` of `counter`.
+    pub fn count_tiles(&mut self, tiles_total: u32, counter: &Buffer, offset: u64) {
+        if self.timings.is_none() {
+            return;
+        }
+        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
+        self.hazard(&[(counter.handle().as_raw(), read)]);
+        let raw = &self.context.device().raw;
+        if let Some((target, at)) = self.timings.as_mut().and_then(|t| t.counter(tiles_total)) {
+            let region = vk::BufferCopy { src_offset: offset, dst_offset: at, size: 4 };
+            // SAFETY: both ranges lie within their buffers.
+            unsafe { raw.cmd_copy_buffer(self.cmd, counter.handle(), target.handle(), &[region]) };
+        }
+    }
+
+    /// Ends recording: hands `output` over as the caller asked at [`Frame::begin`].
+    pub fn finish(mut self, output: Option<&Image>) {
+        while self.groups > 0 {
+            self.end_group();
+        }
+        if self.timings.as_ref().is_some_and(|t| t.has_counters()) {
+            self.memory_barrier(&TO_HOST);
+        }
+        let Some(image) = output else { return };
+        let barrier = self
+            .image_barrier(image, self.handoff.layout)
+            .src_stage_mask(OWN_STAGES)
+            .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE | vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(self.handoff.stage)
+            .dst_access_mask(self.handoff.access);
+        self.image_barriers(&[barrier]);
+    }
+
+    fn image_barrier(&self, image: &Image, new: vk::ImageLayout) -> vk::ImageMemoryBarrier2<'static> {
+        let r = image.as_ref();
+        vk::ImageMemoryBarrier2::default()
+            .image(r.image)
+            .old_layout(image.swap_layout(new))
+            .new_layout(new)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .subresource_range(vk::ImageSubresourceRange {
+                aspect_mask: crate::gpu::full_aspect(r.format),
+                base_mip_level: 0,
+                level_count: vk::REMAINING_MIP_LEVELS,
+                base_array_layer: 0,
+                layer_count: vk::REMAINING_ARRAY_LAYERS,
+            })
+    }
+
+    fn image_barriers(&self, barriers: &[vk::ImageMemoryBarrier2<'_>]) {
+        let info = vk::DependencyInfo::default().image_memory_barriers(barriers);
+        // SAFETY: `begin`'s contract; the old layouts are those that the last barrier left.
+        unsafe { self.context.device().raw.cmd_pipeline_barrier2(self.cmd, &info) };
+    }
+
+    /// Brings images of ours into `GENERAL` where they are not: at first use and after a hand-over.
+    fn transition<'i>(&self, images: impl Iterator<Item = &'i Image>, stage: vk::PipelineStageFlags2) {
+        let barriers: Vec<_> = images
+            .filter(|i| i.layout() != vk::ImageLayout::GENERAL)
+            .map(|i| {
+                self.image_barrier(i, vk::ImageLayout::GENERAL)
+                    .src_stage_mask(OWN_STAGES | self.handoff.stage | stage)
+                    .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+                    .dst_stage_mask(OWN_STAGES | stage)
+                    .dst_access_mask(MEMORY)
+            })
+            .collect();
+        if !barriers.is_empty() {
+            self.image_barriers(&barriers);
+        }
+    }
+
+    fn hazard(&mut self, uses: &[(u64, Use)]) {
+        let barrier = self.hazards.before(uses);
+        if !barrier.is_empty() {
+            self.memory_barrier(&barrier);
+        }
+    }
+
+    fn memory_barrier(&self, b: &Barrier) {
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(b.src_stage)
+            .src_access_mask(b.src_access)
+            .dst_stage_mask(b.dst_stage)
+            .dst_access_mask(b.dst_access)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barriers);
+        // SAFETY: `begin`'s contract.
+        unsafe { self.context.device().raw.cmd_pipeline_barrier2(self.cmd, &info) };
+    }
+
+    fn begin_pass(&mut self, name: &str) -> Option<u32> {
+        self.begin_label(name);
+        let cmd = self.cmd;
+        self.timings.as_mut().and_then(|t| t.begin_pass(cmd, name))
+    }
+
+    fn end_pass(&mut self, query: Option<u32>) {
+        if let Some(timings) = &self.timings {
+            timings.end_pass(self.cmd, query);
+        }
+        self.end_label();
+    }
+
+    fn begin_label(&self, name: &str) {
+        let Some(debug) = &self.context.device().debug_utils else { return };
+        let name = CString::new(name).unwrap_or_default();
+        let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+        // SAFETY: `begin`'s contract.
+        unsafe { debug.cmd_begin_debug_utils_label(self.cmd, &label) };
+    }
+
+    fn end_label(&self) {
+        if let Some(debug) = &self.context.device().debug_utils {
+            // SAFETY: every call follows a `begin_label`.
+            unsafe { debug.cmd_end_debug_utils_label(self.cmd) };
+        }
+    }
+
+    fn push_descriptors(
+        &self,
+        point: vk::PipelineBindPoint,
+        layout: vk::PipelineLayout,
+        kinds: &[(u32, ResourceKind)],
+        bind: &[Bind<'_>],
+    ) {
+        let sampler = self.context.nearest();
+        let images: Vec<_> = (kinds.iter().zip(bind))
+            .map(|((_, kind), b)| {
+                let sampler = match (kind, b) {
+                    (ResourceKind::SampledImage, Bind::Sampled(_, other)) => *other,
+                    (ResourceKind::SampledImage, _) => sampler,
+                    _ => vk::Sampler::null(),
+                };
+                let image = b.image();
+                [vk::DescriptorImageInfo {
+                    sampler,
+                    image_view: image.map_or(vk::ImageView::null(), |i| i.view),
+                    image_layout: image.map_or(vk::ImageLayout::UNDEFINED, |i| i.layout),
+                }]
+            })
+            .collect();
+        let buffers: Vec<_> = bind
+            .iter()
+            .map(|b| {
+                let buffer = if let Bind::Buffer(b) = b { b.handle() } else { vk::Buffer::null() };
+                [vk::DescriptorBufferInfo { buffer, offset: 0, range: vk::WHOLE_SIZE }]
+            })
+            .collect();
+        let writes: Vec<_> = (kinds.iter().zip(&images).zip(&buffers))
+            .map(|(((binding, kind), image), buffer)| {
+                let write =
+                    vk::WriteDescriptorSet::default().dst_binding(*binding).descriptor_type(kind.descriptor_type());
+                match kind {
+                    ResourceKind::SampledImage | ResourceKind::StorageImage => write.image_info(image),
+                    ResourceKind::UniformBuffer | ResourceKind::StorageBuffer => write.buffer_info(buffer),
+                }
+            })
+            .collect();
+        if writes.is_empty() {
+            return;
+        }
+        let push = &self.context.device().push_descriptor;
+        // SAFETY: layout and writes come from one reflection; the resources outlive the execution.
+        unsafe { push.cmd_push_descriptor_set(self.cmd, point, layout, 0, &writes) };
+    }
+}
+
+/// The draws of one raster pass.
+pub struct Draw<'f> {
+    frame: &'f Frame<'f>,
+}
+
+impl Draw<'_> {
+    /// Binds a pipeline and its resources, in ascending order of the shaders' bindings.
+    pub fn bind(&mut self, pipeline: &RasterPipeline, bind: &[Bind<'_>]) {
+        let cmd = self.frame.cmd;
+        let interface = &pipeline.interface;
+        // SAFETY: recording inside the rendering that `Frame::raster` began.
+        unsafe {
+            self.frame.context.device().raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, pipeline.handle);
+        }
+        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, interface.layout, &interface.kinds, bind);
+    }
+
+    /// Binds the vertex buffers of the pipeline's attributes, and the index buffer (`u32`).
+    pub fn buffers(&mut self, vertices: &[(&Buffer, u64)], indices: &Buffer) {
+        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+        let handles: Vec<_> = vertices.iter().map(|v| v.0.handle()).collect();
+        let offsets: Vec<_> = vertices.iter().map(|v| v.1).collect();
+        // SAFETY: as in `bind`.
+        unsafe {
+            raw.cmd_bind_vertex_buffers(cmd, 0, &handles, &offsets);
+            raw.cmd_bind_index_buffer(cmd, indices.handle(), 0, vk::IndexType::UINT32);
+        }
+    }
+
+    /// Sets which faces are culled and which winding faces the viewer.
+    pub fn faces(&mut self, cull: vk::CullModeFlags, front: vk::FrontFace) {
+        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+        // SAFETY: as in `bind`.
+        unsafe {
+            raw.cmd_set_cull_mode(cmd, cull);
+            raw.cmd_set_front_face(cmd, front);
+        }
+    }
+
+    /// Pushes constants and draws indexed triangles.
+    pub fn indexed(
+        &mut self,
+        pipeline: &RasterPipeline,
+        push: &[u8],
+        indices: std::ops::Range<u32>,
+        instances: std::ops::Range<u32>,
+    ) {
+        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+        let interface = &pipeline.interface;
+        // SAFETY: as in `bind`; `push` is the struct the pipeline was made with.
+        unsafe {
+            if !push.is_empty() {
+                raw.cmd_push_constants(cmd, interface.layout, interface.push_stages, 0, push);
+            }
+            let count = indices.end - indices.start;
+            raw.cmd_draw_indexed(cmd, count, instances.end - instances.start, indices.start, 0, instances.start);
+        }
+    }
+}
+
+impl<'a> Bind<'a> {
+    fn owned(&self) -> Option<&'a Image> {
+        match *self {
+            Self::Image(i) | Self::Mip(i, _) => Some(i),
+            _ => None,
+        }
+    }
+
+    fn image(&self) -> Option<ImageRef> {
+        match *self {
+            Self::Image(i) => Some(i.as_ref()),
+            Self::Mip(i, level) => Some(i.mip(level)),
+            Self::Input(i) | Self::Sampled(i, _) => Some(*i),
+            Self::Buffer(_) => None,
+        }
+    }
+
+    /// The handle by which hazards are tracked. Vulkan handles of different types may be equal in
+    /// theory only: they are pointers on every desktop driver, and a clash merely adds a barrier.
+    fn id(&self) -> u64 {
+        match self {
+            Self::Buffer(b) => b.handle().as_raw(),
+            _ => self.image().map_or(0, |i| i.image.as_raw()),
+        }
+    }
+}
+
+/// What makes copies visible to the CPU once a fence has signalled.
+const TO_HOST: Barrier = Barrier {
+    src_stage: vk::PipelineStageFlags2::ALL_TRANSFER,
+    src_access: vk::AccessFlags2::TRANSFER_WRITE,
+    dst_stage: vk::PipelineStageFlags2::HOST,
+    dst_access: vk::AccessFlags2::HOST_READ,
+};
+
+fn whole_image(image: &ImageRef) -> vk::BufferImageCopy {
+    vk::BufferImageCopy::default()
+        .image_subresource(vk::ImageSubresourceLayers {
+            aspect_mask: crate::gpu::aspect(image.format),
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        })
+        .image_extent(vk::Extent3D { width: image.extent[0], height: image.extent[1], depth: 1 })
+}
+
+const INDIRECT_USE: Use = Use {
+    stage: vk::PipelineStageFlags2::DRAW_INDIRECT,
+    access: vk::AccessFlags2::INDIRECT_COMMAND_READ,
+    writes: false,
+};
+const TRANSFER_USE: Use =
+    Use { stage: vk::PipelineStageFlags2::ALL_TRANSFER, access: vk::AccessFlags2::TRANSFER_WRITE, writes: true };
+const COLOR_USE: Use = Use {
+    stage: vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+    access: vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+    writes: true,
+};
+const DEPTH_USE: Use = Use {
+    stage: vk::PipelineStageFlags2::from_raw(
+        vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw() | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw(),
+    ),
+    access: vk::AccessFlags2::from_raw(
+        vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
+            | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+    ),
+    writes: true,
+};
+const VERTEX_USE: Use =
+    Use { stage: vk::PipelineStageFlags2::VERTEX_SHADER, access: vk::AccessFlags2::SHADER_STORAGE_READ, writes: false };
+
+fn compute_use(kind: ResourceKind, access: ResourceAccess) -> Use {
+    let read = match kind {
+        ResourceKind::SampledImage => vk::AccessFlags2::SHADER_SAMPLED_READ,
+        ResourceKind::UniformBuffer => vk::AccessFlags2::UNIFORM_READ,
+        ResourceKind::StorageImage | ResourceKind::StorageBuffer => vk::AccessFlags2::SHADER_STORAGE_READ,
+    };
+    let write = vk::AccessFlags2::SHADER_STORAGE_WRITE;
+    let access_flags = match access {
+        ResourceAccess::Read => read,
+        ResourceAccess::Write => write,
+        ResourceAccess::ReadWrite => read | write,
+    };
+    Use { stage: vk::PipelineStageFlags2::COMPUTE_SHADER, access: access_flags, writes: access != ResourceAccess::Read }
+}

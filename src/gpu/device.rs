@@ -1,0 +1,83 @@
+//! The caller's device with the function tables and the allocator that everything else shares.
+
+use crate::context::ContextDesc;
+use crate::error::VkContext;
+use crate::{Error, Result};
+use ash::vk::{self, Handle};
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator};
+use std::any::Any;
+use std::ffi::CString;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Shared by [`crate::Context`] and by every object made from it; destroyed with the last of them.
+pub struct Device {
+    /// Function table of the caller's instance.
+    pub instance: ash::Instance,
+    /// The caller's physical device.
+    pub physical_device: vk::PhysicalDevice,
+    /// The caller's device.
+    pub raw: ash::Device,
+    pub(crate) push_descriptor: ash::khr::push_descriptor::Device,
+    pub(crate) debug_utils: Option<ash::ext::debug_utils::Device>,
+    pub(crate) limits: vk::PhysicalDeviceLimits,
+    pub(crate) pipeline_cache: vk::PipelineCache,
+    allocator: Arc<Mutex<Allocator>>,
+    /// After the allocator: fields drop in their order, and the allocator frees its memory.
+    _keep_alive: Option<Arc<dyn Any + Send + Sync>>,
+}
+
+impl Device {
+    pub(crate) fn new(desc: &ContextDesc<'_>, allocator: Arc<Mutex<Allocator>>) -> Self {
+        let ContextDesc { instance, physical_device, device, .. } = *desc;
+        // SAFETY: the caller of `Context::new` vouches for the handles.
+        let limits = unsafe { instance.get_physical_device_properties(physical_device) }.limits;
+        Self {
+            instance: instance.clone(),
+            physical_device,
+            raw: device.clone(),
+            push_descriptor: ash::khr::push_descriptor::Device::new(instance, device),
+            debug_utils: desc.debug_utils.then(|| ash::ext::debug_utils::Device::new(instance, device)),
+            limits,
+            pipeline_cache: desc.pipeline_cache,
+            allocator,
+            _keep_alive: desc.keep_alive.clone(),
+        }
+    }
+
+    /// Gives a Vulkan object its debug name; does nothing where the caller enabled no `VK_EXT_debug_utils`.
+    pub fn name<T: Handle>(&self, handle: T, name: &str) {
+        let Some(debug) = &self.debug_utils else { return };
+        let name = CString::new(name.replace('\0', " ")).unwrap_or_default();
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+        // SAFETY: the handle belongs to this device. A failure (out of host memory) only loses a name.
+        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+    }
+
+    fn allocator(&self) -> MutexGuard<'_, Allocator> {
+        // A panic elsewhere while the lock was held leaves the allocator's own state whole.
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn allocate(&self, desc: &AllocationCreateDesc<'_>) -> Result<Allocation> {
+        self.allocator().allocate(desc).map_err(|source| Error::Allocation { what: desc.name.into(), source })
+    }
+
+    pub(crate) fn free(&self, allocation: Allocation) {
+        // Freeing fails only for an allocation of another allocator.
+        let _ = self.allocator().free(allocation);
+    }
+
+    /// What a format may be used for with optimal tiling.
+    pub fn format_features(&self, format: vk::Format) -> vk::FormatFeatureFlags {
+        // SAFETY: the instance and the physical device are the caller's and alive.
+        unsafe { self.instance.get_physical_device_format_properties(self.physical_device, format) }
+            .optimal_tiling_features
+    }
+
+    pub(crate) fn sampler(&self, info: &vk::SamplerCreateInfo<'_>, name: &str) -> Result<vk::Sampler> {
+        // SAFETY: `info` is complete and without extension chain.
+        let sampler = unsafe { self.raw.create_sampler(info, None) }.context(format!("vkCreateSampler({name})"))?;
+        self.name(sampler, name);
+        Ok(sampler)
+    }
+}

@@ -1,0 +1,206 @@
+//! Owns instance, device and debug messenger, and destroys them last.
+
+use super::{HostDesc, no_driver, select};
+use crate::context::requirements;
+use crate::error::VkContext;
+use crate::{Error, Result};
+use ash::vk;
+use std::borrow::Cow;
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What the validation layer has said, shared with its callback.
+#[derive(Clone, Default)]
+pub struct Messages(Arc<Mutex<Vec<String>>>);
+
+impl Messages {
+    /// Everything so far, oldest first.
+    pub fn all(&self) -> Vec<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn push(&self, message: String) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+    }
+}
+
+pub(super) struct Owner {
+    pub instance: ash::Instance,
+    pub physical_device: vk::PhysicalDevice,
+    pub device: ash::Device,
+    pub queue: vk::Queue,
+    pub queue_family: u32,
+    pub debug_utils: bool,
+    pub depth_clamp: bool,
+    pub messages: Messages,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    _entry: ash::Entry,
+}
+
+const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// Loads the Vulkan loader.
+pub(super) fn entry() -> Result<ash::Entry> {
+    // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what loaders are for.
+    unsafe { ash::Entry::load() }.map_err(|e| no_driver(&format!("the Vulkan loader was not found ({e})")))
+}
+
+/// A bare instance, for listing devices, or one with debugging for a host.
+pub(super) fn instance(entry: &ash::Entry, debug_utils: bool, validation: bool) -> Result<ash::Instance> {
+    let app = vk::ApplicationInfo::default()
+        .application_name(c"edgeshade")
+        .engine_name(c"edgeshade")
+        .api_version(vk::API_VERSION_1_3);
+    let layers = if validation { vec![VALIDATION.as_ptr()] } else { vec![] };
+    let extensions = if debug_utils { vec![ash::ext::debug_utils::NAME.as_ptr()] } else { vec![] };
+    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+    let mut info = vk::InstanceCreateInfo::default()
+        .application_info(&app)
+        .enabled_layer_names(&layers)
+        .enabled_extension_names(&extensions);
+    if validation {
+        info = info.push_next(&mut features);
+    }
+    // SAFETY: every pointer of `info` outlives the call.
+    unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => no_driver("no Vulkan driver was found"),
+        vk::Result::ERROR_LAYER_NOT_PRESENT => Error::NoDevice(
+            "the Vulkan validation layer is not installed; on Debian or Ubuntu: \
+             sudo apt-get install vulkan-validationlayers"
+                .into(),
+        ),
+        result => Error::Vulkan { call: "vkCreateInstance".into(), result },
+    })
+}
+
+fn has_debug_utils(entry: &ash::Entry, validation: bool) -> bool {
+    let layer = validation.then_some(VALIDATION);
+    let has = |layer| {
+        // SAFETY: a query without preconditions.
+        let list = unsafe { entry.enumerate_instance_extension_properties(layer) }.unwrap_or_default();
+        list.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME))
+    };
+    has(None) || layer.is_some() && has(layer)
+}
+
+impl Owner {
+    pub fn new(desc: &HostDesc) -> Result<Self> {
+        let entry = entry()?;
+        let debug_utils = has_debug_utils(&entry, desc.validation);
+        let instance = instance(&entry, debug_utils, desc.validation)?;
+        let destroy = |e: Error| {
+            // SAFETY: nothing was made from the instance yet.
+            unsafe { instance.destroy_instance(None) };
+            e
+        };
+        let physical_device = select::choose(&instance, desc.device.as_deref()).map_err(destroy)?;
+        // SAFETY: the physical device is the instance's.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
+        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let queue_family = families
+            .iter()
+            .position(|f| f.queue_flags.contains(wanted))
+            .ok_or_else(|| destroy(Error::NoDevice("the device has no queue with graphics and compute".into())))?
+            as u32;
+        // SAFETY: as above.
+        let available = unsafe { instance.get_physical_device_features(physical_device) };
+        let depth_clamp = available.depth_clamp == vk::TRUE;
+        let device = create_device(&instance, physical_device, queue_family, available).map_err(destroy)?;
+        // SAFETY: the family was asked for with one queue.
+        let queue = unsafe { device.get_device_queue(queue_family, 0) };
+        let messages = Messages::default();
+        let mut owner = Self {
+            instance,
+            physical_device,
+            device,
+            queue,
+            queue_family,
+            debug_utils,
+            depth_clamp,
+            messages,
+            messenger: None,
+            _entry: entry,
+        };
+        if desc.validation && debug_utils {
+            owner.listen()?;
+        }
+        Ok(owner)
+    }
+
+    fn listen(&mut self) -> Result<()> {
+        let debug = ash::ext::debug_utils::Instance::new(&self._entry, &self.instance);
+        let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
+            .message_type(
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+            )
+            .pfn_user_callback(Some(on_message))
+            .user_data(Arc::as_ptr(&self.messages.0).cast_mut().cast());
+        // SAFETY: the messages outlive the messenger: both belong to this owner.
+        let messenger =
+            unsafe { debug.create_debug_utils_messenger(&info, None) }.context("vkCreateDebugUtilsMessengerEXT")?;
+        self.messenger = Some((debug, messenger));
+        Ok(())
+    }
+}
+
+fn create_device(
+    instance: &ash::Instance,
+    physical_device: vk::PhysicalDevice,
+    queue_family: u32,
+    available: vk::PhysicalDeviceFeatures,
+) -> Result<ash::Device> {
+    let needed = requirements();
+    let priorities = [1.0];
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
+    let extensions: Vec<_> = needed.extensions.iter().map(|e| e.as_ptr()).collect();
+    let features = vk::PhysicalDeviceFeatures {
+        // The host's raster passes: casters in front of the light's near plane, triangle ids.
+        depth_clamp: available.depth_clamp,
+        geometry_shader: available.geometry_shader,
+        ..needed.features
+    };
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .enabled_features(&features)
+        .push_next(&mut v12)
+        .push_next(&mut v13);
+    // SAFETY: extensions and features were checked by `select::choose`.
+    unsafe { instance.create_device(physical_device, &info, None) }.context("vkCreateDevice")
+}
+
+impl Drop for Owner {
+    fn drop(&mut self) {
+        // SAFETY: everything made from the device held this owner and is gone.
+        unsafe {
+            let _ = self.device.device_wait_idle();
+            self.device.destroy_device(None);
+            if let Some((debug, messenger)) = self.messenger.take() {
+                debug.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.instance.destroy_instance(None);
+        }
+    }
+}
+
+unsafe extern "system" fn on_message(
+    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer hands in valid data; `user` is the pointer that `listen` gave.
+    let (text, messages) = unsafe {
+        let text = (*data).message_as_c_str().map_or(Cow::Borrowed("(no text)"), CStr::to_string_lossy).into_owned();
+        Arc::increment_strong_count(user.cast::<Mutex<Vec<String>>>().cast_const());
+        (text, Messages(Arc::from_raw(user.cast::<Mutex<Vec<String>>>().cast_const())))
+    };
+    messages.push(format!("{severity:?}: {text}"));
+    vk::FALSE
+}

@@ -1,0 +1,101 @@
+//! Where the shadow boundary runs, and how far two of them are apart.
+//!
+//! A boundary is the set of *cracks*: the unit segments between two neighbouring pixels of the mask
+//! of which one is lit and one is not. On the lattice of half pixels every end and middle of a crack
+//! has a whole-number place, and so the distance from the middle of one crack to the nearest point
+//! of the cracks of another picture is exact.
+
+use super::{LIT_THRESHOLD, Planes, distance};
+
+/// Distance between two shadow boundaries in pixels, over the boundary points of one of them.
+///
+/// The points are the middles of the pixel sides that separate a lit from a shadowed pixel; the
+/// distance is that to the nearest such side of the other picture. Straight edges along an axis
+/// that are shifted by whole pixels give whole numbers; oblique ones staircases, within about half
+/// a pixel of each other.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Displacement {
+    /// Signed mean: positive where the shadow under test is too large, negative where too small.
+    pub mean: f64,
+    /// 95th percentile of the unsigned distance (nearest rank).
+    pub p95: f64,
+    /// Largest unsigned distance (the directed Hausdorff distance).
+    pub max: f64,
+}
+
+/// A pixel side between two pixels of the mask that differ.
+pub(crate) struct Crack {
+    /// Index of the left or upper pixel.
+    pub(crate) first: usize,
+    /// Index of the right or lower pixel.
+    pub(crate) second: usize,
+    /// Place of the middle on the half-pixel lattice, `2 x, 2 y` with pixel corners at even places.
+    middle: [usize; 2],
+    /// Whether the crack runs downwards, between left and right.
+    vertical: bool,
+}
+
+/// Visits the cracks of one of the planes, row by row.
+pub(crate) fn for_each_crack(planes: &Planes, values: &[f32], mut visit: impl FnMut(Crack)) {
+    let w = planes.width;
+    let differ = |a: usize, b: usize| {
+        planes.mask[a] && planes.mask[b] && (values[a] >= LIT_THRESHOLD) != (values[b] >= LIT_THRESHOLD)
+    };
+    for y in 0..planes.height {
+        for x in 0..w {
+            let i = y * w + x;
+            if x + 1 < w && differ(i, i + 1) {
+                visit(Crack { first: i, second: i + 1, middle: [2 * x + 2, 2 * y + 1], vertical: true });
+            }
+            if y + 1 < planes.height && differ(i, i + w) {
+                visit(Crack { first: i, second: i + w, middle: [2 * x + 1, 2 * y + 2], vertical: false });
+            }
+        }
+    }
+}
+
+/// From the test to the truth, and from the truth to the test; `None` if either has no boundary.
+pub(crate) fn displacements(planes: &Planes) -> (Option<Displacement>, Option<Displacement>) {
+    // In the test's direction a point on the truth's lit side means that the shadow has grown
+    // there; in the reverse direction it is a point on the test's shadow side.
+    let forward = directed(planes, planes.test, planes.truth, true);
+    let reverse = directed(planes, planes.truth, planes.test, false);
+    (forward, reverse)
+}
+
+fn directed(planes: &Planes, from: &[f32], to: &[f32], lit_is_growth: bool) -> Option<Displacement> {
+    let (width, height) = (2 * planes.width + 1, 2 * planes.height + 1);
+    let mut lattice = vec![false; width * height];
+    let mut any = false;
+    for_each_crack(planes, to, |crack| {
+        any = true;
+        let middle = crack.middle[1] * width + crack.middle[0];
+        let step = if crack.vertical { width } else { 1 };
+        lattice[middle - step..=middle + step].iter_mut().step_by(step).for_each(|c| *c = true);
+    });
+    if !any {
+        return None;
+    }
+    let squared = distance::squared_distances(&lattice, width, height);
+    drop(lattice);
+    let mut distances = Vec::new();
+    let mut signed_sum = 0.0;
+    for_each_crack(planes, from, |crack| {
+        let d = 0.5 * f64::from(squared[crack.middle[1] * width + crack.middle[0]]).sqrt();
+        // Off the other boundary both pixels are on the same side of it, so either tells the sign.
+        let grown = (to[crack.first] >= LIT_THRESHOLD) == lit_is_growth;
+        signed_sum += if grown { d } else { -d };
+        distances.push(d);
+    });
+    if distances.is_empty() {
+        return None;
+    }
+    distances.sort_unstable_by(f64::total_cmp);
+    let count = distances.len();
+    let rank = (0.95 * count as f64).ceil() as usize;
+    Some(Displacement {
+        mean: signed_sum / count as f64,
+        p95: distances[rank.clamp(1, count) - 1],
+        max: distances[count - 1],
+    })
+}

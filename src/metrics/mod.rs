@@ -1,0 +1,221 @@
+//! How far a visibility picture is from the truth.
+//!
+//! Visibility is 1 in full light and 0 in full shadow. Every measure runs over the pixels of a mask
+//! (sky, terminator and whatever else nobody should be judged by is left out of it), sums in `f64`
+//! in one fixed order, row by row, and therefore gives the same bits with any number of threads.
+//! A measure whose set of pixels is empty is `None` or 0, never NaN.
+
+mod boundary;
+mod distance;
+mod flip;
+mod ssim;
+mod sum;
+
+pub use boundary::Displacement;
+pub use flip::{FLIP_PIXELS_PER_DEGREE, flip};
+
+use crate::{Error, Result};
+use sum::sum_rows;
+
+/// Longest side that [`compare`] takes, in pixels.
+pub const MAX_SIDE_PX: u32 = 16384;
+
+/// Visibility from this value on counts as lit where a measure needs a yes or no.
+pub const LIT_THRESHOLD: f32 = 0.5;
+
+/// How far the penumbra band reaches beyond penumbra and hard boundary, in pixels.
+const BAND_PX: u32 = 8;
+
+/// How much is taken off the lit and the shadowed set before acne and leaks are looked for, in pixels.
+const ERODE_PX: u32 = 3;
+
+/// Deviation from the truth that counts as a false shadow or a leak in the `*_share` figures.
+const SHARE_THRESHOLD: f64 = 0.05;
+
+/// What [`compare`] finds. `Vt` is the visibility under test, `Vr` the truth.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Report {
+    /// Pixels in the mask.
+    pub pixels: u64,
+    /// Root of the mean of `(Vt - Vr)^2`.
+    pub rmse: f64,
+    /// Mean of `|Vt - Vr|`; equals `over + under`.
+    pub mae: f64,
+    /// Structural similarity, 1 for equal pictures: 11x11 Gaussian window with sigma 1.5,
+    /// `K1 = 0.01`, `K2 = 0.03`, `L = 1`, mean over the windows that lie entirely in the picture
+    /// **and** in the mask: a window that touches a single masked-out pixel is left out.
+    /// `None` where there is no such window.
+    pub ssim: Option<f64>,
+    /// Share of the pixels where `Vt >= 0.5` and `Vr >= 0.5` differ.
+    pub mismatch: f64,
+    /// Mean of `max(0, Vr - Vt)`: too dark, shadow overestimated.
+    pub over: f64,
+    /// Mean of `max(0, Vt - Vr)`: too light, shadow underestimated.
+    pub under: f64,
+    /// How far the shadow boundary under test lies from the true one; `None` where one has none.
+    pub boundary: Option<Displacement>,
+    /// The reverse: how far the true boundary lies from the one under test. Large next to a small
+    /// `boundary` where a shadow, or a hole in one, is missing altogether.
+    pub boundary_reverse: Option<Displacement>,
+    /// Mean of `1 - Vt` over the lit set (`Vr = 1`) eroded by 3 px: acne, shadows out of nothing.
+    /// Erosion keeps displaced edges out. `None` where the eroded set is empty.
+    pub false_shadow: Option<f64>,
+    /// Share of that set with `Vt < 0.95`.
+    pub false_shadow_share: Option<f64>,
+    /// Mean of `Vt` over the umbra (`Vr = 0`) eroded by 3 px; `None` where that set is empty.
+    pub light_leak: Option<f64>,
+    /// Share of that set with `Vt > 0.05`.
+    pub light_leak_share: Option<f64>,
+    /// RMSE over the pixels within 8 px of the penumbra (`0 < Vr < 1`) or of the hard boundary,
+    /// undiluted by the empty rest of the picture. `None` where the truth has neither.
+    pub penumbra_rmse: Option<f64>,
+    /// Pixels of that band.
+    pub penumbra_pixels: u64,
+}
+
+/// The planes under comparison, row by row, all of the same size.
+#[derive(Clone, Copy)]
+pub(crate) struct Planes<'a> {
+    test: &'a [f32],
+    truth: &'a [f32],
+    mask: &'a [bool],
+    width: usize,
+    height: usize,
+}
+
+impl Planes<'_> {
+    fn row(&self, y: usize) -> std::ops::Range<usize> {
+        y * self.width..(y + 1) * self.width
+    }
+}
+
+/// Compares a visibility picture with the truth over the pixels where `mask` is true.
+///
+/// All three are `size[0] * size[1]` values, row by row from the top. Values are expected in
+/// `[0, 1]`, others are taken as they are; pixels outside the mask are never looked at.
+///
+/// # Errors
+/// A slice of the wrong length, a side beyond [`MAX_SIDE_PX`], and a value in the mask that is not
+/// finite: the message says where.
+pub fn compare(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Result<Report> {
+    let pixels = pixel_count(size)?;
+    check_length("the visibility under test", test.len(), pixels, size)?;
+    check_length("the truth", truth.len(), pixels, size)?;
+    check_length("the mask", mask.len(), pixels, size)?;
+    let planes = Planes { test, truth, mask, width: size[0] as usize, height: size[1] as usize };
+    check_finite("visibility under test", test, &planes)?;
+    check_finite("truth", truth, &planes)?;
+
+    // pixels, squared error, too dark, too light, mismatches
+    let [count, squared, over, under, mismatches] = sum_pixels(&planes, |i| {
+        let e = f64::from(test[i]) - f64::from(truth[i]);
+        let differs = (test[i] >= LIT_THRESHOLD) != (truth[i] >= LIT_THRESHOLD);
+        [1.0, e * e, (-e).max(0.0), e.max(0.0), f64::from(u8::from(differs))]
+    });
+    let mean = |sum: f64| if count > 0.0 { sum / count } else { 0.0 };
+    let (over, under) = (mean(over), mean(under));
+
+    let umbra = |i: usize| truth[i] <= 0.0;
+    let lit = |i: usize| truth[i] >= 1.0;
+    let leak = deviation(&planes, &eroded(&planes, umbra), |i| f64::from(test[i]));
+    let acne = deviation(&planes, &eroded(&planes, lit), |i| 1.0 - f64::from(test[i]));
+
+    let band = penumbra_band(&planes);
+    let [band_count, band_squared] = sum_pixels(&planes, |i| {
+        let e = f64::from(test[i]) - f64::from(truth[i]);
+        if band[i] { [1.0, e * e] } else { [0.0; 2] }
+    });
+
+    let (boundary, boundary_reverse) = boundary::displacements(&planes);
+    Ok(Report {
+        pixels: count as u64,
+        rmse: mean(squared).sqrt(),
+        mae: over + under,
+        ssim: ssim::ssim(&planes),
+        mismatch: mean(mismatches),
+        over,
+        under,
+        boundary,
+        boundary_reverse,
+        false_shadow: acne.map(|d| d[0]),
+        false_shadow_share: acne.map(|d| d[1]),
+        light_leak: leak.map(|d| d[0]),
+        light_leak_share: leak.map(|d| d[1]),
+        penumbra_rmse: (band_count > 0.0).then(|| (band_squared / band_count).sqrt()),
+        penumbra_pixels: band_count as u64,
+    })
+}
+
+/// Sums `term(index)` over the pixels of the mask.
+fn sum_pixels<const N: usize>(planes: &Planes, term: impl Fn(usize) -> [f64; N] + Sync) -> [f64; N] {
+    sum_rows(planes.height, |y| {
+        let mut row = [0.0; N];
+        for i in planes.row(y).filter(|&i| planes.mask[i]) {
+            let t = term(i);
+            (0..N).for_each(|k| row[k] += t[k]);
+        }
+        row
+    })
+}
+
+/// Mean of `value` over `set`, and the share of the set where it is above [`SHARE_THRESHOLD`].
+fn deviation(planes: &Planes, set: &[bool], value: impl Fn(usize) -> f64 + Sync) -> Option<[f64; 2]> {
+    let [count, sum, above] = sum_pixels(planes, |i| {
+        if !set[i] {
+            return [0.0; 3];
+        }
+        let v = value(i);
+        [1.0, v, f64::from(u8::from(v > SHARE_THRESHOLD))]
+    });
+    (count > 0.0).then(|| [sum / count, above / count])
+}
+
+/// Pixels of the mask in the set and more than [`ERODE_PX`] away from every pixel of the mask that
+/// is not. What lies outside the mask or the picture takes nothing away: no shadow edge is there.
+fn eroded(planes: &Planes, member: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
+    let outside: Vec<bool> = (0..planes.mask.len()).map(|i| planes.mask[i] && !member(i)).collect();
+    let near = distance::within(&outside, planes.width, planes.height, ERODE_PX);
+    (0..planes.mask.len()).map(|i| planes.mask[i] && member(i) && !near[i]).collect()
+}
+
+/// Pixels of the mask within [`BAND_PX`] of a partly lit pixel or of one at the hard boundary.
+fn penumbra_band(planes: &Planes) -> Vec<bool> {
+    let mut seed: Vec<bool> =
+        (0..planes.mask.len()).map(|i| planes.mask[i] && planes.truth[i] > 0.0 && planes.truth[i] < 1.0).collect();
+    boundary::for_each_crack(planes, planes.truth, |crack| {
+        seed[crack.first] = true;
+        seed[crack.second] = true;
+    });
+    let mut band = distance::within(&seed, planes.width, planes.height, BAND_PX);
+    band.iter_mut().zip(planes.mask).for_each(|(b, &m)| *b &= m);
+    band
+}
+
+/// Number of pixels of a picture that is small enough to be compared.
+fn pixel_count(size: [u32; 2]) -> Result<usize> {
+    if size[0].max(size[1]) > MAX_SIDE_PX {
+        return Err(Error::Usage(format!(
+            "metrics: a picture of {}x{} px has a side beyond {MAX_SIDE_PX} px; compare it in parts",
+            size[0], size[1]
+        )));
+    }
+    Ok(size[0] as usize * size[1] as usize)
+}
+
+fn check_length(what: &str, length: usize, pixels: usize, size: [u32; 2]) -> Result<()> {
+    if length == pixels {
+        return Ok(());
+    }
+    Err(Error::Usage(format!("metrics: {what} has {length} values, {}x{} px need {pixels}", size[0], size[1])))
+}
+
+fn check_finite(what: &str, values: &[f32], planes: &Planes) -> Result<()> {
+    let bad = (0..values.len()).find(|&i| planes.mask[i] && !values[i].is_finite());
+    let Some(i) = bad else { return Ok(()) };
+    Err(Error::Usage(format!(
+        "metrics: the {what} is {} at pixel ({}, {}); mask such pixels out or repair the technique",
+        values[i],
+        i % planes.width,
+        i / planes.width
+    )))
+}

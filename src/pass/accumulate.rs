@@ -1,0 +1,50 @@
+//! The average of many hard shadows: the papers' own ground truth.
+
+use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::{Bind, Context, Frame, ImageRef, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/accumulate.comp`.
+    pub struct AccumulatePush {
+        size: [u32; 2],
+        index: u32,
+        count: u32,
+    }
+}
+
+/// The pass with its counter image.
+pub struct Accumulate {
+    pipeline: Arc<ComputePipeline>,
+    lit_count: Image,
+}
+
+impl Accumulate {
+    /// Allocates for a camera image.
+    pub fn new(context: &Context, extent: [u32; 2]) -> Result<Self> {
+        Ok(Self {
+            pipeline: context.pipeline::<AccumulatePush>("pass/accumulate.comp", &[])?,
+            lit_count: Image::new(context.device(), &ImageDesc::storage("lit count", vk::Format::R32_UINT, extent))?,
+        })
+    }
+
+    /// Adds the hard shadow of sample `index` of `count`; the last one writes the average to `output`.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        sample: &ImageRef,
+        index: u32,
+        count: u32,
+        output: &Image,
+    ) -> Result<()> {
+        let size = output.extent();
+        frame.dispatch(&Pass {
+            name: "accumulate",
+            pipeline: &self.pipeline,
+            bind: &[Bind::Input(sample), Bind::Image(&self.lit_count), Bind::Image(output)],
+            push: bytemuck::bytes_of(&AccumulatePush { size, index, count }),
+            threads: Threads::Count([size[0], size[1], 1]),
+        })
+    }
+}

@@ -1,0 +1,54 @@
+//! A list of 8 x 8 pixel tiles that a heavy pass works off by indirect dispatch.
+
+use crate::gpu::{Buffer, BufferDesc, Device, MemoryKind};
+use crate::{Frame, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+/// Pixels along a tile's side.
+pub const TILE: u32 = 8;
+
+/// Bytes before the tiles: the dispatch arguments and the count.
+const HEADER: u64 = 16;
+/// Offset of the count.
+const COUNT: u64 = 12;
+
+/// The list; `glsl/pass/tiles.glsl` has the other side.
+pub struct TileList {
+    buffer: Buffer,
+    total: u32,
+}
+
+impl TileList {
+    /// Room for every tile of an image.
+    pub fn new(device: &Arc<Device>, name: &str, extent: [u32; 2]) -> Result<Self> {
+        let total = extent[0].div_ceil(TILE) * extent[1].div_ceil(TILE);
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::INDIRECT_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_DST
+            | vk::BufferUsageFlags::TRANSFER_SRC;
+        let desc = BufferDesc { name, size: HEADER + 4 * u64::from(total), usage, memory: MemoryKind::Gpu };
+        Ok(Self { buffer: Buffer::new(device, &desc)?, total })
+    }
+
+    /// Empties the list.
+    pub fn clear(&self, frame: &mut Frame<'_>) {
+        let header: [u32; 4] = [0, 1, 1, 0];
+        frame.update(&self.buffer, bytemuck::bytes_of(&header));
+    }
+
+    /// For binding.
+    pub fn buffer(&self) -> &Buffer {
+        &self.buffer
+    }
+
+    /// One workgroup a listed tile.
+    pub fn threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.buffer, 0)
+    }
+
+    /// Notes how many tiles the pass recorded last worked on.
+    pub fn count(&self, frame: &mut Frame<'_>) {
+        frame.count_tiles(self.total, &self.buffer, COUNT);
+    }
+}

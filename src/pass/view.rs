@@ -1,0 +1,107 @@
+//! The constants of a frame: what every pass knows of camera and light.
+
+use crate::gpu::{Buffer, BufferDesc, Device, MemoryKind, shader_struct};
+use crate::view::{DepthRange, LightKind};
+use crate::{Frame, Inputs, NormalEncoding, Result};
+use ash::vk;
+use glam::{DMat3, DMat4, Mat3, Mat4};
+use std::sync::Arc;
+
+/// Layers that the constants have room for: a point light's six.
+pub const MAX_LAYERS: usize = 6;
+
+shader_struct! {
+    /// `ViewBlock` of `glsl/pass/view.glsl`. Everything is relative to the camera: composed in `f64`,
+    /// rounded last.
+    pub struct ViewConstants {
+        view_from_clip: [[f32; 4]; 4],
+        light_clip_from_view: [[[f32; 4]; 4]; MAX_LAYERS],
+        light_position_view: [[f32; 4]; MAX_LAYERS],
+        light_depth_scale: [f32; MAX_LAYERS],
+        view_from_world: [[f32; 3]; 3],
+        size: [u32; 2],
+        map_size: [u32; 2],
+        normal_encoding: u32,
+        far_depth: f32,
+    }
+}
+
+fn columns(m: DMat4) -> [[f32; 4]; 4] {
+    m.as_mat4().to_cols_array_2d()
+}
+
+impl ViewConstants {
+    /// The constants of one frame.
+    pub fn new(inputs: &Inputs<'_>) -> Self {
+        let camera = inputs.camera;
+        let view_from_world = camera.world_from_view.inverse();
+        let mut out = Self {
+            view_from_clip: columns(camera.clip_from_view.inverse()),
+            view_from_world: view_from_world.matrix3.as_mat3().to_cols_array_2d(),
+            size: inputs.depth.extent,
+            map_size: inputs.shadow_map.extent,
+            normal_encoding: match inputs.normal {
+                None => 0,
+                Some((_, NormalEncoding::OctahedralSigned)) => 1,
+                Some((_, NormalEncoding::OctahedralUnsigned)) => 2,
+                Some((_, NormalEncoding::Cartesian)) => 3,
+            },
+            far_depth: if camera.depth == DepthRange::Reversed { 0.0 } else { 1.0 },
+            ..Self::default()
+        };
+        for (layer, light) in inputs.light.iter().take(MAX_LAYERS).enumerate() {
+            // Subtract the positions before anything is multiplied: far from the origin their product
+            // with a rotation has already lost what the difference still holds.
+            let offset = camera.world_from_view.translation - light.world_from_view.translation;
+            let light_from_world: DMat3 = light.world_from_view.matrix3.transpose();
+            let mut light_from_view = DMat4::from_mat3(light_from_world * camera.world_from_view.matrix3);
+            light_from_view.w_axis = (light_from_world * offset).extend(1.0);
+            out.light_clip_from_view[layer] = columns(light.clip_from_view * light_from_view);
+            let p = &light.clip_from_view;
+            (out.light_position_view[layer], out.light_depth_scale[layer]) = match light.kind {
+                LightKind::Spot { .. } => {
+                    let position = camera.world_from_view.matrix3.transpose() * -offset;
+                    (position.extend(1.0).as_vec4().to_array(), p.w_axis.z.abs() as f32)
+                }
+                LightKind::Directional { .. } => {
+                    let towards = camera.world_from_view.matrix3.transpose() * -light.direction();
+                    (towards.extend(0.0).as_vec4().to_array(), 0.0)
+                }
+            };
+        }
+        out
+    }
+
+    /// The camera's `view_from_clip` and a layer's `light_clip_from_view`, as the GPU has them.
+    pub fn matrices(&self, layer: usize) -> (Mat4, Mat4, Mat3) {
+        (
+            Mat4::from_cols_array_2d(&self.view_from_clip),
+            Mat4::from_cols_array_2d(&self.light_clip_from_view[layer]),
+            Mat3::from_cols_array_2d(&self.view_from_world),
+        )
+    }
+}
+
+/// The uniform buffer; updated in stream order, so it serves any number of frames in flight.
+pub struct ViewBuffer {
+    buffer: Buffer,
+}
+
+impl ViewBuffer {
+    /// Allocates.
+    pub fn new(device: &Arc<Device>) -> Result<Self> {
+        let desc = BufferDesc {
+            name: "view constants",
+            size: size_of::<ViewConstants>() as u64,
+            usage: vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
+            memory: MemoryKind::Gpu,
+        };
+        Ok(Self { buffer: Buffer::new(device, &desc)? })
+    }
+
+    /// Records the update for this frame and returns the buffer.
+    pub fn update(&self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> &Buffer {
+        frame.update(&self.buffer, bytemuck::bytes_of(&ViewConstants::new(inputs)));
+        &self.buffer
+    }
+}

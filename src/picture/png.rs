@@ -1,0 +1,54 @@
+//! PNG files.
+
+use std::{io::Cursor, path::Path};
+
+use image::{ExtendedColorType, ImageEncoder as _, ImageFormat, ImageReader, codecs::png::PngEncoder};
+
+use super::{Picture, check_length, file};
+use crate::Result;
+
+/// Writes an sRGB picture with 8 bits a channel.
+///
+/// # Errors
+/// No pixels, a picture whose size and pixels disagree, or what [`super::write_atomic`] reports.
+pub fn write_png(path: &Path, picture: &Picture) -> Result<()> {
+    check_length("the picture", picture.rgb.len(), picture.size)?;
+    write(path, bytemuck::cast_slice(&picture.rgb), picture.size, ExtendedColorType::Rgb8)
+}
+
+/// Writes values in `[0, 1]` as 16-bit grey, **linear**: [`read_png_gray`] gives them back within
+/// 1/131070. Values beyond are clamped, NaN is 0.
+///
+/// # Errors
+/// No pixels, a slice of the wrong length, or what [`super::write_atomic`] reports.
+pub fn write_png_gray(path: &Path, size: [u32; 2], values: &[f32]) -> Result<()> {
+    check_length("the picture", values.len(), size)?;
+    let codes: Vec<u16> = values.iter().map(|v| (v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16).collect();
+    write(path, bytemuck::cast_slice(&codes), size, ExtendedColorType::L16)
+}
+
+fn write(path: &Path, bytes: &[u8], size: [u32; 2], color: ExtendedColorType) -> Result<()> {
+    let mut encoded = Vec::new();
+    PngEncoder::new(&mut encoded)
+        .write_image(bytes, size[0], size[1], color)
+        .map_err(|e| file::wrong(path, "PNG", e.to_string()))?;
+    file::write_atomic(path, &encoded)
+}
+
+/// Reads the red (or grey) channel of a PNG as `code / largest code`, that is as **linear** values:
+/// white is 1, black 0, no sRGB decoding. `size` is the one the picture must have.
+///
+/// # Errors
+/// The file cannot be read, is no PNG, or has another size.
+pub fn read_png_gray(path: &Path, size: [u32; 2]) -> Result<Vec<f32>> {
+    decode_gray(path, &file::read(path, file::limit_bytes(size))?, size)
+}
+
+pub(super) fn decode_gray(path: &Path, bytes: &[u8], size: [u32; 2]) -> Result<Vec<f32>> {
+    let wrong = |e: image::ImageError| file::wrong(path, "PNG", e.to_string());
+    let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    // The size comes first: a small file can claim a picture that fills the memory.
+    file::check_size(path, reader().into_dimensions().map_err(wrong)?.into(), size)?;
+    let pixels = reader().decode().map_err(wrong)?.into_rgb32f();
+    Ok(pixels.pixels().map(|p| p.0[0]).collect())
+}

@@ -1,0 +1,443 @@
+//! The scene as rays see it: world triangles in a hierarchy, and the two kinds of ray.
+
+use super::alpha::Mask;
+use super::bvh::{BoxRay, Bvh};
+use super::edges::Edges;
+use super::triangle::{Crossing, MASKED, Shear, Triangle, largest_axis};
+use crate::scene::{Bounds, Instance, Mesh, Scene};
+use crate::{Error, Result};
+use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// A scene prepared for rays.
+///
+/// Triangles live in *local space*: world space moved to the middle of the scene and divided by a power of
+/// two, so that all coordinates are in `[-1, 1]`. So a scene far from the origin, or of any size, loses
+/// nothing to the `f32` boxes, and scaling it by a power of two changes no bit of the result.
+#[derive(Debug)]
+pub struct RayScene {
+    pub(super) bvh: Bvh,
+    /// In leaf order.
+    pub(super) triangles: Vec<Triangle>,
+    instances: Vec<Placed>,
+    masks: Vec<Option<Mask>>,
+    first_triangle: Vec<u32>,
+    total: u32,
+    center: DVec3,
+    scale: f64,
+    edges: OnceLock<Edges>,
+}
+
+/// What a hit has to know of an instance.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    mesh: usize,
+    /// A mirroring transform turns counter-clockwise into clockwise.
+    mirrored: bool,
+    double_sided: bool,
+}
+
+/// Where a primary ray met a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Id of the triangle: instances in order, triangles of their mesh in order.
+    pub triangle: u32,
+    /// Weights of the triangle's corners, in the order of the mesh.
+    pub barycentrics: [f64; 3],
+    /// In units of the ray's direction.
+    pub t: f64,
+    /// World space.
+    pub position: DVec3,
+    /// Unit geometric normal in world space, on the side that the ray came from.
+    pub normal: DVec3,
+    /// The position in local space.
+    pub(super) local: DVec3,
+}
+
+/// Where a shadow ray goes.
+#[derive(Clone, Copy, Debug)]
+pub enum Target {
+    /// To a point of the world; what lies beyond it does not occlude.
+    Point(DVec3),
+    /// Without end along a direction.
+    Direction(DVec3),
+}
+
+/// The triangle of no ray: nothing is skipped.
+pub(super) const NONE: u32 = u32::MAX;
+
+impl RayScene {
+    /// Places all instances and builds the hierarchy, in parallel.
+    ///
+    /// Nothing is dropped: a degenerate or non-finite triangle keeps its id and is never hit.
+    ///
+    /// # Errors
+    /// If a mesh breaks the rules of [`Mesh`] (an index out of range, arrays of different lengths), or the
+    /// scene has 2^31 triangles or instances or more.
+    pub fn build(scene: &Scene) -> Result<Self> {
+        check(scene)?;
+        let mut first_triangle = Vec::with_capacity(scene.instances.len());
+        let mut total = 0u64;
+        for instance in &scene.instances {
+            first_triangle.push(total as u32);
+            total += scene.meshes[instance.mesh].triangles() as u64;
+            if total >= u64::from(MASKED) {
+                return Err(Error::Usage(format!(
+                    "scene {}: more than {} triangles, instances counted; ray tracing takes no more",
+                    scene.name,
+                    MASKED - 1
+                )));
+            }
+        }
+        let masks: Vec<_> = scene.meshes.iter().map(|m| Mask::new(scene, m)).collect();
+        let instances: Vec<_> = scene
+            .instances
+            .iter()
+            .map(|i| Placed {
+                mesh: i.mesh,
+                mirrored: i.world_from_object.matrix3.determinant() < 0.0,
+                double_sided: scene.materials.get(scene.meshes[i.mesh].material).is_some_and(|m| m.double_sided),
+            })
+            .collect();
+        let bounds = world_bounds(scene);
+        let center = bounds.center();
+        let half = 0.5 * (bounds.max - bounds.min).max_element();
+        let scale = if bounds.is_empty() || !(half > 0.0 && half.is_finite()) { 1.0 } else { power_of_two_above(half) };
+        let placements: Vec<_> = scene.instances.iter().map(|i| Placement::new(i, center, scale)).collect();
+        let mut triangles: Vec<Triangle> = (0..total as u32)
+            .into_par_iter()
+            .filter_map(|id| {
+                let instance = first_triangle.partition_point(|&first| first <= id) - 1;
+                let mesh = &scene.meshes[scene.instances[instance].mesh];
+                let at = 3 * (id - first_triangle[instance]) as usize;
+                let v = std::array::from_fn(|k| {
+                    placements[instance].apply(mesh.positions[mesh.indices[at + k] as usize]).to_array()
+                });
+                let mask = if masks[scene.instances[instance].mesh].is_some() { MASKED } else { 0 };
+                let triangle = Triangle { v, id, info: instance as u32 | mask };
+                let cross = triangle.cross();
+                // Infinite corners make the cross product NaN or infinite.
+                (cross.is_finite() && cross != DVec3::ZERO).then_some(triangle)
+            })
+            .collect();
+        let bvh = Bvh::build(&mut triangles);
+        Ok(Self {
+            bvh,
+            triangles,
+            instances,
+            masks,
+            first_triangle,
+            total: total as u32,
+            center,
+            scale,
+            edges: OnceLock::new(),
+        })
+    }
+
+    /// Number of triangles, instances counted, degenerate ones included.
+    pub fn triangles(&self) -> u32 {
+        self.total
+    }
+
+    /// Id of the first triangle of an instance, or `None` if there is no such instance.
+    pub fn first_triangle(&self, instance: usize) -> Option<u32> {
+        self.first_triangle.get(instance).copied()
+    }
+
+    /// Bytes held on the heap.
+    pub fn bytes(&self) -> usize {
+        self.bvh.bytes()
+            + self.triangles.len() * size_of::<Triangle>()
+            + self.instances.len() * (size_of::<Placed>() + 4)
+            + self.masks.iter().flatten().map(Mask::bytes).sum::<usize>()
+            + self.edges.get().map_or(0, Edges::bytes)
+    }
+
+    /// The nearest surface that a viewer at `origin` sees along `direction` (any length but 0).
+    ///
+    /// A single-sided material is invisible from behind, as it is to a rasteriser that culls: the front is
+    /// where the corners run counter-clockwise, under a mirroring transform where they run clockwise. Of surfaces at
+    /// exactly the same distance the smallest id wins.
+    pub fn primary(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
+        self.primary_local(self.to_local(origin), direction / self.scale, f64::INFINITY)
+    }
+
+    /// [`RayScene::primary`] for an origin and a direction in local space, up to `t_max`.
+    pub(super) fn primary_local(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
+        let (enter, leave) = enter_scene(origin, direction)?;
+        let t_max = t_max.min(leave) - enter;
+        if !(t_max > 0.0) {
+            return None;
+        }
+        let start = origin + enter * direction;
+        let found = match largest_axis(direction) {
+            0 => self.closest::<0>(start, direction, t_max),
+            1 => self.closest::<1>(start, direction, t_max),
+            _ => self.closest::<2>(start, direction, t_max),
+        };
+        let (slot, crossing) = found?;
+        let triangle = &self.triangles[slot];
+        let [u, v, w] = crossing.barycentrics;
+        let local = triangle.corner(0) * u + triangle.corner(1) * v + triangle.corner(2) * w;
+        let normal = triangle.cross().normalize();
+        Some(Hit {
+            triangle: triangle.id,
+            barycentrics: crossing.barycentrics,
+            t: enter + crossing.t,
+            position: self.to_world(local),
+            normal: if normal.dot(direction) > 0.0 { -normal } else { normal },
+            local,
+        })
+    }
+
+    /// Whether anything stands between `from` and `to`, both ends excluded; triangle `skip` is ignored.
+    ///
+    /// World space. The ray starts exactly at `from`: a caller on a surface moves it off that surface, as
+    /// [`hard`](super::hard) does.
+    pub fn occluded(&self, from: DVec3, to: Target, skip: Option<u32>) -> bool {
+        let origin = self.to_local(from);
+        let (direction, t_max) = match to {
+            Target::Point(p) => (self.to_local(p) - origin, 1.0),
+            Target::Direction(d) => (d, f64::INFINITY),
+        };
+        self.occluded_local(origin, direction, t_max, skip.unwrap_or(NONE), &mut NONE.clone())
+    }
+
+    /// [`RayScene::occluded`] in local space; `last` is the slot of the triangle that occluded last, which is
+    /// tried first: neighbouring rays tend to be stopped by the same one.
+    pub(super) fn occluded_local(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_max: f64,
+        skip: u32,
+        last: &mut u32,
+    ) -> bool {
+        match largest_axis(direction) {
+            0 => self.any::<0>(origin, direction, t_max, skip, last),
+            1 => self.any::<1>(origin, direction, t_max, skip, last),
+            _ => self.any::<2>(origin, direction, t_max, skip, last),
+        }
+    }
+
+    fn any<const Z: usize>(&self, origin: DVec3, direction: DVec3, t_max: f64, skip: u32, last: &mut u32) -> bool {
+        let shear = Shear::<Z>::new(origin, direction);
+        let stops = |triangle: &Triangle| {
+            triangle.id != skip
+                && shear
+                    .hit(triangle, t_max)
+                    .is_some_and(|c| !triangle.is_masked() || !self.is_hole(triangle, c.barycentrics))
+        };
+        if self.triangles.get(*last as usize).is_some_and(stops) {
+            return true;
+        }
+        // The boxes are walked from where the ray enters the scene, so that the f32 origin is small.
+        let Some((enter, leave)) = enter_scene(origin, direction) else { return false };
+        let boxes = BoxRay::new(origin + enter * direction, direction);
+        let end = round_up(t_max.min(leave) - enter);
+        self.bvh.any(&boxes, end, |range| {
+            for slot in range {
+                if stops(&self.triangles[slot]) {
+                    *last = slot as u32;
+                    return true;
+                }
+            }
+            false
+        })
+    }
+
+    fn closest<const Z: usize>(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<(usize, Crossing)> {
+        let shear = Shear::<Z>::new(origin, direction);
+        let mut best: Option<(usize, Crossing)> = None;
+        let mut end = round_up(t_max);
+        self.bvh.closest(&BoxRay::new(origin, direction), &mut end, |range, end| {
+            for slot in range {
+                let triangle = &self.triangles[slot];
+                // Not `< best.t`: among equals the smallest id wins, whatever the order of the leaves.
+                let Some(crossing) = shear.hit(triangle, t_max) else { continue };
+                let nearer = best.is_none_or(|(other, b)| {
+                    crossing.t < b.t || crossing.t == b.t && triangle.id < self.triangles[other].id
+                });
+                if nearer && self.is_visible(triangle, direction, crossing.barycentrics) {
+                    best = Some((slot, crossing));
+                    *end = round_up(crossing.t);
+                }
+            }
+        });
+        best
+    }
+
+    /// Not culled, and no hole.
+    fn is_visible(&self, triangle: &Triangle, direction: DVec3, barycentrics: [f64; 3]) -> bool {
+        let instance = &self.instances[triangle.instance()];
+        if !instance.double_sided {
+            let outwards = if instance.mirrored { -triangle.cross() } else { triangle.cross() };
+            if outwards.dot(direction) >= 0.0 {
+                return false;
+            }
+        }
+        !triangle.is_masked() || !self.is_hole(triangle, barycentrics)
+    }
+
+    fn is_hole(&self, triangle: &Triangle, barycentrics: [f64; 3]) -> bool {
+        let instance = triangle.instance();
+        let index = triangle.id - self.first_triangle[instance];
+        self.masks[self.instances[instance].mesh].as_ref().is_some_and(|m| m.is_hole(index as usize, barycentrics))
+    }
+
+    /// Which triangles share an edge; found on first use.
+    pub(super) fn edges(&self) -> &Edges {
+        self.edges.get_or_init(|| Edges::build(&self.triangles))
+    }
+
+    pub(super) fn to_local(&self, world: DVec3) -> DVec3 {
+        (world - self.center) / self.scale
+    }
+
+    pub(super) fn to_world(&self, local: DVec3) -> DVec3 {
+        local * self.scale + self.center
+    }
+
+    /// World units a local unit.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// How far a shadow ray starts above its surface, in local space.
+    ///
+    /// 2^-40 of the scene's size is far above the rounding of a point on a triangle (2^-51) and far below
+    /// anything seen. World coordinates that are large against the scene add their own rounding: two
+    /// instances that touch do so to within it.
+    pub(super) fn surface_offset(&self) -> f64 {
+        let rounding = self.center.abs().max_element() / self.scale;
+        3.0 * (-40f64).exp2() + rounding * (-50f64).exp2()
+    }
+}
+
+/// One instance's transform into local space, arranged so that each vertex is rounded relative to the scene's
+/// size, not to its distance from the origin.
+struct Placement {
+    /// The object-space point that lands near local 0.
+    pivot: DVec3,
+    local_from_object: DAffine3,
+}
+
+impl Placement {
+    fn new(instance: &Instance, center: DVec3, scale: f64) -> Self {
+        let t = &instance.world_from_object;
+        let determinant = t.matrix3.determinant();
+        let offset = t.translation - center;
+        let pivot = if determinant == 0.0 { DVec3::ZERO } else { -(t.matrix3.inverse() * offset) };
+        let pivot = if pivot.is_finite() { pivot } else { DVec3::ZERO };
+        let residual = t.matrix3 * pivot + offset;
+        let local = DAffine3 { matrix3: t.matrix3 * (1.0 / scale), translation: residual / scale };
+        Self { pivot, local_from_object: local }
+    }
+
+    fn apply(&self, p: [f32; 3]) -> DVec3 {
+        self.local_from_object.transform_point3(Vec3::from(p).as_dvec3() - self.pivot)
+    }
+}
+
+/// Smallest power of two that is not below `x > 0`.
+fn power_of_two_above(x: f64) -> f64 {
+    x.log2().ceil().exp2()
+}
+
+/// `f32` not below `t`, with room for the three roundings of a box's entry distance.
+fn round_up(t: f64) -> f32 {
+    (t * (1.0 + (-20f64).exp2())) as f32
+}
+
+/// Range of `t >= 0` outside of which a ray is outside the box of the scene; for a ray that starts inside, all.
+fn enter_scene(origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
+    const HALF: f64 = 1.0 + 1e-3;
+    if origin.abs().max_element() <= HALF {
+        return Some((0.0, f64::INFINITY));
+    }
+    let (mut enter, mut leave) = (0f64, f64::INFINITY);
+    for axis in 0..3 {
+        let (o, d) = (origin[axis], direction[axis]);
+        if d == 0.0 {
+            if o.abs() > HALF {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = ((-HALF - o) / d, (HALF - o) / d);
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
+    }
+    (enter <= leave && enter.is_finite()).then_some((enter, leave))
+}
+
+fn world_bounds(scene: &Scene) -> Bounds {
+    let boxes: Vec<Bounds> = scene
+        .meshes
+        .par_iter()
+        .map(|mesh| {
+            let mut bounds = Bounds::EMPTY;
+            for &i in &mesh.indices {
+                let p = Vec3::from(mesh.positions[i as usize]);
+                if p.is_finite() {
+                    bounds.include(p.as_dvec3());
+                }
+            }
+            bounds
+        })
+        .collect();
+    scene
+        .instances
+        .iter()
+        .map(|i| boxes[i.mesh].transformed(&i.world_from_object))
+        .filter(|b| b.min.is_finite() && b.max.is_finite())
+        .fold(Bounds::EMPTY, Bounds::union)
+}
+
+/// What [`Mesh`] promises, and what indexing relies on.
+fn check(scene: &Scene) -> Result<()> {
+    let wrong = |mesh: &Mesh, problem: String| Err(Error::Usage(format!("mesh {}: {problem}", mesh.name)));
+    for mesh in &scene.meshes {
+        let n = mesh.positions.len();
+        if let Some(i) = mesh.indices.iter().find(|&&i| i as usize >= n) {
+            return wrong(mesh, format!("index {i} into {n} positions"));
+        }
+        if mesh.indices.len() % 3 != 0 {
+            return wrong(mesh, format!("{} indices are no list of triangles", mesh.indices.len()));
+        }
+        let Some(material) = scene.materials.get(mesh.material) else {
+            return wrong(mesh, format!("material {} of {}", mesh.material, scene.materials.len()));
+        };
+        if !mesh.colors.is_empty() && mesh.colors.len() != n {
+            return wrong(mesh, format!("{} colours for {n} positions", mesh.colors.len()));
+        }
+        if material.alpha_cutoff.is_none() {
+            continue;
+        }
+        if let Some(index) = material.texture {
+            if mesh.uvs.len() != n {
+                return wrong(mesh, format!("{} texture coordinates for {n} positions", mesh.uvs.len()));
+            }
+            let Some(texture) = scene.textures.get(index) else {
+                return wrong(mesh, format!("texture {index} of {}", scene.textures.len()));
+            };
+            let texels = u64::from(texture.size[0]) * u64::from(texture.size[1]);
+            if texels == 0 || texels != texture.rgba.len() as u64 {
+                return wrong(
+                    mesh,
+                    format!("texture {}: {} texels for {:?} pixels", texture.name, texture.rgba.len(), texture.size),
+                );
+            }
+        }
+    }
+    for (i, instance) in scene.instances.iter().enumerate() {
+        if instance.mesh >= scene.meshes.len() {
+            return Err(Error::Usage(format!("instance {i}: mesh {} of {}", instance.mesh, scene.meshes.len())));
+        }
+    }
+    if scene.instances.len() >= MASKED as usize {
+        return Err(Error::Usage(format!("scene {}: too many instances", scene.name)));
+    }
+    Ok(())
+}

@@ -1,0 +1,133 @@
+//! Which instances a view draws, and with which matrices.
+
+use super::Scene;
+use crate::view::{CameraView, LightView};
+use bytemuck::{Pod, Zeroable};
+use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
+
+/// What a draw needs of an instance: `Instance` of `glsl/raster/instance.glsl`, scalar layout.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct GpuInstance {
+    clip_from_object: [[f32; 4]; 4],
+    normal_from_object: [[f32; 3]; 3],
+    orientation: f32,
+    first_triangle: u32,
+}
+
+/// One instanced draw of a mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DrawCall {
+    /// Index into the scene's meshes.
+    pub mesh: usize,
+    /// True if the transforms mirror: front faces then turn the other way.
+    pub mirrored: bool,
+    /// Range in [`DrawList::instances`].
+    pub instances: std::ops::Range<u32>,
+}
+
+/// What a view draws.
+#[derive(Clone, Debug, Default)]
+pub struct DrawList {
+    /// Instances in draw order.
+    pub instances: Vec<GpuInstance>,
+    /// Draws.
+    pub calls: Vec<DrawCall>,
+}
+
+/// The view's own `clip_from_world`, kept apart so that positions are subtracted before anything is
+/// multiplied.
+struct Viewer {
+    clip_from_view: DMat4,
+    view_from_world_rotation: DMat3,
+    position: DVec3,
+}
+
+impl Viewer {
+    fn new(world_from_view: &DAffine3, clip_from_view: DMat4) -> Self {
+        Self {
+            clip_from_view,
+            view_from_world_rotation: world_from_view.matrix3.transpose(),
+            position: world_from_view.translation,
+        }
+    }
+
+    fn clip_from_object(&self, world_from_object: &DAffine3) -> DMat4 {
+        let view_from_object = DAffine3 {
+            matrix3: self.view_from_world_rotation * world_from_object.matrix3,
+            translation: self.view_from_world_rotation * (world_from_object.translation - self.position),
+        };
+        self.clip_from_view * DMat4::from(view_from_object)
+    }
+}
+
+impl DrawList {
+    /// What the camera sees.
+    pub fn for_camera(scene: &Scene, camera: &CameraView) -> Self {
+        Self::new(scene, &Viewer::new(&camera.world_from_view, camera.clip_from_view))
+    }
+
+    /// What the light's map needs.
+    pub fn for_light(scene: &Scene, light: &LightView) -> Self {
+        Self::new(scene, &Viewer::new(&light.world_from_view, light.clip_from_view))
+    }
+
+    fn new(scene: &Scene, viewer: &Viewer) -> Self {
+        let mut first_triangle = 0u32;
+        let mut visible = vec![];
+        for instance in &scene.instances {
+            let mesh = &scene.meshes[instance.mesh];
+            let first = first_triangle;
+            first_triangle += mesh.triangles() as u32;
+            let clip_from_object = viewer.clip_from_object(&instance.world_from_object);
+            if mesh.bounds.is_empty() || is_outside(&mesh.bounds.corners(), &clip_from_object) {
+                continue;
+            }
+            let m = instance.world_from_object.matrix3;
+            let mirrored = m.determinant() < 0.0;
+            let orientation = if mirrored { -1.0 } else { 1.0 };
+            visible.push((
+                (instance.mesh, mirrored),
+                GpuInstance {
+                    clip_from_object: clip_from_object.as_mat4().to_cols_array_2d(),
+                    normal_from_object: normal_matrix(&m).as_mat3().to_cols_array_2d(),
+                    orientation,
+                    first_triangle: first,
+                },
+            ));
+        }
+        // Stable: within a mesh the instances stay in scene order.
+        visible.sort_by_key(|v| v.0);
+        let mut list = Self::default();
+        for (i, ((mesh, mirrored), instance)) in (0u32..).zip(visible) {
+            list.instances.push(instance);
+            match list.calls.last_mut() {
+                Some(c) if c.mesh == mesh && c.mirrored == mirrored => c.instances.end = i + 1,
+                _ => list.calls.push(DrawCall { mesh, mirrored, instances: i..i + 1 }),
+            }
+        }
+        list
+    }
+}
+
+/// Inverse transpose up to a positive factor; scaled so that tiny and huge objects stay within `f32`.
+fn normal_matrix(m: &DMat3) -> DMat3 {
+    let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    let largest = cofactors.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+    cofactors * if m.determinant() < 0.0 { -scale } else { scale }
+}
+
+/// True only if all corners lie outside one plane: a side, behind the viewer, or `z > w`, which is the far
+/// plane of a light and, depth being reversed, the near plane of a camera. What is nearer than a light's
+/// near plane still casts, and a camera's far plane is infinite.
+fn is_outside(corners: &[DVec3; 8], clip_from_object: &DMat4) -> bool {
+    let clip = corners.map(|c| *clip_from_object * c.extend(1.0));
+    let all = |outside: fn(&DVec4) -> bool| clip.iter().all(outside);
+    all(|c| c.x > c.w)
+        || all(|c| c.x < -c.w)
+        || all(|c| c.y > c.w)
+        || all(|c| c.y < -c.w)
+        || all(|c| c.w <= 0.0)
+        || all(|c| c.z > c.w)
+}

@@ -1,0 +1,119 @@
+//! From a light of the file to the view that its shadow map is rendered from.
+
+use super::{Bounds, Instance, Light, LightShape, Mesh, Scene};
+use crate::view::LightView;
+use glam::{DVec3, Vec3, dvec3};
+
+/// Spot frusta wider than this waste most of the map; points beyond it count as lit.
+const MAX_SPOT_FOV: f64 = 160.0 * std::f64::consts::PI / 180.0;
+/// Smallest ratio of near to far: what lies nearer is clamped to the near plane and still casts.
+const MIN_NEAR: f64 = 1e-3;
+/// Full angular width of a sun that does not say: 1.5 degrees, a hazy sun.
+const DEFAULT_ANGLE: f64 = 1.5 * std::f64::consts::PI / 180.0;
+/// Full width of a spot that does not say, as a fraction of its distance to the scene's middle.
+const DEFAULT_SIZE: f64 = 0.03;
+/// Meshes up to this many triangles are tested for convexity.
+const CONVEX_LIMIT: usize = 256;
+
+/// The shadow-map view of a light, as tight as the scene allows.
+///
+/// A spot keeps its cone; its near and far planes follow the scene. A directional light gets the box of
+/// everything that can cast a shadow on anything: the ground below all other things does not count,
+/// however far it reaches, and what lies beside the casters is lit without a look at the map.
+pub fn light_view(scene: &Scene, light: &Light) -> LightView {
+    let bounds = scene.bounds();
+    match light.shape {
+        LightShape::Spot { outer, size } => {
+            let view_from_world = light.world_from_light.inverse();
+            let depth = scene
+                .instances
+                .iter()
+                .map(|i| scene.meshes[i.mesh].bounds.transformed(&(view_from_world * i.world_from_object)))
+                .fold(Bounds::EMPTY, Bounds::union);
+            // The light looks along its -Z.
+            let far = if depth.is_empty() { 1.0 } else { -depth.min.z };
+            let far = if far > 0.0 { far * 1.001 } else { bounds.radius().max(f64::MIN_POSITIVE.sqrt()) };
+            let near = (-depth.max.z * 0.999).clamp(far * MIN_NEAR, far * 0.5);
+            let distance = (bounds.center() - light.world_from_light.translation).length();
+            let size = size.unwrap_or(DEFAULT_SIZE * distance);
+            LightView::spot(light.world_from_light, (2.0 * outer).min(MAX_SPOT_FOV), near, far, size)
+        }
+        LightShape::Directional { angle } => directional(scene, light, angle.unwrap_or(DEFAULT_ANGLE)),
+    }
+}
+
+fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
+    let mut world_from_view = light.world_from_light;
+    let rotation = world_from_view.matrix3.transpose();
+    // Box in the light's axes but around the scene's own middle, so that it holds far from the origin.
+    let center = scene.bounds().center();
+    let around = |i: &Instance| {
+        let mut moved = i.world_from_object;
+        moved.translation -= center;
+        let view_from_object = glam::DAffine3 { matrix3: rotation, translation: DVec3::ZERO } * moved;
+        scene.meshes[i.mesh].bounds.transformed(&view_from_object)
+    };
+    let all = scene.instances.iter().map(around).fold(Bounds::EMPTY, Bounds::union);
+    if all.is_empty() {
+        return LightView::directional(world_from_view, [1.0; 2], 0.0, 1.0, angle);
+    }
+    let towards = -light.world_from_light.transform_vector3(DVec3::NEG_Z);
+    let casting = scene.instances.iter().filter(|i| can_shadow(scene, i, towards));
+    let casters = casting.map(around).fold(Bounds::EMPTY, Bounds::union);
+    let sides = if casters.is_empty() { all } else { casters };
+    // A little air: nothing lies exactly on the border, and a single point still has a box.
+    let air = 1e-3 * (sides.max - sides.min).max_element() + 1e-6 * all.radius().max(1e-30);
+    let half = 0.5 * (sides.max - sides.min) + air;
+    let depth_air = 1e-3 * (all.max.z - all.min.z) + air;
+    let middle = sides.center();
+    world_from_view.translation = center + world_from_view.matrix3 * dvec3(middle.x, middle.y, all.max.z + depth_air);
+    let far = all.max.z - all.min.z + 2.0 * depth_air;
+    LightView::directional(world_from_view, [half.x, half.y], 0.0, far, angle)
+}
+
+/// False only where an instance surely casts no shadow on anything: it is convex, and all other
+/// instances lie beyond one face of its box that looks towards the light.
+fn can_shadow(scene: &Scene, instance: &Instance, towards: DVec3) -> bool {
+    let mesh = &scene.meshes[instance.mesh];
+    let b = &mesh.bounds;
+    if b.is_empty() || !is_convex(mesh) {
+        return !b.is_empty();
+    }
+    let m = instance.world_from_object.matrix3;
+    let cofactors = [m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)];
+    let mirrored = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    let slack = 1e-6 * scene.bounds().radius();
+    (0..6).all(|face| {
+        let (axis, up) = (face / 2, face % 2 == 1);
+        let mut normal = cofactors[axis] * if up { mirrored } else { -mirrored };
+        // A flat box has two faces in one plane and no volume: its cofactors still give the normal.
+        normal = normal.normalize_or_zero();
+        if normal.dot(towards) <= 0.0 {
+            return true;
+        }
+        let on_face = instance.world_from_object.transform_point3(if up { b.max } else { b.min });
+        let others = scene.instances.iter().filter(|other| !std::ptr::eq(*other, instance));
+        !others.map(|o| lowest(scene, o, normal, on_face)).all(|low| low >= -slack)
+    })
+}
+
+/// Smallest signed distance of an instance's box to a plane.
+fn lowest(scene: &Scene, instance: &Instance, normal: DVec3, on_plane: DVec3) -> f64 {
+    let corners = scene.meshes[instance.mesh].bounds.corners();
+    let distance = |c| normal.dot(instance.world_from_object.transform_point3(c) - on_plane);
+    corners.into_iter().map(distance).fold(f64::INFINITY, f64::min)
+}
+
+/// True if no vertex lies in front of any triangle's plane. Small meshes only; affine maps keep it.
+fn is_convex(mesh: &Mesh) -> bool {
+    if mesh.triangles() > CONVEX_LIMIT {
+        return false;
+    }
+    let at = |i: u32| Vec3::from(mesh.positions[i as usize]).as_dvec3();
+    let slack = 1e-6 * mesh.bounds.radius();
+    mesh.indices.chunks_exact(3).all(|t| {
+        let (a, b, c) = (at(t[0]), at(t[1]), at(t[2]));
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        mesh.indices.iter().all(|&i| normal.dot(at(i) - a) <= slack)
+    })
+}

@@ -1,0 +1,185 @@
+//! A scene, a camera, a light and a technique: rendered off screen, with the time of every pass.
+
+use super::cull::DrawList;
+use super::{CasterOptions, GBuffer, GpuScene, Light, Scene, Shade, ShadeOptions, ShadowMap, light_view};
+use crate::gpu::Image;
+use crate::host::Host;
+use crate::technique::{self, OutputFormat, Params, Setup, Technique};
+use crate::timing::{FrameTiming, Timings};
+use crate::view::{CameraView, LightView};
+use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
+
+/// Largest side of an image or a map.
+pub const MAX_SIZE: u32 = 16384;
+
+/// What to render, apart from the scene.
+#[derive(Clone, Debug)]
+pub struct RenderDesc {
+    /// Image size, pixels.
+    pub size: [u32; 2],
+    /// Shadow-map side, texels.
+    pub map_size: u32,
+    /// How casters are drawn.
+    pub casters: CasterOptions,
+    /// Format of the visibility image.
+    pub output: OutputFormat,
+    /// How the picture is lit.
+    pub shade: ShadeOptions,
+    /// Hand the G-buffer's normals to the technique; without, it derives them from depth.
+    pub normals: bool,
+    /// Draw the shadow map anew every frame, as for a light that moves.
+    pub dynamic_light: bool,
+}
+
+impl Default for RenderDesc {
+    fn default() -> Self {
+        Self {
+            size: [1280, 720],
+            map_size: 1024,
+            casters: CasterOptions::default(),
+            output: OutputFormat::R16,
+            shade: ShadeOptions::default(),
+            normals: true,
+            dynamic_light: true,
+        }
+    }
+}
+
+/// One scene from one camera under one light; techniques come and go.
+pub struct Renderer<'h> {
+    host: &'h Host,
+    desc: RenderDesc,
+    camera: CameraView,
+    light: LightView,
+    gpu: GpuScene,
+    camera_list: DrawList,
+    light_list: DrawList,
+    map: ShadowMap,
+    gbuffer: GBuffer,
+    shade: Shade,
+    timings: Timings,
+    /// Counts changes of the shadow map.
+    light_version: u64,
+    map_is_current: bool,
+}
+
+impl<'h> Renderer<'h> {
+    /// Uploads the scene and allocates the targets.
+    pub fn new(host: &'h Host, scene: &Scene, camera: CameraView, light: &Light, desc: RenderDesc) -> Result<Self> {
+        for (what, n) in [("image", desc.size[0]), ("image", desc.size[1]), ("shadow map", desc.map_size)] {
+            if n == 0 || n > MAX_SIZE {
+                let problem = format!("a side of {n} is not possible for the {what}: 1 to {MAX_SIZE}");
+                return Err(Error::Usage(problem));
+            }
+        }
+        let gpu = GpuScene::new(host, scene)?;
+        let view = light_view(scene, light);
+        let instances = scene.instances.len();
+        Ok(Self {
+            camera_list: DrawList::for_camera(scene, &camera),
+            light_list: DrawList::for_light(scene, &view),
+            map: ShadowMap::new(host, [desc.map_size; 2], instances, desc.casters)?,
+            gbuffer: GBuffer::new(host, desc.size, instances)?,
+            shade: Shade::new(host, desc.size, scene, light, &desc.shade)?,
+            timings: Timings::new(host.context(), host.queue_family(), 1)?,
+            light_version: 0,
+            map_is_current: false,
+            light: view,
+            host,
+            desc,
+            camera,
+            gpu,
+        })
+    }
+
+    /// Prepares a technique for this renderer's sizes.
+    pub fn prepare(&self, id: &str, params: &Params) -> Result<Box<dyn Technique>> {
+        let setup = Setup {
+            extent: self.desc.size,
+            map_size: [self.desc.map_size; 2],
+            output: self.desc.output,
+            params: params.clone(),
+        };
+        technique::prepare(id, self.host.context(), &setup)
+    }
+
+    /// Renders one frame and returns its times.
+    pub fn frame(&mut self, technique: &mut dyn Technique) -> Result<FrameTiming> {
+        let draw_map = self.desc.dynamic_light || !self.map_is_current;
+        if draw_map {
+            self.light_version += 1;
+        }
+        let context = self.host.context();
+        self.host.run(|cmd| {
+            // SAFETY: `cmd` is recording, all work goes to the host's one queue and is waited for.
+            let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), Some(&mut self.timings)) };
+            if draw_map {
+                // A light that reaches nothing visible costs nothing: the map is cleared, nothing is drawn.
+                let nothing = DrawList::default();
+                let list = if self.camera_list.calls.is_empty() { &nothing } else { &self.light_list };
+                self.map.record(&mut frame, &self.gpu, list)?;
+            }
+            self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
+            let normal = self.gbuffer.geometric_normal.as_ref();
+            let inputs = Inputs {
+                camera: &self.camera,
+                depth: self.gbuffer.depth.as_ref(),
+                normal: self.desc.normals.then_some((normal, NormalEncoding::OctahedralSigned)),
+                shadow_map: self.map.image().as_ref(),
+                light: std::slice::from_ref(&self.light),
+                light_version: Some(self.light_version),
+            };
+            let visibility = technique.record(&mut frame, &inputs)?;
+            self.shade.record(&mut frame, &inputs, &self.gbuffer, &visibility)?;
+            frame.finish(Some(technique.output()));
+            Ok(())
+        })?;
+        self.map_is_current = true;
+        Ok(self.timings.poll().pop().unwrap_or_default())
+    }
+
+    /// The light's view, as fitted to the scene.
+    pub fn light(&self) -> &LightView {
+        &self.light
+    }
+
+    /// The camera's view.
+    pub fn camera(&self) -> &CameraView {
+        &self.camera
+    }
+
+    /// Moves or replaces the light's view: the next frame draws the map anew.
+    pub fn set_light(&mut self, scene: &Scene, view: LightView) {
+        self.light_list = DrawList::for_light(scene, &view);
+        self.light = view;
+        self.map_is_current = false;
+    }
+
+    /// The G-buffer of the last frame.
+    pub fn gbuffer(&self) -> &GBuffer {
+        &self.gbuffer
+    }
+
+    /// The shadow map of the last frame.
+    pub fn shadow_map(&self) -> &Image {
+        self.map.image()
+    }
+
+    /// The picture of the last frame.
+    pub fn picture(&self) -> &Image {
+        self.shade.picture()
+    }
+
+    /// Visibility of the last frame in `f32`, row by row.
+    pub fn visibility(&self, technique: &dyn Technique) -> Result<Vec<f32>> {
+        self.host.read_values(technique.output())
+    }
+
+    /// Bytes of the scene, the targets and the shadow map; a technique's own come on top.
+    pub fn memory_bytes(&self) -> u64 {
+        self.gpu.memory_bytes()
+            + self.gbuffer.memory_bytes()
+            + self.map.image().memory_bytes()
+            + self.shade.picture().memory_bytes()
+    }
+}

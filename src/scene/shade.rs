@@ -1,0 +1,109 @@
+//! The picture: light, shadow, albedo and sky.
+
+use super::{GBuffer, Light, LightShape, Scene};
+use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::host::Host;
+use crate::pass::view::{ViewBuffer, ViewConstants};
+use crate::{Bind, Frame, ImageRef, Inputs, NormalEncoding, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/shade.comp`.
+    pub struct ShadePush {
+        light_color: [f32; 3],
+        ambient: f32,
+        haze_distance: f32,
+        reference_distance: f32,
+        cos_outer: f32,
+        cos_inner: f32,
+    }
+}
+
+/// How the picture is lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadeOptions {
+    /// Brightness of the key light.
+    pub exposure: f32,
+    /// Brightness of the sky's light.
+    pub ambient: f32,
+}
+
+impl Default for ShadeOptions {
+    fn default() -> Self {
+        Self { exposure: 2.2, ambient: 0.55 }
+    }
+}
+
+/// The pass with its picture.
+pub struct Shade {
+    pipeline: Arc<ComputePipeline>,
+    view: ViewBuffer,
+    picture: Image,
+    push: ShadePush,
+}
+
+impl Shade {
+    /// Allocates for a scene and a light.
+    pub fn new(host: &Host, size: [u32; 2], scene: &Scene, light: &Light, options: &ShadeOptions) -> Result<Self> {
+        let context = host.context();
+        let pipeline = context.pipeline::<ShadePush>("pass/shade.comp", &[])?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        let bounds = scene.bounds();
+        let (reference_distance, outer) = match light.shape {
+            LightShape::Directional { .. } => (0.0, 0.0),
+            LightShape::Spot { outer, .. } => {
+                ((bounds.center() - light.world_from_light.translation).length().max(f64::MIN_POSITIVE), outer)
+            }
+        };
+        let push = ShadePush {
+            light_color: light.color.map(|c| c * options.exposure),
+            ambient: options.ambient,
+            // Barely visible within the scene, closing over far ground.
+            haze_distance: (12.0 * bounds.radius()).max(1e-30) as f32,
+            reference_distance: reference_distance as f32,
+            cos_outer: outer.cos() as f32,
+            cos_inner: (0.85 * outer).cos() as f32,
+        };
+        let desc = ImageDesc::storage("picture", vk::Format::R8G8B8A8_UNORM, size);
+        Ok(Self {
+            pipeline,
+            view: ViewBuffer::new(context.device())?,
+            picture: Image::new(context.device(), &desc)?,
+            push,
+        })
+    }
+
+    /// Shades every pixel with the given visibility.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &Inputs<'_>,
+        gbuffer: &GBuffer,
+        visibility: &ImageRef,
+    ) -> Result<()> {
+        let shading = (gbuffer.shading_normal.as_ref(), NormalEncoding::OctahedralSigned);
+        let inputs = Inputs { normal: Some(shading), ..*inputs };
+        let view = self.view.update(frame, &inputs);
+        let [width, height] = self.picture.extent();
+        frame.dispatch(&Pass {
+            name: "shade",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(view),
+                Bind::Input(&inputs.depth),
+                Bind::Input(&shading.0),
+                Bind::Image(&gbuffer.albedo),
+                Bind::Input(visibility),
+                Bind::Image(&self.picture),
+            ],
+            push: bytemuck::bytes_of(&self.push),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+
+    /// The picture, 8-bit sRGB codes.
+    pub fn picture(&self) -> &Image {
+        &self.picture
+    }
+}

@@ -1,0 +1,118 @@
+//! Plain-text tables for the terminal.
+
+use std::fmt;
+
+/// What stands in for a figure that does not exist.
+const NONE: &str = "-";
+
+/// A table of aligned columns. Columns that hold nothing but numbers are aligned to the right.
+///
+/// A number may carry a unit or a percent sign behind it: what counts is that it starts with a
+/// digit, or with a sign or point and a digit.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Table {
+    headers: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// An empty table with these column headers.
+    pub fn new<S: AsRef<str>>(headers: impl IntoIterator<Item = S>) -> Self {
+        Self { headers: headers.into_iter().map(|h| clean(h.as_ref())).collect(), rows: Vec::new() }
+    }
+
+    /// Appends a row. Missing cells are left blank, cells beyond the headers get a column without one.
+    pub fn row<S: AsRef<str>>(&mut self, cells: impl IntoIterator<Item = S>) -> &mut Self {
+        self.rows.push(cells.into_iter().map(|c| clean(c.as_ref())).collect());
+        self
+    }
+}
+
+/// A figure with that many digits behind the point, `-` where there is none or it is not finite.
+pub fn number(value: impl Into<Option<f64>>, digits: usize) -> String {
+    let Some(v) = value.into().filter(|v| v.is_finite()) else { return NONE.to_owned() };
+    let text = format!("{v:.digits$}");
+    // What rounds to nothing has no sign.
+    if text.starts_with('-') && !text.bytes().any(|b| (b'1'..=b'9').contains(&b)) {
+        return text[1..].to_owned();
+    }
+    text
+}
+
+/// A cell is one line.
+fn clean(cell: &str) -> String {
+    cell.trim().chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+fn is_number(cell: &str) -> bool {
+    let unsigned = cell.trim_start_matches(['+', '-', '\u{2212}']);
+    let digits = unsigned.strip_prefix('.').unwrap_or(unsigned);
+    cell.len() - unsigned.len() <= 3 && digits.starts_with(|c: char| c.is_ascii_digit())
+}
+
+impl fmt::Display for Table {
+    /// Headers, a rule, the rows; every line ends in a line feed, none in blanks.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let columns = self.rows.iter().map(Vec::len).chain([self.headers.len()]).max().unwrap_or(0);
+        fn cell(row: &[String], column: usize) -> &str {
+            row.get(column).map_or("", String::as_str)
+        }
+        let widths: Vec<usize> = (0..columns)
+            .map(|c| self.rows.iter().chain([&self.headers]).map(|r| cell(r, c).chars().count()).max().unwrap_or(0))
+            .collect();
+        let right: Vec<bool> = (0..columns)
+            .map(|c| {
+                let cells = || self.rows.iter().map(|r| cell(r, c)).filter(|v| !v.is_empty() && *v != NONE);
+                cells().next().is_some() && cells().all(is_number)
+            })
+            .collect();
+        let mut line = |row: &[String]| {
+            let mut text = String::new();
+            for c in 0..columns {
+                let (value, width) = (cell(row, c), widths[c]);
+                let gap = if c == 0 { "" } else { "  " };
+                text += &if right[c] { format!("{gap}{value:>width$}") } else { format!("{gap}{value:<width$}") };
+            }
+            writeln!(f, "{}", text.trim_end())
+        };
+        line(&self.headers)?;
+        let rule: Vec<String> = widths.iter().map(|&w| "─".repeat(w)).collect();
+        line(&rule)?;
+        self.rows.iter().try_for_each(|row| line(row))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_right_aligned_and_text_left() {
+        let mut t = Table::new(["technique", "rmse", "gpu ms", "note"]);
+        t.row(["sm", "0.12345", "1.5", "3 taps"]).row(["pcf", "-", "10.25", "böse\n"]).row(["rbsm-long"]);
+        let expected = "\
+technique     rmse  gpu ms  note
+─────────  ───────  ──────  ──────
+sm         0.12345     1.5  3 taps
+pcf              -   10.25  böse
+rbsm-long
+";
+        assert_eq!(t.to_string(), expected);
+    }
+
+    #[test]
+    fn odd_tables_are_printed_too() {
+        assert_eq!(Table::new::<&str>([]).to_string(), "\n\n");
+        let mut t = Table::new(["a"]);
+        t.row(["1", "two"]).row(Vec::<String>::new());
+        assert_eq!(t.to_string(), "a\n─  ───\n1  two\n\n");
+    }
+
+    #[test]
+    fn figures_have_their_digits() {
+        assert_eq!(number(0.12345, 3), "0.123");
+        assert_eq!(number(-0.0001, 3), "0.000");
+        assert_eq!(number(-0.001, 3), "-0.001");
+        assert_eq!([number(None, 3), number(f64::NAN, 1), number(Some(f64::INFINITY), 1)], ["-"; 3]);
+    }
+}

@@ -1,0 +1,154 @@
+//! The registry: the only list of techniques, with each one's parameter table and constructor.
+
+mod params;
+pub mod pcf;
+pub mod sm;
+
+pub use params::{Param, ParamKind, Params};
+
+use crate::gpu::{Device, Image, ImageDesc};
+use crate::{Context, Error, Frame, ImageRef, Inputs, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// What a technique is to be prepared for.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Size of the camera image, pixels.
+    pub extent: [u32; 2],
+    /// Size of the shadow map, texels; up to 16384 a side.
+    pub map_size: [u32; 2],
+    /// Format of the visibility image.
+    pub output: OutputFormat,
+    /// Parameters; [`Technique`]s get them checked.
+    pub params: Params,
+}
+
+/// Format of the visibility image: 1 lit, 0 in shadow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OutputFormat {
+    /// `R8_UNORM`: enough for hard shadows and for most pictures.
+    R8,
+    /// `R16_SFLOAT`.
+    #[default]
+    R16,
+    /// `R32_SFLOAT`: for measurements.
+    R32,
+}
+
+impl OutputFormat {
+    /// The Vulkan format.
+    pub fn format(self) -> vk::Format {
+        match self {
+            Self::R8 => vk::Format::R8_UNORM,
+            Self::R16 => vk::Format::R16_SFLOAT,
+            Self::R32 => vk::Format::R32_SFLOAT,
+        }
+    }
+}
+
+/// A prepared technique: it has its images and pipelines and records without allocating.
+///
+/// It may be dropped or prepared anew once the GPU is done with the frames recorded with it.
+pub trait Technique {
+    /// Records all passes and returns the visibility image as later commands of the same frame find it,
+    /// in `GENERAL`. [`Frame::finish`] hands [`Technique::output`] over to the caller.
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef>;
+
+    /// The visibility image.
+    fn output(&self) -> &Image;
+
+    /// Named images made on the way, for viewing.
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        vec![]
+    }
+
+    /// Bytes of device memory that the technique holds.
+    fn memory_bytes(&self) -> u64;
+}
+
+/// Makes a technique.
+pub type Prepare = fn(&Context, &Setup) -> Result<Box<dyn Technique>>;
+
+/// How a technique comes to its result.
+#[derive(Clone, Copy)]
+pub enum Kind {
+    /// Recorded into a frame.
+    RealTime(Prepare),
+    /// Truth or near-truth, made by the command-line tool from the scene itself, not from a shadow map.
+    Reference,
+}
+
+/// A registry entry.
+pub struct Info {
+    /// Short name on the command line.
+    pub id: &'static str,
+    /// The technique's full name.
+    pub title: &'static str,
+    /// Where it was published.
+    pub paper: &'static str,
+    /// One sentence: what a user gets.
+    pub summary: &'static str,
+    /// The parameter table: CLI, viewer and documentation come from it.
+    pub params: &'static [Param],
+    /// How it is made.
+    pub kind: Kind,
+}
+
+/// Every technique.
+pub const ALL: &[Info] = &[
+    sm::INFO,
+    pcf::INFO,
+    Info {
+        id: "area-samples",
+        title: "Averaged shadow maps over an area light",
+        paper: "the ground truth of Macedo et al. 2017-2019",
+        summary: "Averages the hard shadows of many points on the light, a shadow map each; carries their aliasing and bias.",
+        params: &[Param::int("samples", 1, 16384, 256, "shadow maps", "points on the area light")],
+        kind: Kind::Reference,
+    },
+    Info {
+        id: "ray-traced",
+        title: "Ray-traced visibility",
+        paper: "exact; Woop, Benthin, Wald 2013 (watertight intersection)",
+        summary: "The truth: visibility by rays through a bounding volume hierarchy on the CPU, in double precision.",
+        params: &[Param::int(
+            "samples",
+            1,
+            65536,
+            1024,
+            "rays",
+            "rays a pixel over the area light; 1 = the light's centre",
+        )],
+        kind: Kind::Reference,
+    },
+];
+
+/// The entry of an id; the error lists all ids.
+pub fn find(id: &str) -> Result<&'static Info> {
+    ALL.iter().find(|t| t.id == id).ok_or_else(|| {
+        let ids: Vec<_> = ALL.iter().map(|t| t.id).collect();
+        Error::Parameter(format!("there is no technique {id:?}; there are: {}", ids.join(", ")))
+    })
+}
+
+/// Prepares a real-time technique by id.
+pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let info = find(id)?;
+    let Kind::RealTime(prepare) = info.kind else {
+        let problem = format!("{id} is a reference: it is made from the scene, not recorded into a frame");
+        return Err(Error::Parameter(problem));
+    };
+    let largest = context.device().limits.max_image_dimension2_d.min(16384);
+    for (what, size) in [("image", setup.extent), ("shadow map", setup.map_size)] {
+        if size.contains(&0) || size.iter().any(|&n| n > largest) {
+            let [w, h] = size;
+            return Err(Error::Parameter(format!("a {w}x{h} {what} is not possible: 1 to {largest} a side")));
+        }
+    }
+    prepare(context, setup)
+}
+
+fn visibility_image(device: &Arc<Device>, name: &str, setup: &Setup) -> Result<Image> {
+    Image::new(device, &ImageDesc::storage(name, setup.output.format(), setup.extent))
+}

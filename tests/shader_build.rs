@@ -1,0 +1,317 @@
+//! How `build.rs` finds, hashes and embeds shaders, driven in temporary folders with a stand-in compiler.
+#![allow(missing_docs)]
+
+#[path = "../build/spv.rs"]
+mod spv;
+#[path = "../build/tree.rs"]
+mod tree;
+
+use std::cell::RefCell;
+use std::fs;
+use std::path::PathBuf;
+
+use spv::{Compile, Folders, Mode, Plan};
+use tempfile::TempDir;
+use tree::Tree;
+
+/// A package in a temporary folder.
+struct Package {
+    dir: TempDir,
+}
+
+impl Package {
+    fn new(files: &[(&str, &str)]) -> Self {
+        let package = Self { dir: TempDir::new().unwrap() };
+        for (path, text) in files {
+            package.put(path, text);
+        }
+        package
+    }
+
+    /// One shader with two includes, of which one includes the other.
+    fn usual() -> Self {
+        Self::new(&[
+            ("glsl/pass/sm.comp", "#version 460\n#include \"lib/a.glsl\"\n#include \"lib/b.glsl\"\nvoid main() {}\n"),
+            ("glsl/lib/a.glsl", "#include \"b.glsl\"\nfloat a;\n"),
+            ("glsl/lib/b.glsl", "float b;\n"),
+            ("glsl/raster/depth.vert", "#version 460\nvoid main() {}\n"),
+        ])
+    }
+
+    fn path(&self, path: &str) -> PathBuf {
+        self.dir.path().join(path)
+    }
+
+    fn put(&self, path: &str, text: impl AsRef<[u8]>) {
+        let path = self.path(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+
+    fn tree(&self) -> Tree {
+        Tree::new(self.path("glsl"))
+    }
+
+    fn hash(&self, shader: &str) -> String {
+        self.tree().hash(shader).unwrap()
+    }
+
+    fn run(&self, mode: Mode, compile: Option<Compile>) -> Result<Plan, String> {
+        spv::run(mode, &Folders { package: self.dir.path(), out: &self.path("out") }, compile)
+    }
+
+    fn write(&self) {
+        self.run(Mode::Write, Some(&fake)).unwrap();
+    }
+
+    fn spv_files(&self) -> Vec<String> {
+        let mut files = Vec::new();
+        tree::walk(&self.path("spv"), "", &mut files).unwrap();
+        files.sort();
+        files
+    }
+}
+
+/// A module that looks like SPIR-V and depends on the shader's own text.
+fn fake(tree: &Tree, shader: &str) -> Result<Vec<u8>, String> {
+    let text = tree.read(shader)?;
+    if text.contains("syntax error") {
+        return Err(format!("shader glsl/{shader}:\nglsl/{shader}:3: error: '' : syntax error"));
+    }
+    let mut bytes = 0x0723_0203_u32.to_le_bytes().to_vec();
+    bytes.resize(20, 0);
+    bytes.extend_from_slice(blake3::hash(text.as_bytes()).as_bytes());
+    Ok(bytes)
+}
+
+#[test]
+fn shaders_are_listed_sorted_and_includes_are_not() {
+    let package = Package::usual();
+    package.put("glsl/README.md", "");
+    package.put("glsl/pass/shared.glsl", "");
+    package.put("glsl/pass/.sm.comp.swp", "");
+    package.put("glsl/raster/depth.frag", "");
+    assert_eq!(package.tree().shaders().unwrap(), ["pass/sm.comp", "raster/depth.frag", "raster/depth.vert"]);
+}
+
+#[test]
+fn a_shader_in_the_wrong_place_is_an_error() {
+    for path in ["lib/a.comp", "pass/a.frag", "raster/a.comp", "pass/deep/a.comp", "a.comp", "raster/a.mesh"] {
+        let package = Package::new(&[(&format!("glsl/{path}"), "")]);
+        let problem = package.run(Mode::Use, None).unwrap_err();
+        assert!(problem.contains(path), "{problem}");
+    }
+}
+
+#[test]
+fn a_missing_shader_folder_is_an_error() {
+    assert!(Package::new(&[]).run(Mode::Use, None).unwrap_err().contains("glsl/"));
+}
+
+#[test]
+fn the_hash_follows_every_source_and_no_other_file() {
+    let package = Package::usual();
+    let (sm, depth) = (package.hash("pass/sm.comp"), package.hash("raster/depth.vert"));
+    assert_eq!(sm.len(), 64);
+    package.put("glsl/lib/unused.glsl", "float c;\n");
+    assert_eq!(package.hash("pass/sm.comp"), sm);
+    for path in ["glsl/lib/b.glsl", "glsl/lib/a.glsl", "glsl/pass/sm.comp"] {
+        let text = fs::read_to_string(package.path(path)).unwrap();
+        package.put(path, format!("{text}//\n"));
+        assert_ne!(package.hash("pass/sm.comp"), sm, "{path}");
+        package.put(path, text);
+        assert_eq!(package.hash("pass/sm.comp"), sm, "{path}");
+    }
+    assert_eq!(package.hash("raster/depth.vert"), depth);
+    assert_eq!(Package::usual().hash("pass/sm.comp"), sm, "the folder's own name must not count");
+}
+
+#[test]
+fn line_ends_do_not_change_the_hash() {
+    let (unix, dos) = (Package::usual(), Package::usual());
+    for path in ["glsl/pass/sm.comp", "glsl/lib/a.glsl", "glsl/lib/b.glsl"] {
+        let text = fs::read_to_string(dos.path(path)).unwrap();
+        dos.put(path, text.replace('\n', "\r\n"));
+    }
+    assert_eq!(unix.hash("pass/sm.comp"), dos.hash("pass/sm.comp"));
+}
+
+#[test]
+fn an_include_is_sought_next_to_the_file_first() {
+    let package = Package::usual();
+    let before = package.hash("pass/sm.comp");
+    package.put("glsl/pass/lib/b.glsl", "float b;\n");
+    assert_eq!(package.tree().resolve("pass/sm.comp", "lib/b.glsl").unwrap(), "pass/lib/b.glsl");
+    assert_eq!(package.tree().resolve("pass/sm.comp", "./lib/../lib/a.glsl").unwrap(), "lib/a.glsl");
+    assert_eq!(package.tree().resolve("pass/sm.comp", "../lib/b.glsl").unwrap(), "lib/b.glsl");
+    assert_ne!(package.hash("pass/sm.comp"), before, "same text, other file");
+}
+
+#[test]
+fn an_include_never_leaves_the_tree() {
+    let package = Package::usual();
+    package.put("outside.glsl", "");
+    let absolute = package.path("outside.glsl");
+    for name in ["../../outside.glsl", "../outside.glsl", absolute.to_str().unwrap()] {
+        assert!(package.tree().resolve("pass/sm.comp", name).is_err(), "{name}");
+    }
+}
+
+#[test]
+fn a_missing_include_names_shader_file_line_and_include() {
+    let package = Package::usual();
+    package.put("glsl/lib/b.glsl", "\n#include \"gone.glsl\"\n");
+    let problem = package.run(Mode::Use, None).unwrap_err();
+    for part in ["glsl/pass/sm.comp", "glsl/lib/b.glsl:2", "gone.glsl"] {
+        assert!(problem.contains(part), "{part}: {problem}");
+    }
+}
+
+#[test]
+fn a_cycle_names_its_files() {
+    let package = Package::usual();
+    package.put("glsl/lib/b.glsl", "#include \"lib/a.glsl\"\n");
+    let problem = package.run(Mode::Use, None).unwrap_err();
+    assert!(problem.contains("cyclic include: pass/sm.comp -> lib/a.glsl -> lib/b.glsl -> lib/a.glsl"), "{problem}");
+}
+
+#[test]
+fn only_real_include_directives_count() {
+    let package = Package::usual();
+    let text =
+        "/* \n#include \"gone.glsl\"\n*/\n// #include \"gone.glsl\"\n # include \"lib//b.glsl\" // why\nint x; /**/\n";
+    package.put("glsl/lib/a.glsl", text);
+    let before = package.hash("pass/sm.comp");
+    package.put("glsl/lib/a.glsl", "/* */ #include \"lib/b.glsl\"\n");
+    assert_ne!(package.hash("pass/sm.comp"), before);
+    for directive in ["#include <lib/b.glsl>", "#include NAME", "#include \"lib/b.glsl"] {
+        package.put("glsl/lib/a.glsl", directive);
+        let problem = package.tree().hash("pass/sm.comp").unwrap_err();
+        assert!(problem.contains("glsl/lib/a.glsl:1") && problem.contains("in quotes"), "{problem}");
+    }
+}
+
+#[test]
+fn without_a_compiler_a_stale_module_stops_the_build_and_names_the_remedy() {
+    let package = Package::usual();
+    let nothing = package.run(Mode::Use, None).unwrap_err();
+    assert_eq!(nothing.lines().count(), 2, "{nothing}");
+
+    package.write();
+    let plan = package.run(Mode::Use, None).unwrap();
+    assert_eq!(plan.modules, [("pass/sm.comp".to_owned(), false), ("raster/depth.vert".to_owned(), false)]);
+    assert!(plan.warnings.is_empty());
+
+    package.put("glsl/lib/b.glsl", "float changed;\n");
+    let problem = package.run(Mode::Use, None).unwrap_err();
+    assert_eq!(problem.lines().count(), 1, "{problem}");
+    for part in ["glsl/pass/sm.comp", "compiled from other sources", "make spv", "--features shaderc"] {
+        assert!(problem.contains(part), "{part}: {problem}");
+    }
+}
+
+#[test]
+fn a_damaged_or_missing_module_counts_as_stale() {
+    let package = Package::usual();
+    package.write();
+    package.put("spv/pass/sm.comp.spv", "no module at all, long enough");
+    assert!(package.run(Mode::Use, None).unwrap_err().contains("spv/pass/sm.comp.spv: not a SPIR-V module"));
+    fs::remove_file(package.path("spv/pass/sm.comp.spv")).unwrap();
+    assert!(package.run(Mode::Use, None).unwrap_err().contains("spv/pass/sm.comp.spv"));
+    package.put("spv/HASHES", "<<<<<<< HEAD\n");
+    assert!(package.run(Mode::Use, None).unwrap_err().contains("spv/HASHES:1"));
+}
+
+#[test]
+fn with_a_compiler_only_stale_modules_are_compiled_and_spv_stays_untouched() {
+    let package = Package::usual();
+    package.write();
+    package.put("glsl/lib/b.glsl", "float changed;\n");
+    let hashes = fs::read(package.path("spv/HASHES")).unwrap();
+    let compiled = RefCell::new(Vec::new());
+    let compile = |tree: &Tree, shader: &str| {
+        compiled.borrow_mut().push(shader.to_owned());
+        fake(tree, shader)
+    };
+    let plan = package.run(Mode::Use, Some(&compile)).unwrap();
+    assert_eq!(*compiled.borrow(), ["pass/sm.comp"]);
+    assert_eq!(plan.modules, [("pass/sm.comp".to_owned(), true), ("raster/depth.vert".to_owned(), false)]);
+    assert_eq!(plan.warnings.len(), 1);
+    assert!(package.path("out/spv/pass/sm.comp.spv").is_file());
+    assert_eq!(fs::read(package.path("spv/HASHES")).unwrap(), hashes);
+
+    let table = spv::table(&plan);
+    assert!(table.contains(r#"concat!(env!("OUT_DIR"), "/spv/pass/sm.comp.spv")"#), "{table}");
+    assert!(table.contains(r#"concat!(env!("CARGO_MANIFEST_DIR"), "/spv/raster/depth.vert.spv")"#), "{table}");
+}
+
+#[test]
+fn writing_refreshes_everything_and_removes_orphans() {
+    let package = Package::usual();
+    package.put("spv/pass/old.comp.spv", "old");
+    package.write();
+    assert_eq!(package.spv_files(), ["HASHES", "pass/sm.comp.spv", "raster/depth.vert.spv"]);
+    let expected = format!(
+        "{}  pass/sm.comp.spv\n{}  raster/depth.vert.spv\n",
+        package.hash("pass/sm.comp"),
+        package.hash("raster/depth.vert")
+    );
+    assert_eq!(fs::read_to_string(package.path("spv/HASHES")).unwrap(), expected);
+    package.run(Mode::Check, Some(&fake)).unwrap();
+}
+
+#[test]
+fn a_shader_that_does_not_compile_leaves_spv_alone() {
+    let package = Package::usual();
+    package.write();
+    let hashes = fs::read(package.path("spv/HASHES")).unwrap();
+    package.put("glsl/pass/sm.comp", "#version 460\n\nsyntax error\n");
+    for mode in [Mode::Use, Mode::Write, Mode::Check] {
+        let problem = package.run(mode, Some(&fake)).unwrap_err();
+        assert!(problem.contains("glsl/pass/sm.comp:3: error"), "{problem}");
+        assert_eq!(fs::read(package.path("spv/HASHES")).unwrap(), hashes);
+    }
+}
+
+#[test]
+fn checking_lists_every_difference() {
+    let package = Package::usual();
+    package.write();
+    // Committed bytes that the sources do not give, under a hash that still fits.
+    let mut bytes = fs::read(package.path("spv/raster/depth.vert.spv")).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    package.put("spv/raster/depth.vert.spv", bytes);
+    package.run(Mode::Use, None).unwrap();
+    // A stale hash over bytes that still fit: only an include's comment changed.
+    package.put("glsl/lib/b.glsl", "float b; // comment\n");
+    package.put("spv/pass/orphan.comp.spv", "");
+    let problem = package.run(Mode::Check, Some(&fake)).unwrap_err();
+    for part in [
+        "spv/HASHES: the line of pass/sm.comp.spv",
+        "spv/raster/depth.vert.spv: differs",
+        "spv/pass/orphan.comp.spv: no shader",
+        "make spv",
+    ] {
+        assert!(problem.contains(part), "{part}: {problem}");
+    }
+    assert_eq!(problem.lines().count(), 4, "{problem}");
+    package.write();
+    package.run(Mode::Check, Some(&fake)).unwrap();
+}
+
+#[test]
+fn writing_and_checking_need_the_compiler() {
+    let package = Package::usual();
+    for mode in [Mode::Write, Mode::Check] {
+        assert!(package.run(mode, None).unwrap_err().contains("--features shaderc"));
+    }
+}
+
+#[test]
+fn the_mode_is_checked() {
+    assert_eq!(Mode::parse(None), Ok(Mode::Use));
+    assert_eq!(Mode::parse(Some("")), Ok(Mode::Use));
+    assert_eq!(Mode::parse(Some("write")), Ok(Mode::Write));
+    assert_eq!(Mode::parse(Some("check")), Ok(Mode::Check));
+    assert!(Mode::parse(Some("wirte")).unwrap_err().contains("wirte"));
+}

@@ -1,0 +1,46 @@
+//! Every embedded shader passes `spirv-val` (SPIRV-Tools); skipped, saying so, where that is not installed.
+#![allow(missing_docs)]
+
+use std::io::{ErrorKind, Write};
+use std::process::{Command, Stdio};
+
+/// What `spirv-val` says, empty for a valid module; `None` when it is not installed.
+fn validate(spirv: &[u8]) -> Option<String> {
+    let child = Command::new("spirv-val")
+        .args(["--target-env", "vulkan1.3", "--scalar-block-layout", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn();
+    let mut child = match child {
+        Err(e) if e.kind() == ErrorKind::NotFound => return None,
+        child => child.unwrap(),
+    };
+    child.stdin.take().unwrap().write_all(spirv).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    let said = String::from_utf8_lossy(&said).into_owned();
+    assert_eq!(output.status.success(), said.is_empty(), "{}: {said}", output.status);
+    Some(said)
+}
+
+#[test]
+fn every_shader_is_valid() {
+    let shaders = edgeshade::shaders::all();
+    assert!(!shaders.is_empty());
+    let mut problems = Vec::new();
+    for shader in shaders {
+        let Some(said) = validate(shader.spirv) else {
+            eprintln!("skipped: no spirv-val; `scripts/setup.sh build-shaders` installs it");
+            return;
+        };
+        if !said.is_empty() {
+            problems.push(format!("{}: {said}", shader.name));
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+
+    // The check can fail: a module cut short is refused.
+    let cut = &shaders[0].spirv[..shaders[0].spirv.len() - 4];
+    assert_ne!(validate(cut).as_deref(), Some(""));
+}
