@@ -26,6 +26,7 @@ mod alpha;
 mod bvh;
 mod cache;
 mod edges;
+mod flatten;
 mod frame;
 mod hard;
 mod key;
