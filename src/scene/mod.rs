@@ -17,4 +17,4 @@ pub use light_fit::light_view;
 pub use model::*;
 pub use raster::{CasterFaces, CasterOptions, GBuffer, ShadowMap};
 pub use renderer::{MAX_SIZE, RenderDesc, Renderer};
-pub use shade::{Shade, ShadeOptions};
+pub use shade::{Shade, ShadeOptions, ShadePush};

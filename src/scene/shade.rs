@@ -35,6 +35,28 @@ impl Default for ShadeOptions {
     }
 }
 
+impl ShadePush {
+    /// The constants for a scene and a light.
+    pub fn new(scene: &Scene, light: &Light, options: &ShadeOptions) -> Self {
+        let bounds = scene.bounds();
+        let (reference_distance, outer) = match light.shape {
+            LightShape::Directional { .. } => (0.0, 0.0),
+            LightShape::Spot { outer, .. } => {
+                ((bounds.center() - light.world_from_light.translation).length().max(f64::MIN_POSITIVE), outer)
+            }
+        };
+        Self {
+            light_color: light.color.map(|c| c * options.exposure),
+            ambient: options.ambient,
+            // Barely visible within the scene, closing over far ground.
+            haze_distance: (12.0 * bounds.radius()).max(1e-30) as f32,
+            reference_distance: reference_distance as f32,
+            cos_outer: outer.cos() as f32,
+            cos_inner: (0.85 * outer).cos() as f32,
+        }
+    }
+}
+
 /// The pass with its picture.
 pub struct Shade {
     pipeline: Arc<ComputePipeline>,
@@ -49,28 +71,12 @@ impl Shade {
         let context = host.context();
         let pipeline = context.pipeline::<ShadePush>("pass/shade.comp", &[])?;
         pipeline.check_uniform::<ViewConstants>("view")?;
-        let bounds = scene.bounds();
-        let (reference_distance, outer) = match light.shape {
-            LightShape::Directional { .. } => (0.0, 0.0),
-            LightShape::Spot { outer, .. } => {
-                ((bounds.center() - light.world_from_light.translation).length().max(f64::MIN_POSITIVE), outer)
-            }
-        };
-        let push = ShadePush {
-            light_color: light.color.map(|c| c * options.exposure),
-            ambient: options.ambient,
-            // Barely visible within the scene, closing over far ground.
-            haze_distance: (12.0 * bounds.radius()).max(1e-30) as f32,
-            reference_distance: reference_distance as f32,
-            cos_outer: outer.cos() as f32,
-            cos_inner: (0.85 * outer).cos() as f32,
-        };
         let desc = ImageDesc::storage("picture", vk::Format::R8G8B8A8_UNORM, size);
         Ok(Self {
             pipeline,
             view: ViewBuffer::new(context.device())?,
             picture: Image::new(context.device(), &desc)?,
-            push,
+            push: ShadePush::new(scene, light, options),
         })
     }
 

@@ -1,0 +1,254 @@
+//! Mirror of `glsl/pass/pcf.comp` and `pcf_classify.comp`.
+
+use super::min_max;
+use super::view::{DEPTH_ULPS, Decision, FrameData, Mirror, Plane, ROUNDING, Receiver, Verdict, View, shadow_test};
+use crate::Result;
+use crate::pass::tiles::TILE;
+use glam::DVec2;
+
+/// Settings of the filter.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Texels along the kernel's side, odd.
+    pub width: u32,
+    /// Multiples of what a plane needs.
+    pub normal_offset: f32,
+    /// Fraction of a texel's slope, along both axes.
+    pub depth_bias: f32,
+}
+
+/// How many tiles `pcf_classify` lists: those that it must list, and those that it may, rounding being what it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Listed {
+    /// Tiles with a pixel that is certainly left open.
+    pub least: u32,
+    /// Tiles with a pixel that may be left open.
+    pub most: u32,
+}
+
+/// Where a kernel lies in the map.
+struct Kernel {
+    base: [i64; 2],
+    fraction: DVec2,
+    fraction_error: DVec2,
+    /// The receiver in texels, and the centre of `base` is at `base`.
+    center: DVec2,
+    reference: f64,
+    reference_error: f64,
+    slope: DVec2,
+    slope_error: DVec2,
+}
+
+/// A pixel decided without the map, or its kernel.
+enum Step {
+    Decided(Verdict),
+    Open {
+        kernel: Kernel,
+        /// What the pixel is if a doubtful decision on the way goes the other way.
+        otherwise: Option<f64>,
+        /// False where the receiver plane may be taken for edge-on or not.
+        plane_is_sure: bool,
+    },
+}
+
+/// The filtered visibility of every pixel.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
+    let view = View::new(data)?;
+    let pixels = view.every_pixel(|p| match receiver(&view, p, settings) {
+        Step::Decided(verdict) => verdict,
+        Step::Open { kernel, otherwise, plane_is_sure } => {
+            let verdict = filter(&view, &kernel, settings.width.into());
+            let verdict = otherwise.map_or(verdict, |v| verdict.or(v));
+            if plane_is_sure { verdict } else { verdict.or(0.0).or(1.0) }
+        }
+    });
+    Ok(Mirror::collect(pixels))
+}
+
+/// How many tiles of `TILE` x `TILE` pixels are left to the filter by the map's block minima and maxima.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn listed(data: &FrameData<'_>, settings: &Settings) -> Result<Listed> {
+    let view = View::new(data)?;
+    let levels = min_max::blocks(data.shadow_map, data.constants.map_size);
+    let open = view.every_pixel(|p| match receiver(&view, p, settings) {
+        Step::Decided(verdict) if verdict.doubt > 0.0 => Decision::Doubtful(false),
+        Step::Decided(_) => Decision::No,
+        Step::Open { kernel, otherwise, plane_is_sure } => {
+            let decision = is_open(&view, &levels, &kernel, settings.width.into());
+            let doubtful = otherwise.is_some() || !plane_is_sure;
+            if doubtful { Decision::Doubtful(decision.is_yes()) } else { decision }
+        }
+    });
+    let tile = TILE as usize;
+    let mut listed = Listed::default();
+    for y in (0..view.size[1]).step_by(tile) {
+        for x in (0..view.size[0]).step_by(tile) {
+            let rows = y..(y + tile).min(view.size[1]);
+            let columns = x..(x + tile).min(view.size[0]);
+            let pixels = rows.flat_map(|j| columns.clone().map(move |i| (i, j)));
+            let tile: Vec<_> = pixels.map(|(i, j)| open[j * view.size[0] + i]).collect();
+            listed.least += u32::from(tile.contains(&Decision::Yes));
+            listed.most += u32::from(tile.iter().any(|&d| d != Decision::No));
+        }
+    }
+    Ok(listed)
+}
+
+fn receiver(view: &View<'_>, at: [usize; 2], settings: &Settings) -> Step {
+    let decided = |v| Step::Decided(Verdict::sure(v));
+    let doubtful = |v: f64| Step::Decided(Verdict::sure(v).or(1.0 - v));
+    let Some(r) = view.receiver(at) else { return decided(1.0) };
+    let mut otherwise = None;
+    match view.faces_light(&r) {
+        Decision::No => return decided(0.0),
+        Decision::Doubtful(false) => return doubtful(0.0),
+        Decision::Doubtful(true) => otherwise = Some(0.0),
+        Decision::Yes => {}
+    }
+    let first = view.light_point(r.position, r.position_error);
+    match first.inside {
+        Decision::No => return decided(1.0),
+        Decision::Doubtful(false) => return doubtful(1.0),
+        Decision::Doubtful(true) => otherwise = Some(otherwise.unwrap_or(1.0)),
+        Decision::Yes => {}
+    }
+    let (p, error) = view.offset(&r, &first, settings.normal_offset.into());
+    let l = view.light_point(p, error);
+    match l.inside {
+        Decision::No => return decided(1.0),
+        Decision::Doubtful(false) => return doubtful(1.0),
+        Decision::Doubtful(true) => otherwise = Some(otherwise.unwrap_or(1.0)),
+        Decision::Yes => {}
+    }
+    let plane = view.receiver_plane(&l, &Receiver { position: p, position_error: error, ..r });
+    let kernel = kernel(view, &l, &plane, settings);
+    Step::Open { kernel, otherwise, plane_is_sure: plane.sure }
+}
+
+fn kernel(view: &View<'_>, l: &super::view::LightPoint, plane: &Plane, settings: &Settings) -> Kernel {
+    let extent = view.map_extent();
+    let half = i64::from(settings.width - 1) / 2;
+    let center = l.uv * extent - 0.5;
+    let center_error = l.uv_error * extent + ROUNDING * center.abs();
+    let first = center.floor();
+    let base = [first.x as i64 - half, first.y as i64 - half];
+    let (slope, slope_error) = (plane.slope / extent, plane.error / extent);
+    let factor = f64::from(settings.depth_bias);
+    let bias = DEPTH_ULPS + factor * (slope.abs().x + slope.abs().y);
+    let to_base = glam::dvec2(base[0] as f64, base[1] as f64) - center;
+    Kernel {
+        base,
+        fraction: center - first,
+        fraction_error: center_error,
+        center,
+        reference: l.depth - bias + slope.dot(to_base),
+        reference_error: l.depth_error
+            + factor * (slope_error.x + slope_error.y)
+            + slope.abs().dot(center_error)
+            // Sums of terms of this size are rounded on the way.
+            + ROUNDING * (1.0 + 2.0 * slope.abs().dot(to_base.abs())),
+        slope,
+        slope_error,
+    }
+}
+
+/// Reference depth of a tap and the bound of its error.
+fn reference(k: &Kernel, tap: DVec2) -> (f64, f64) {
+    let away = (glam::dvec2(k.base[0] as f64, k.base[1] as f64) + tap - k.center).abs();
+    let error = k.reference_error + k.slope_error.dot(away) + ROUNDING * k.slope.abs().dot(tap);
+    (k.reference + k.slope.dot(tap), error)
+}
+
+fn weight(i: i64, fraction: f64, width: i64) -> f64 {
+    match i {
+        0 => 1.0 - fraction,
+        i if i == width => fraction,
+        _ => 1.0,
+    }
+}
+
+fn filter(view: &View<'_>, k: &Kernel, width: i64) -> Verdict {
+    let (mut sum, mut doubtful, mut lit) = (0.0, 0.0, 0);
+    for j in 0..=width {
+        for i in 0..=width {
+            let (depth, error) = reference(k, glam::dvec2(i as f64, j as f64));
+            let test = shadow_test(depth, error, view.stored([k.base[0] + i, k.base[1] + j]));
+            let weight = weight(i, k.fraction.x, width) * weight(j, k.fraction.y, width);
+            if test.is_yes() {
+                sum += weight;
+                lit += 1;
+            }
+            if test.is_doubtful() {
+                doubtful += weight;
+            }
+        }
+    }
+    let taps = (width + 1) * (width + 1);
+    let area = (width * width) as f64;
+    let visibility = match lit {
+        0 => 0.0,
+        n if n == taps => 1.0,
+        _ => (sum / area).clamp(0.0, 1.0),
+    };
+    // The kernel slides by the error of its place: at most one column and one row of its sides change.
+    let slid = (k.fraction_error.x + k.fraction_error.y) / width as f64;
+    // Sums of up to 64 x 64 terms are rounded at each addition.
+    let summed = if lit == 0 || lit == taps { 0.0 } else { ROUNDING * (width + 1) as f64 };
+    Verdict { visibility, doubt: (doubtful / area + slid + summed).min(1.0) }
+}
+
+/// Whether the block minima and maxima leave the pixel open.
+fn is_open(view: &View<'_>, levels: &[min_max::Level], k: &Kernel, width: i64) -> Decision {
+    let a = k.slope * width as f64;
+    let slack = 4e-7 * (1.0 + a.x.abs() + a.y.abs());
+    let low = (k.reference + a.x.min(0.0) + a.y.min(0.0) - slack).min(1.0);
+    let high = (k.reference + a.x.max(0.0) + a.y.max(0.0) + slack).min(1.0);
+    let (_, first_error) = reference(k, DVec2::ZERO);
+    let (_, last_error) = reference(k, DVec2::splat(width as f64));
+    let error = first_error.max(last_error);
+    let level = match width {
+        ..8 => 0,
+        8..16 => 1,
+        16..32 => 2,
+        _ => 3,
+    };
+    // Where rounding may have moved the kernel by a texel, it may have read other blocks.
+    let moved = (0..2).any(|i| {
+        let (f, e) = (k.fraction[i], k.fraction_error[i]);
+        f < e || f > 1.0 - e
+    });
+    let range = block_range(view, &levels[level], k.base, width, 3 + level);
+    let lit = Decision::positive(range[0] - high, error);
+    // An upper bound of 1 leaves nothing beyond it: low is clamped to 1.
+    let dark = if range[1] >= 1.0 { Decision::No } else { Decision::positive(low - range[1], error) };
+    let open = !lit.is_yes() && !dark.is_yes();
+    if moved || lit.is_doubtful() || dark.is_doubtful() {
+        Decision::Doubtful(open)
+    } else if open {
+        Decision::Yes
+    } else {
+        Decision::No
+    }
+}
+
+fn block_range(view: &View<'_>, level: &min_max::Level, base: [i64; 2], width: i64, shift: usize) -> [f64; 2] {
+    let mut range = [1.0f64, 0.0];
+    let last = base.map(|b| b + width);
+    let map = view.map_size.map(|n| n as i64);
+    if (0..2).any(|i| base[i] < 0 || last[i] >= map[i]) {
+        range[1] = 1.0;
+    }
+    let block = |t: i64, axis: usize| (t.clamp(0, map[axis] - 1) >> shift) as usize;
+    for y in [block(base[1], 1), block(last[1], 1)] {
+        for x in [block(base[0], 0), block(last[0], 0)] {
+            let [low, high] = level.range[y * level.size[0] as usize + x];
+            range = [range[0].min(low.into()), range[1].max(high.into())];
+        }
+    }
+    range
+}
