@@ -1,0 +1,89 @@
+//! The bias at its defaults: no false shadow on what is lit.
+
+use crate::common::{desc, renderer, visibility, with_gpu};
+use crate::made::{self, perspective, plane, spot, sun};
+use crate::properties::hits;
+use edgeshade::reference::ray_traced::{RayScene, hard};
+use edgeshade::scene::Light;
+use glam::{DAffine3, DVec3, dvec3};
+
+const MODES: &[(&str, &[(&str, &str)])] = &[("sm", &[]), ("pcf", &[("width", "3")]), ("pcf", &[("width", "15")])];
+
+/// Lights of the given tilt against a plane's normal.
+fn lights(degrees: f64, turn: f64) -> [Light; 2] {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let towards = dvec3(sin * turn.cos(), cos, sin * turn.sin());
+    [sun(towards), spot(12.0 * towards, DVec3::ZERO, 0.5)]
+}
+
+#[test]
+fn a_tilted_plane_is_lit_everywhere() {
+    with_gpu(|host| {
+        let mut worst = vec![];
+        for degrees in [0.0, 10.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0] {
+            // Along the map's axes and across them.
+            for turn in [0.0, 0.6] {
+                for light in lights(degrees, turn) {
+                    for map in [128, 1024] {
+                        let name = light.name.clone();
+                        let camera = perspective(dvec3(0.3, 9.0, 3.0), DVec3::ZERO, 0.1);
+                        let scene = made::scene(vec![(plane(3.0), DAffine3::IDENTITY)], camera, light.clone());
+                        let mut r = renderer(host, &scene, desc([200, 150], map));
+                        for (id, settings) in MODES {
+                            let dark = visibility(&mut r, id, settings).iter().filter(|v| **v < 1.0).count();
+                            if dark > 0 {
+                                worst.push(format!(
+                                    "{name} {degrees} degrees, map {map}: {id} {settings:?}: {dark} pixels"
+                                ));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        assert!(worst.is_empty(), "false shadows:\n{}", worst.join("\n"));
+    });
+}
+
+#[test]
+fn a_sphere_has_no_false_shadow_away_from_its_terminator() {
+    with_gpu(|host| {
+        let size = [320, 240];
+        for light in [sun(dvec3(1.0, 0.4, 0.3)), spot(dvec3(8.0, 3.2, 2.4), DVec3::ZERO, 0.3)] {
+            let towards = light.world_from_light.matrix3.z_axis;
+            let position = light.world_from_light.translation;
+            let is_sun = light.name == "sun";
+            let camera = perspective(dvec3(1.0, 0.5, 4.0), DVec3::ZERO, 0.1);
+            let scene = made::scene(vec![(made::sphere(128, 256), DAffine3::IDENTITY)], camera, light);
+            for map in [256, 1024] {
+                let mut r = renderer(host, &scene, desc(size, map));
+                let truth = hard(&RayScene::build(&scene).unwrap(), r.camera(), r.light(), size, &|_, _| {})
+                    .unwrap()
+                    .visibility;
+                let hits = hits(&scene, &r, size);
+                // World size of a texel where the light's view passes the sphere.
+                let scale = r.light().clip_from_view.x_axis.x;
+                let distance = if is_sun { 1.0 } else { position.length() };
+                let texel = 2.0 * distance / (scale * f64::from(map));
+                for (id, settings) in MODES {
+                    let seen = visibility(&mut r, id, settings);
+                    // Distance, in the light's view, from the sphere's outline: where false shadows may begin.
+                    let (mut false_shadow, mut deepest) = (0, 0.0f64);
+                    for i in 0..seen.len() {
+                        let Some(hit) = hits[i] else { continue };
+                        if truth[i] == 1.0 && seen[i] < 1.0 {
+                            let l = if is_sun { towards } else { (position - hit.position).normalize() };
+                            let c = hit.position.normalize().dot(l).clamp(0.0, 1.0);
+                            false_shadow += 1;
+                            deepest = deepest.max((1.0 - (1.0 - c * c).sqrt()) / texel);
+                        }
+                    }
+                    println!(
+                        "sphere {} map {map:4} {id:4} {settings:?}: {false_shadow} falsely shadowed, up to {deepest:.2} texels from the terminator",
+                        scene.lights[0].name
+                    );
+                }
+            }
+        }
+    });
+}

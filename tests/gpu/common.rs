@@ -1,0 +1,148 @@
+//! One device at a time, and a rendered frame with all its data read back.
+
+use edgeshade::gpu::Image;
+use edgeshade::host::{Host, HostDesc};
+use edgeshade::pass::view::ViewConstants;
+use edgeshade::reference::FrameData;
+use edgeshade::scene::{Camera, Light, RenderDesc, Renderer, Scene, fit, load_bytes, shipped};
+use edgeshade::technique::{OutputFormat, Params, Technique, find};
+use edgeshade::timing::FrameTiming;
+use edgeshade::{Inputs, NormalEncoding};
+use std::sync::{Mutex, PoisonError};
+
+static TURN: Mutex<()> = Mutex::new(());
+
+/// Runs a test on a device of its own; messages of the validation layer fail it, those at the very end too.
+pub fn with_gpu(test: impl FnOnce(&Host)) {
+    let messages = messages_of(test);
+    assert!(messages.is_empty(), "validation:\n{}", messages.join("\n"));
+}
+
+/// Runs a test and returns what the validation layer said.
+pub fn messages_of(test: impl FnOnce(&Host)) -> Vec<String> {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
+    let messages = host.messages().clone();
+    test(&host);
+    drop(host);
+    messages.all()
+}
+
+/// True on the software rasteriser that the committed pictures were made with.
+pub fn is_llvmpipe(host: &Host) -> bool {
+    host.info().name.contains("llvmpipe")
+}
+
+pub fn shipped_scene(name: &str) -> Scene {
+    let found = shipped::find(name).unwrap();
+    load_bytes(found.name, found.bytes).unwrap()
+}
+
+pub fn every_shipped() -> impl Iterator<Item = Scene> {
+    shipped::ALL.iter().map(|s| load_bytes(s.name, s.bytes).unwrap())
+}
+
+/// Visibility in `f32`, so that nothing is rounded away.
+pub fn desc(size: [u32; 2], map_size: u32) -> RenderDesc {
+    RenderDesc { size, map_size, output: OutputFormat::R32, ..RenderDesc::default() }
+}
+
+pub fn camera_of(scene: &Scene) -> Camera {
+    scene.cameras.first().cloned().unwrap_or_else(|| fit::camera(scene))
+}
+
+pub fn light_of(scene: &Scene) -> Light {
+    scene.lights.first().cloned().unwrap_or_else(|| fit::light(scene))
+}
+
+/// The scene from its own camera under its own light, or fitted ones.
+pub fn renderer<'h>(host: &'h Host, scene: &Scene, desc: RenderDesc) -> Renderer<'h> {
+    let camera = camera_of(scene).view(desc.size);
+    Renderer::new(host, scene, camera, &light_of(scene), desc).unwrap()
+}
+
+pub fn prepare(renderer: &Renderer<'_>, id: &str, settings: &[(&str, &str)]) -> Box<dyn Technique> {
+    let params = Params::parse(find(id).unwrap(), settings.iter().copied()).unwrap();
+    renderer.prepare(id, &params).unwrap()
+}
+
+/// Renders one frame.
+pub fn frame(renderer: &mut Renderer<'_>, id: &str, settings: &[(&str, &str)]) -> (Vec<f32>, FrameTiming) {
+    let mut technique = prepare(renderer, id, settings);
+    let timing = renderer.frame(technique.as_mut()).unwrap();
+    (renderer.visibility(technique.as_ref()).unwrap(), timing)
+}
+
+pub fn visibility(renderer: &mut Renderer<'_>, id: &str, settings: &[(&str, &str)]) -> Vec<f32> {
+    frame(renderer, id, settings).0
+}
+
+/// Everything that went into the last frame's technique.
+pub struct Shot {
+    pub constants: ViewConstants,
+    pub depth: Vec<f32>,
+    /// As fetched; empty where the technique derives normals from depth.
+    pub normal: Vec<[f32; 3]>,
+    pub map: Vec<f32>,
+}
+
+impl Shot {
+    pub fn of(host: &Host, renderer: &Renderer<'_>, normals: bool) -> Self {
+        Self::with_normal(host, renderer, normals.then_some(&renderer.gbuffer().geometric_normal))
+    }
+
+    pub fn with_normal(host: &Host, renderer: &Renderer<'_>, normal: Option<&Image>) -> Self {
+        let g = renderer.gbuffer();
+        let constants = ViewConstants::new(&Inputs {
+            camera: renderer.camera(),
+            depth: g.depth.as_ref(),
+            normal: normal.map(|n| (n.as_ref(), NormalEncoding::OctahedralSigned)),
+            shadow_map: renderer.shadow_map().as_ref(),
+            light: std::slice::from_ref(renderer.light()),
+            light_version: None,
+        });
+        Self {
+            constants,
+            depth: host.read_values(&g.depth).unwrap(),
+            normal: normal.map_or(vec![], |n| normal_texels(host, n)),
+            map: host.read_values(renderer.shadow_map()).unwrap(),
+        }
+    }
+
+    pub fn data(&self) -> FrameData<'_> {
+        FrameData { constants: &self.constants, depth: &self.depth, normal: &self.normal, shadow_map: &self.map }
+    }
+}
+
+/// Texels of a two-channel normal image, as a shader fetches them.
+pub fn normal_texels(host: &Host, image: &Image) -> Vec<[f32; 3]> {
+    if image.format() == ash::vk::Format::R16G16_SNORM {
+        let value = |v: i16| (f32::from(v) / 32767.0).max(-1.0);
+        let texels = host.read_image::<[i16; 2]>(image).unwrap();
+        texels.into_iter().map(|[x, y]| [value(x), value(y), 0.0]).collect()
+    } else {
+        host.read_image::<[f32; 2]>(image).unwrap().into_iter().map(|[x, y]| [x, y, 0.0]).collect()
+    }
+}
+
+/// All values are numbers in `[0, 1]`.
+pub fn assert_in_range(values: &[f32], what: &str) {
+    if let Some(i) = values.iter().position(|v| !(0.0..=1.0).contains(v)) {
+        panic!("{what}: value {} at pixel {i} of {}", values[i], values.len());
+    }
+}
+
+/// Number of values that differ by more than `tolerance`; NaN differs from everything.
+pub fn differing(a: &[f32], b: &[f32], tolerance: f32) -> usize {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).filter(|(a, b)| !((**a - **b).abs() <= tolerance)).count()
+}
+
+/// Panics unless both are equal bit for bit.
+pub fn assert_same_bits(a: &[f32], b: &[f32], what: &str) {
+    assert_eq!(a.len(), b.len(), "{what}");
+    let bad: Vec<_> = (0..a.len()).filter(|&i| a[i].to_bits() != b[i].to_bits()).collect();
+    if let Some(&i) = bad.first() {
+        panic!("{what}: {} of {} pixels differ, pixel {i} first: {} and {}", bad.len(), a.len(), a[i], b[i]);
+    }
+}

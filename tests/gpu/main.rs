@@ -1,0 +1,17 @@
+//! Everything that needs a GPU, in one binary: its tests take turns on the device.
+//!
+//! Validation and synchronization validation are on, and any message fails the test that caused it. Run with
+//! `--nocapture` to see the figures.
+#![cfg(feature = "app")]
+
+mod bias;
+mod common;
+mod gbuffer;
+mod golden;
+mod made;
+mod mirrors;
+mod passes;
+mod properties;
+mod stability;
+mod structs;
+mod validation;

@@ -1,0 +1,322 @@
+//! What holds for every technique, whatever the scene.
+
+use crate::common::{assert_in_range, assert_same_bits, desc, differing, prepare, renderer, shipped_scene, visibility};
+use crate::common::{every_shipped, with_gpu};
+use crate::made::{self, moved, perspective, plane, point, spot, still_life, sun};
+use edgeshade::host::Host;
+use edgeshade::reference::ray_traced::RayScene;
+use edgeshade::scene::{RenderDesc, Renderer, Scene};
+use edgeshade::view::{LightView, look_at};
+use glam::{DAffine3, DMat3, DVec3, dvec3};
+
+const SIZE: [u32; 2] = [160, 90];
+
+/// Every real-time technique in every mode.
+const MODES: &[(&str, &[(&str, &str)])] = &[
+    ("sm", &[]),
+    ("pcf", &[("width", "1"), ("skip", "off")]),
+    ("pcf", &[("width", "3"), ("fetch", "loop"), ("skip", "on")]),
+    ("pcf", &[("width", "15"), ("fetch", "gather"), ("skip", "on")]),
+];
+
+/// Runs every mode, checks the range, and hands visibility to `check` with the mode's description.
+fn every_mode(renderer: &mut Renderer<'_>, what: &str, mut check: impl FnMut(&[f32], &str)) {
+    for (id, settings) in MODES {
+        let values = visibility(renderer, id, settings);
+        let what = format!("{what}: {id} {settings:?}");
+        assert_in_range(&values, &what);
+        check(&values, &what);
+    }
+}
+
+fn count(values: &[f32], is: impl Fn(f32) -> bool) -> usize {
+    values.iter().filter(|v| is(**v)).count()
+}
+
+fn all_equal(value: f32) -> impl FnMut(&[f32], &str) {
+    move |values, what| {
+        let others = count(values, |v| v != value);
+        assert_eq!(others, 0, "{what}: {others} of {} pixels are not {value}", values.len());
+    }
+}
+
+/// What each pixel's ray meets: position and normal; none for the sky.
+pub fn hits(
+    scene: &Scene,
+    renderer: &Renderer<'_>,
+    size: [u32; 2],
+) -> Vec<Option<edgeshade::reference::ray_traced::Hit>> {
+    let rays = RayScene::build(scene).unwrap();
+    let ndc = |i: u32, n: u32| (2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0;
+    (0..size[0] * size[1])
+        .map(|i| {
+            let (origin, direction) = renderer.camera().ray([ndc(i % size[0], size[0]), ndc(i / size[0], size[1])]);
+            rays.primary(origin, direction)
+        })
+        .collect()
+}
+
+#[test]
+fn shipped_scenes_stay_in_range_with_and_without_normals() {
+    with_gpu(|host| {
+        for scene in every_shipped() {
+            for normals in [true, false] {
+                let mut r = renderer(host, &scene, RenderDesc { normals, ..desc(SIZE, 512) });
+                every_mode(&mut r, &scene.name, |values, what| {
+                    assert!(count(values, |v| v == 0.0) > 0 && count(values, |v| v == 1.0) > 0, "{what}");
+                });
+            }
+        }
+    });
+}
+
+#[test]
+fn without_casters_everything_is_lit() {
+    with_gpu(|host| {
+        for light in [sun(dvec3(1.0, 2.0, 0.5)), spot(dvec3(2.0, 9.0, 1.0), DVec3::ZERO, 0.9)] {
+            let camera = perspective(dvec3(0.0, 6.0, 12.0), DVec3::ZERO, 0.1);
+            let scene = made::scene(vec![(plane(5.0), DAffine3::IDENTITY)], camera, light);
+            let mut r = renderer(host, &scene, desc(SIZE, 256));
+            every_mode(&mut r, "a ground alone", all_equal(1.0));
+        }
+    });
+}
+
+#[test]
+fn every_size_works() {
+    with_gpu(|host| {
+        let scene = still_life(sun(dvec3(-1.0, 2.0, 1.0)));
+        let sizes = [([1, 1], 64), ([1, 7], 64), ([7, 1], 64), ([333, 127], 100), ([4096, 16], 256)];
+        let maps = [1, 2, 63, 65, 4096].map(|map| ([48, 27], map));
+        for (size, map) in sizes.into_iter().chain(maps) {
+            let mut r = renderer(host, &scene, desc(size, map));
+            every_mode(&mut r, &format!("{size:?}, map {map}"), |values, _| {
+                assert_eq!(values.len(), (size[0] * size[1]) as usize);
+            });
+            let off = visibility(&mut r, "pcf", &[("width", "7"), ("skip", "off")]);
+            let on = visibility(&mut r, "pcf", &[("width", "7"), ("skip", "on")]);
+            assert_same_bits(&off, &on, &format!("{size:?}, map {map}"));
+        }
+    });
+}
+
+#[test]
+fn impossible_sizes_are_errors() {
+    with_gpu(|host| {
+        let scene = still_life(sun(DVec3::ONE));
+        for bad in [desc([0, 4], 64), desc([4, 0], 64), desc([4, 4], 0), desc([20000, 4], 64), desc([4, 4], 20000)] {
+            let camera = scene.cameras[0].view(bad.size);
+            let error = Renderer::new(host, &scene, camera, &scene.lights[0], bad).err().unwrap().to_string();
+            assert!(error.contains("16384"), "{error}");
+        }
+    });
+}
+
+#[test]
+fn a_light_shut_into_a_box_lights_nothing_outside() {
+    with_gpu(|host| {
+        let light = spot(dvec3(0.0, 4.0, 0.0), DVec3::ZERO, 0.7);
+        let lamp = moved(dvec3(0.0, 4.0, 0.0));
+        let parts = vec![(plane(6.0), DAffine3::IDENTITY), (made::cuboid(DVec3::splat(0.5)), lamp)];
+        let scene = made::scene(parts, perspective(dvec3(0.0, 3.0, 9.0), DVec3::ZERO, 0.1), light);
+        let mut r = renderer(host, &scene, desc(SIZE, 512));
+        let hits = hits(&scene, &r, SIZE);
+        let inside = |p: DVec3| {
+            let l = r.light();
+            let c = l.clip_from_view * l.world_from_view.inverse().transform_point3(p).extend(1.0);
+            c.w > 0.0 && c.x.abs() < 0.99 * c.w && c.y.abs() < 0.99 * c.w && c.z < 0.9999 * c.w
+        };
+        let on_ground: Vec<bool> =
+            hits.iter().map(|h| h.is_some_and(|h| h.triangle < 2 && inside(h.position))).collect();
+        assert!(on_ground.iter().filter(|g| **g).count() > 1000);
+        every_mode(&mut r, "light in a box", |values, what| {
+            let leaks = values.iter().zip(&on_ground).filter(|(v, g)| **g && **v != 0.0).count();
+            assert_eq!(leaks, 0, "{what}: light leaks");
+        });
+    });
+}
+
+#[test]
+fn a_light_that_looks_away_shadows_only_what_faces_away() {
+    with_gpu(|host| {
+        // Above the scene and looking up: everything is behind it.
+        let light = spot(dvec3(0.0, 6.0, 0.0), dvec3(0.0, 12.0, 0.1), 0.6);
+        let scene = still_life(light);
+        let mut r = renderer(host, &scene, desc(SIZE, 128));
+        let light = dvec3(0.0, 6.0, 0.0);
+        let facing: Vec<f64> = hits(&scene, &r, SIZE)
+            .iter()
+            .map(|h| h.map_or(1.0, |h| h.normal.dot((light - h.position).normalize())))
+            .collect();
+        every_mode(&mut r, "light looks away", |values, what| {
+            let wrong =
+                values.iter().zip(&facing).filter(|(v, f)| f.abs() > 1e-2 && **v != if **f > 0.0 { 1.0 } else { 0.0 });
+            // Edge pixels may show the other of two surfaces.
+            let wrong = wrong.count();
+            assert!(wrong * 500 <= values.len(), "{what}: {wrong} pixels");
+        });
+    });
+}
+
+#[test]
+fn nothing_to_see_is_lit() {
+    with_gpu(|host| {
+        let mut empty = renderer(host, &Scene::default(), desc(SIZE, 64));
+        every_mode(&mut empty, "empty scene", all_equal(1.0));
+        let mut scene = still_life(sun(DVec3::ONE));
+        scene.cameras = vec![perspective(dvec3(0.0, 5.0, 0.0), dvec3(0.0, 50.0, 1.0), 0.1)];
+        let mut sky = renderer(host, &scene, desc(SIZE, 64));
+        every_mode(&mut sky, "camera at the sky", all_equal(1.0));
+        // A mesh without triangles, and one whose triangles are points.
+        let point = [DVec3::ONE; 3];
+        let parts = vec![(made::mesh(&[]), DAffine3::IDENTITY), (made::mesh(&[point]), DAffine3::IDENTITY)];
+        let scene = made::scene(parts, perspective(dvec3(0.0, 0.0, 9.0), DVec3::ZERO, 0.1), sun(DVec3::ONE));
+        every_mode(&mut renderer(host, &scene, desc(SIZE, 64)), "degenerate", all_equal(1.0));
+    });
+}
+
+/// Near planes a millionth of the distances.
+#[test]
+fn far_ranges_hold() {
+    with_gpu(|host| {
+        // A ground a thousand away under a hanging plate.
+        let camera = perspective(dvec3(0.0, 800.0, 600.0), DVec3::ZERO, 1e-3);
+        let parts = || vec![(plane(300.0), DAffine3::IDENTITY), (plane(60.0), moved(dvec3(0.0, 40.0, 0.0)))];
+        let scene = made::scene(parts(), camera.clone(), sun(dvec3(0.4, 1.0, 0.2)));
+        let mut r = renderer(host, &scene, desc(SIZE, 512));
+        every_mode(&mut r, "camera range 1e6", |values, what| {
+            let dark = count(values, |v| v < 0.5);
+            assert!(dark > 20 && dark < values.len() / 4, "{what}: {dark} dark pixels");
+        });
+
+        // The light's own range; the plate hangs where a 1e6 range still tells it from the ground.
+        let eye = dvec3(0.0, 900.0, 0.0);
+        let mut parts = parts();
+        parts[1] = (plane(0.2), moved(dvec3(0.0, 897.0, 0.0)));
+        let scene = made::scene(parts, camera, spot(eye, DVec3::ZERO, 0.4));
+        let mut r = renderer(host, &scene, desc(SIZE, 512));
+        r.set_light(&scene, LightView::spot(look_at(eye, DVec3::ZERO), 0.8, 1e-3, 1e3, 0.0));
+        let hits = hits(&scene, &r, SIZE);
+        every_mode(&mut r, "light range 1e6", |values, what| {
+            let (mut dark, mut lit) = (0, 0);
+            for (v, hit) in values.iter().zip(&hits) {
+                let Some(hit) = hit.filter(|h| h.triangle < 2) else { continue };
+                // The plate's shadow is a square of half width 60.
+                let p = hit.position.abs();
+                let (inside, outside) = (p.x.max(p.z) < 50.0, p.x.max(p.z) > 80.0);
+                dark += usize::from(inside && *v > 0.0);
+                lit += usize::from(outside && *v < 1.0);
+            }
+            assert_eq!((dark, lit), (0, 0), "{what}: lit inside the shadow, dark outside");
+        });
+    });
+}
+
+/// What depends only on the shadow map is kept while the light stands still, and is the same as made anew.
+#[test]
+fn a_kept_light_equals_a_new_one() {
+    with_gpu(|host| {
+        let scene = shipped_scene("jenga");
+        let settings = [("width", "7"), ("skip", "on")];
+        let fresh = visibility(&mut renderer(host, &scene, desc(SIZE, 333)), "pcf", &settings);
+        let mut kept = renderer(host, &scene, RenderDesc { dynamic_light: false, ..desc(SIZE, 333) });
+        let mut technique = prepare(&kept, "pcf", &settings);
+        let names = |t: edgeshade::timing::FrameTiming| t.passes.into_iter().map(|p| p.name).collect::<Vec<_>>();
+        let first = names(kept.frame(technique.as_mut()).unwrap());
+        let second = names(kept.frame(technique.as_mut()).unwrap());
+        for pass in ["shadow map", "min/max blocks"] {
+            assert!(first.iter().any(|n| n == pass) && !second.iter().any(|n| n == pass), "{first:?}, {second:?}");
+        }
+        assert_same_bits(&fresh, &kept.visibility(technique.as_ref()).unwrap(), "kept");
+
+        // Another light, and back.
+        let old = *kept.light();
+        let mut turned = old;
+        turned.world_from_view = DAffine3::from_rotation_y(0.3) * old.world_from_view;
+        kept.set_light(&scene, turned);
+        let third = names(kept.frame(technique.as_mut()).unwrap());
+        assert!(third.iter().any(|n| n == "min/max blocks"), "{third:?}");
+        let moved = kept.visibility(technique.as_ref()).unwrap();
+        assert!(differing(&fresh, &moved, 0.0) > 100, "the light has not moved");
+        let mut anew = renderer(host, &scene, desc(SIZE, 333));
+        anew.set_light(&scene, turned);
+        assert_same_bits(&visibility(&mut anew, "pcf", &settings), &moved, "moved");
+        kept.set_light(&scene, old);
+        kept.frame(technique.as_mut()).unwrap();
+        assert_same_bits(&fresh, &kept.visibility(technique.as_ref()).unwrap(), "moved back");
+    });
+}
+
+/// The scene, its cameras and lights mirrored at the plane x = 0, all transforms of views staying rigid.
+fn mirrored(scene: &Scene) -> Scene {
+    let flip = DAffine3::from_mat3(DMat3::from_diagonal(dvec3(-1.0, 1.0, 1.0)));
+    let mut out = scene.clone();
+    for i in &mut out.instances {
+        i.world_from_object = flip * i.world_from_object;
+    }
+    for c in &mut out.cameras {
+        c.world_from_camera = flip * c.world_from_camera * flip;
+    }
+    for l in &mut out.lights {
+        l.world_from_light = flip * l.world_from_light * flip;
+    }
+    out
+}
+
+#[test]
+fn a_mirrored_scene_gives_the_mirror_image() {
+    with_gpu(|host| {
+        for scene in every_shipped() {
+            let other = mirrored(&scene);
+            let [mut a, mut b] = [&scene, &other].map(|s| renderer(host, s, desc(SIZE, 512)));
+            for (id, settings) in MODES {
+                let straight = visibility(&mut a, id, settings);
+                let turned = visibility(&mut b, id, settings);
+                let back: Vec<f32> = turned.chunks(SIZE[0] as usize).flat_map(|r| r.iter().rev().copied()).collect();
+                // Pixel and texel centres on an edge fall to the other side.
+                let off = differing(&straight, &back, 1e-3);
+                println!("mirrored {:10} {id:4} {off:4} of {} pixels differ", scene.name, straight.len());
+                assert!(off * 200 <= straight.len(), "{}: {id} {settings:?}: {off} pixels", scene.name);
+                assert!(differing(&straight, &turned, 0.5) > straight.len() / 50, "the image is its own mirror image");
+            }
+        }
+    });
+}
+
+/// A negative scale turns triangles inside out and must not show.
+#[test]
+fn a_mirrored_instance_equals_its_explicit_geometry() {
+    with_gpu(|host| {
+        let t = DAffine3 {
+            matrix3: DMat3::from_rotation_y(0.7) * DMat3::from_diagonal(dvec3(-1.3, 0.8, 1.1)),
+            translation: dvec3(0.0, 1.2, 0.0),
+        };
+        let body = made::sphere(12, 20);
+        let mut triangles = vec![];
+        for c in body.indices.chunks(3) {
+            let [a, b, d] = [c[0], c[1], c[2]].map(|i| t.transform_point3(point(body.positions[i as usize])));
+            triangles.push([a, d, b]);
+        }
+        let with = |part, place| {
+            let parts = vec![(plane(5.0), DAffine3::IDENTITY), (part, place)];
+            let camera = perspective(dvec3(1.0, 4.0, 6.0), dvec3(0.0, 0.6, 0.0), 0.1);
+            let mut scene = made::scene(parts, camera, sun(dvec3(1.0, 1.5, 0.4)));
+            // Back faces are culled: a wrong winding would show the inside.
+            scene.materials[0].double_sided = false;
+            scene
+        };
+        let scenes = [with(body, t), with(made::mesh(&triangles), DAffine3::IDENTITY)];
+        let [mut a, mut b] = [&scenes[0], &scenes[1]].map(|s| renderer(host, s, desc(SIZE, 512)));
+        for (id, settings) in MODES {
+            let (x, y) = (visibility(&mut a, id, settings), visibility(&mut b, id, settings));
+            let off = differing(&x, &y, 1e-3);
+            println!("mirrored instance {id:4} {off} of {} pixels differ", x.len());
+            assert!(off * 500 <= x.len(), "{id} {settings:?}: {off} pixels");
+        }
+        let ids = |r: &Renderer<'_>, host: &Host| host.read_image::<u32>(&r.gbuffer().triangle).unwrap();
+        let (x, y) = (ids(&a, host), ids(&b, host));
+        let off = x.iter().zip(&y).filter(|(a, b)| a != b).count();
+        assert!(off * 200 <= x.len(), "{off} triangle ids differ");
+        assert!(x.iter().filter(|i| (2..u32::MAX).contains(*i)).count() > 500, "the body is not seen");
+    });
+}

@@ -1,0 +1,62 @@
+//! Constants shared with the shaders: checked when a pipeline is made.
+
+use crate::common::with_gpu;
+use edgeshade::Context;
+use edgeshade::pass::accumulate::AccumulatePush;
+use edgeshade::pass::min_max::MinMaxPush;
+use edgeshade::pass::pcf::PcfPush;
+use edgeshade::pass::sm::SmPush;
+use edgeshade::pass::view::ViewConstants;
+use edgeshade::scene::ShadePush;
+use edgeshade::shaders;
+
+/// Makes the pipelines of one shader.
+type Make = fn(&Context) -> edgeshade::Result<()>;
+
+/// Every compute shader with the structs that the host hands to it.
+const SHADERS: &[(&str, Make)] = &[
+    ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
+    ("pass/min_max.comp", |c| c.pipeline::<MinMaxPush>("pass/min_max.comp", &[]).map(drop)),
+    ("pass/pcf.comp", |c| {
+        for constants in [[1, 0, 0], [3, 1, 1], [63, 1, 0]] {
+            c.pipeline::<PcfPush>("pass/pcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
+    ("pass/pcf_classify.comp", |c| {
+        c.pipeline::<PcfPush>("pass/pcf_classify.comp", &[3])?.check_uniform::<ViewConstants>("view")
+    }),
+    ("pass/shade.comp", |c| c.pipeline::<ShadePush>("pass/shade.comp", &[])?.check_uniform::<ViewConstants>("view")),
+    ("pass/sm.comp", |c| c.pipeline::<SmPush>("pass/sm.comp", &[])?.check_uniform::<ViewConstants>("view")),
+];
+
+#[test]
+fn every_compute_shader_fits_its_structs() {
+    let listed: Vec<_> = SHADERS.iter().map(|s| s.0).collect();
+    let embedded: Vec<_> = shaders::all().iter().map(|s| s.name).filter(|n| n.ends_with(".comp")).collect();
+    assert_eq!(listed, embedded);
+    with_gpu(|host| {
+        for (name, make) in SHADERS {
+            make(host.context()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        }
+    });
+}
+
+#[test]
+fn a_struct_that_does_not_fit_is_refused() {
+    with_gpu(|host| {
+        let c = host.context();
+        let problem = |result: edgeshade::Result<_>| match result {
+            Ok(()) => panic!("a wrong struct is accepted"),
+            Err(e) => e.to_string(),
+        };
+        // Other members, none, some where the shader has none, another block.
+        let text = problem(c.pipeline::<SmPush>("pass/min_max.comp", &[]).map(drop));
+        assert!(text.contains("min_max.comp") && text.contains("map_size"), "{text}");
+        assert!(problem(c.pipeline::<()>("pass/sm.comp", &[]).map(drop)).contains("sm.comp"));
+        let sm = c.pipeline::<SmPush>("pass/sm.comp", &[]).unwrap();
+        assert!(problem(sm.check_uniform::<SmPush>("view")).contains("view_from_clip"));
+        assert!(problem(sm.check_uniform::<ViewConstants>("no_such_block")).contains("no_such_block"));
+        assert!(problem(c.pipeline::<()>("pass/no-such.comp", &[]).map(drop)).contains("no-such"));
+    });
+}
