@@ -195,11 +195,12 @@ fn filter(view: &View<'_>, k: &Kernel, width: i64) -> Verdict {
         n if n == taps => 1.0,
         _ => (sum / area).clamp(0.0, 1.0),
     };
-    // The kernel slides by the error of its place: at most one column and one row of its sides change.
+    // The kernel slides by the error of its place; then at most a row and a column at its sides change.
+    let uniform = lit == 0 || lit == taps;
     let slid = (k.fraction_error.x + k.fraction_error.y) / width as f64;
     // Sums of up to 64 x 64 terms are rounded at each addition.
-    let summed = if lit == 0 || lit == taps { 0.0 } else { ROUNDING * (width + 1) as f64 };
-    Verdict { visibility, doubt: (doubtful / area + slid + summed).min(1.0) }
+    let rounding = slid + if uniform { 0.0 } else { ROUNDING * (width + 1) as f64 };
+    Verdict { visibility, doubt: (doubtful / area).min(1.0), rounding }
 }
 
 /// Whether the block minima and maxima leave the pixel open.

@@ -9,10 +9,11 @@ use crate::pass::view::ViewConstants;
 use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Mat3, Mat4, Vec4, dvec2, dvec3};
 
-/// Rounding of a few dependent single-precision operations, relative: each is off by half of `f32::EPSILON`, and a
-/// division or an inverse square root by up to three times that (Vulkan, "Precision and Operation of SPIR-V
-/// Instructions").
+/// Rounding of a few dependent single-precision operations, relative: a division or an inverse square root is off
+/// by up to 2.5 times `f32::EPSILON` (Vulkan, "Precision and Operation of SPIR-V Instructions").
 pub(super) const ROUNDING: f64 = 3.0 * f32::EPSILON as f64;
+/// Rounding of a sum of four products, relative to the sum of their sizes: four times half of `f32::EPSILON`.
+const PRODUCT_ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 /// `POSITION_ULPS` of `glsl/lib/bias.glsl`.
 const POSITION_ULPS: f64 = 4.0 / 8388608.0;
 /// `DEPTH_ULPS` of `glsl/lib/bias.glsl`.
@@ -36,8 +37,10 @@ pub struct FrameData<'a> {
 pub struct Mirror {
     /// Visibility of every pixel, 1 lit.
     pub visibility: Vec<f64>,
-    /// How far single precision may rightly take each pixel from that value; for a hard test 0 or 1.
+    /// How far decisions within the rounding may rightly take each pixel from that value; for a hard test 0 or 1.
     pub doubt: Vec<f64>,
+    /// What rounding may change on top without any decision: the place of a kernel, its sums.
+    pub rounding: Vec<f64>,
 }
 
 impl Mirror {
@@ -45,6 +48,7 @@ impl Mirror {
         Self {
             visibility: pixels.iter().map(|v| v.visibility).collect(),
             doubt: pixels.iter().map(|v| v.doubt).collect(),
+            rounding: pixels.iter().map(|v| v.rounding).collect(),
         }
     }
 }
@@ -54,11 +58,12 @@ impl Mirror {
 pub(super) struct Verdict {
     pub visibility: f64,
     pub doubt: f64,
+    pub rounding: f64,
 }
 
 impl Verdict {
     pub const fn sure(visibility: f64) -> Self {
-        Self { visibility, doubt: 0.0 }
+        Self { visibility, doubt: 0.0, rounding: 0.0 }
     }
 
     /// The verdict where another branch with the visibility `other` is as likely to be taken.
@@ -334,11 +339,11 @@ impl<'a> View<'a> {
     pub fn light_point(&self, p: DVec3, p_error: DVec3) -> LightPoint {
         let m = &self.light_clip_from_view;
         let q = *m * p.extend(1.0);
-        let spread = p_error + ROUNDING * p.abs();
-        let e = m.x_axis.abs() * spread.x
-            + m.y_axis.abs() * spread.y
-            + m.z_axis.abs() * spread.z
-            + m.w_axis.abs() * ROUNDING;
+        let absolute = DMat4::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs(), m.w_axis.abs());
+        // What the product itself loses; what the point was off by before is carried on by the gradients, since
+        // it moves all of q together.
+        let own = PRODUCT_ROUNDING * (absolute * p.abs().extend(1.0));
+        let e = own + absolute * p_error.extend(0.0);
         let margins = [
             (q.w, e.w),
             (q.z, e.z),
@@ -355,19 +360,29 @@ impl<'a> View<'a> {
         };
         let r = if q.w > 0.0 { 1.0 / q.w } else { 0.0 };
         let ndc = dvec2(q.x, q.y) * r;
-        let ndc_error = (dvec2(e.x, e.y) + ndc.abs() * e.w) * r + ROUNDING * ndc.abs();
+        let (x, y, w) = (self.row(0), self.row(1), self.row(3));
+        let moved = |gradient: DVec3| gradient.abs().dot(p_error);
+        let ndc_error = (dvec2(own.x, own.y) + ndc.abs() * own.w) * r
+            + dvec2(moved((x - ndc.x * w) * r), moved((y - ndc.y * w) * r))
+            + ROUNDING * ndc.abs();
         let depth = q.z * r;
+        let depth_error = (own.z + depth.abs() * own.w) * r + moved(self.depth_gradient(r)) + ROUNDING * depth.abs();
         LightPoint {
             uv: 0.5 * ndc + 0.5,
             uv_error: 0.5 * ndc_error + 0.5 * f64::from(f32::EPSILON),
             depth,
-            depth_error: (e.z + depth.abs() * e.w) * r + ROUNDING * depth.abs(),
+            depth_error,
             w: q.w,
             w_error: e.w,
             ndc,
             ndc_error,
             inside,
         }
+    }
+
+    /// Change of the stored depth over space, at a point whose `w` is `1 / by_w`.
+    fn depth_gradient(&self, by_w: f64) -> DVec3 {
+        if self.light_depth_scale > 0.0 { self.light_depth_scale * by_w * by_w * self.row(3) } else { self.row(2) }
     }
 
     /// World size of a texel at the point's depth.
@@ -395,7 +410,7 @@ impl<'a> View<'a> {
     }
 
     pub fn receiver_plane(&self, l: &LightPoint, r: &Receiver) -> Plane {
-        let (x, y, z, w) = (self.row(0), self.row(1), self.row(2), self.row(3));
+        let (x, y, w) = (self.row(0), self.row(1), self.row(3));
         let by_w = 1.0 / l.w;
         let u = 0.5 * by_w * (x - l.ndc.x * w);
         let v = 0.5 * by_w * (y - l.ndc.y * w);
@@ -406,12 +421,8 @@ impl<'a> View<'a> {
         };
         let u_error = gradient_error(x, l.ndc.x, l.ndc_error.x, u);
         let v_error = gradient_error(y, l.ndc.y, l.ndc_error.y, v);
-        let (d, d_error) = if self.light_depth_scale > 0.0 {
-            let d = self.light_depth_scale * by_w * by_w * w;
-            (d, d.length() * (2.0 * w_relative + 2.0 * ROUNDING))
-        } else {
-            (z, 0.0)
-        };
+        let d = self.depth_gradient(by_w);
+        let d_error = if self.light_depth_scale > 0.0 { d.length() * (2.0 * w_relative + 2.0 * ROUNDING) } else { 0.0 };
         let area = u.cross(v);
         let facing = r.normal.dot(area);
         let product_error = |a: DVec3, a_error: f64, b: DVec3, b_error: f64| {

@@ -14,6 +14,46 @@ fn decode(e: [f32; 3]) -> DVec3 {
     dvec3(fold(x, y), fold(y, x), z).normalize()
 }
 
+/// How the G-buffer differs from the rays.
+#[derive(Debug, Default)]
+struct Seen {
+    /// Pixels that show another triangle: on edges.
+    other_ids: usize,
+    /// Pixels whose depth is off by more than 1e-5, relatively, and the largest difference.
+    depths_off: usize,
+    depth: f64,
+    /// The largest difference beyond 1e-5 in pixels: how far aside lies the point that has the depth.
+    aside_px: f64,
+    /// Pixels whose normal is off by more than 1e-3 rad, and the largest angle.
+    normals_off: usize,
+    angle: f64,
+}
+
+impl Seen {
+    fn depth(&mut self, relative: f64, change_a_pixel: f64) {
+        self.depth = self.depth.max(relative);
+        if relative > 1e-5 {
+            self.depths_off += 1;
+            self.aside_px = self.aside_px.max((relative - 1e-5) / change_a_pixel);
+        }
+    }
+
+    fn normal(&mut self, angle: f64) {
+        self.angle = self.angle.max(angle);
+        self.normals_off += usize::from(angle > 1e-3);
+    }
+
+    fn check(&self, name: &str, pixels: usize) {
+        assert!(self.other_ids * 100 <= pixels, "{name}: {self:?}");
+        // A rasteriser moves corners to a grid of 1/256 of a pixel, a coarser one on some devices: surfaces seen
+        // edge-on, whose depth changes much over a pixel, keep what a point this far aside has.
+        assert!(self.aside_px <= 1.0 / 32.0 && self.depths_off * 100 <= pixels, "{name}: {self:?}");
+        // The normal comes from differences of f32 positions over a pixel, which far along a large triangle are
+        // small against the positions themselves.
+        assert!(self.angle <= 1e-2 && self.normals_off * 1000 <= pixels, "{name}: {self:?}");
+    }
+}
+
 #[test]
 fn depth_ids_and_normals_are_those_of_the_rays() {
     with_gpu(|host| {
@@ -26,35 +66,36 @@ fn depth_ids_and_normals_are_those_of_the_rays() {
             let normals = normal_texels(host, &r.gbuffer().geometric_normal);
             let hits = hits(&scene, &r, SIZE);
             let camera = *r.camera();
-            let (mut other_ids, mut worst_depth, mut worst_snap, mut worst_angle) = (0, 0.0f64, 0.0f64, 0.0f64);
+            let mut seen = Seen::default();
             for (i, hit) in hits.iter().enumerate() {
                 let id = hit.map_or(SKY, |h| h.triangle);
                 if ids[i] != id {
-                    other_ids += 1;
+                    seen.other_ids += 1;
                     continue;
                 }
                 let Some(hit) = hit else { continue };
                 let p = camera.world_from_view.inverse().transform_point3(hit.position);
                 let clip = camera.clip_from_view * p.extend(1.0);
-                let expected = clip.z / clip.w;
-                let relative = (f64::from(depth[i]) / expected - 1.0).abs();
-                // A rasteriser places corners on a grid of at least 1/16 of a pixel (subPixelPrecisionBits >= 4),
-                // in practice 1/256: a depth may be that of a point this far beside the pixel's centre.
+                let relative = (f64::from(depth[i]) / (clip.z / clip.w) - 1.0).abs();
+                // How much depth changes, relatively, over a pixel of this surface.
                 let normal = camera.world_from_view.matrix3.transpose() * hit.normal;
                 let tilt = (1.0 - normal.z * normal.z).max(0.0).sqrt();
                 let facing = normal.dot(p).abs() / p.length();
                 let pixel = 2.0 / (f64::from(SIZE[1]) * camera.clip_from_view.y_axis.y.abs());
-                let slope_of_a_pixel = pixel * tilt.max(1e-3) / facing.max(1e-9);
-                worst_depth = worst_depth.max(relative);
-                worst_snap = worst_snap.max((relative - 1e-6).max(0.0) / slope_of_a_pixel);
-                worst_angle = worst_angle.max(decode(normals[i]).cross(hit.normal).length());
-                assert!(decode(normals[i]).dot(hit.normal) > 0.0, "{}: pixel {i}: the normal looks away", scene.name);
+                seen.depth(relative, pixel * tilt / facing.max(1e-9));
+                let stored = decode(normals[i]);
+                seen.normal(stored.cross(hit.normal).length().atan2(stored.dot(hit.normal)));
             }
-            println!(
-                "g-buffer {:10} other ids {:.2} %, depth off by {worst_depth:.1e} relative or {worst_snap:.4} px, normal by {worst_angle:.1e} rad",
-                scene.name,
-                100.0 * other_ids as f64 / hits.len() as f64
-            );
+            println!("g-buffer {:10} {seen:?}", scene.name);
+            seen.check(&scene.name, hits.len());
+            // Proof that it can fail: the neighbour's values.
+            let mut planted = Seen::default();
+            for i in 1..hits.len() {
+                let Some(hit) = hits[i] else { continue };
+                planted.normal(decode(normals[i - 1]).angle_between(hit.normal));
+                planted.other_ids += usize::from(ids[i - 1] != hit.triangle);
+            }
+            assert!(planted.normals_off > hits.len() / 200 && planted.other_ids > hits.len() / 100, "{planted:?}");
         }
     });
 }

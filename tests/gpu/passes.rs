@@ -102,7 +102,7 @@ fn min_max_is_exact() {
             let mut planted = texels.clone();
             let value = &mut planted[texels.len() / 2];
             *value = if *value < 0.5 { 1.0 } else { 0.0 };
-            assert_ne!(min_max::blocks(&planted, size), mirror, "{size:?}: a planted texel goes unnoticed");
+            assert!(min_max::blocks(&planted, size) != mirror, "{size:?}: a planted texel goes unnoticed");
         }
     });
 }

@@ -124,7 +124,7 @@ fn a_light_shut_into_a_box_lights_nothing_outside() {
         let inside = |p: DVec3| {
             let l = r.light();
             let c = l.clip_from_view * l.world_from_view.inverse().transform_point3(p).extend(1.0);
-            c.w > 0.0 && c.x.abs() < 0.99 * c.w && c.y.abs() < 0.99 * c.w && c.z < 0.9999 * c.w
+            c.w > 0.0 && c.x.abs() < 0.99 * c.w && c.y.abs() < 0.99 * c.w
         };
         let on_ground: Vec<bool> =
             hits.iter().map(|h| h.is_some_and(|h| h.triangle < 2 && inside(h.position))).collect();
@@ -273,8 +273,9 @@ fn a_mirrored_scene_gives_the_mirror_image() {
                 let straight = visibility(&mut a, id, settings);
                 let turned = visibility(&mut b, id, settings);
                 let back: Vec<f32> = turned.chunks(SIZE[0] as usize).flat_map(|r| r.iter().rev().copied()).collect();
-                // Pixel and texel centres on an edge fall to the other side.
-                let off = differing(&straight, &back, 1e-3);
+                // Pixel and texel centres on an edge fall to the other side. On concave receivers a wide kernel's
+                // plane touches the surface in many texels, where the map's precision decides single taps.
+                let off = differing(&straight, &back, 0.05);
                 println!("mirrored {:10} {id:4} {off:4} of {} pixels differ", scene.name, straight.len());
                 assert!(off * 200 <= straight.len(), "{}: {id} {settings:?}: {off} pixels", scene.name);
                 assert!(differing(&straight, &turned, 0.5) > straight.len() / 50, "the image is its own mirror image");
@@ -309,9 +310,9 @@ fn a_mirrored_instance_equals_its_explicit_geometry() {
         let [mut a, mut b] = [&scenes[0], &scenes[1]].map(|s| renderer(host, s, desc(SIZE, 512)));
         for (id, settings) in MODES {
             let (x, y) = (visibility(&mut a, id, settings), visibility(&mut b, id, settings));
-            let off = differing(&x, &y, 1e-3);
+            let off = differing(&x, &y, 0.05);
             println!("mirrored instance {id:4} {off} of {} pixels differ", x.len());
-            assert!(off * 500 <= x.len(), "{id} {settings:?}: {off} pixels");
+            assert!(off * 1000 <= x.len(), "{id} {settings:?}: {off} pixels");
         }
         let ids = |r: &Renderer<'_>, host: &Host| host.read_image::<u32>(&r.gbuffer().triangle).unwrap();
         let (x, y) = (ids(&a, host), ids(&b, host));
