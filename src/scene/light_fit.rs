@@ -17,28 +17,84 @@ const CONVEX_LIMIT: usize = 256;
 
 /// The shadow-map view of a light, as tight as the scene allows.
 ///
-/// A spot keeps its cone; its near and far planes follow the scene. A directional light gets the box of
+/// A spot keeps its cone; its near and far planes enclose what of the scene lies in it. The depth of a map is as
+/// fine as its near plane is far: a ground that passes under the light must not pull the plane to the light. A directional light gets the box of
 /// everything that can cast a shadow on anything: the ground below all other things does not count,
 /// however far it reaches, and what lies beside the casters is lit without a look at the map.
 pub fn light_view(scene: &Scene, light: &Light) -> LightView {
     let bounds = scene.bounds();
     match light.shape {
         LightShape::Spot { outer, size } => {
-            let view_from_world = light.world_from_light.inverse();
-            let depth = scene
-                .instances
-                .iter()
-                .map(|i| scene.meshes[i.mesh].bounds.transformed(&(view_from_world * i.world_from_object)))
-                .fold(Bounds::EMPTY, Bounds::union);
-            // The light looks along its -Z.
-            let far = if depth.is_empty() { 1.0 } else { -depth.min.z };
-            let far = if far > 0.0 { far * 1.001 } else { bounds.radius().max(f64::MIN_POSITIVE.sqrt()) };
-            let near = (-depth.max.z * 0.999).clamp(far * MIN_NEAR, far * 0.5);
             let distance = (bounds.center() - light.world_from_light.translation).length();
             let size = size.unwrap_or(DEFAULT_SIZE * distance);
-            LightView::spot(light.world_from_light, (2.0 * outer).min(MAX_SPOT_FOV), near, far, size)
+            let fov = (2.0 * outer).min(MAX_SPOT_FOV);
+            let lit = depth_range(scene, light, (0.5 * fov).tan(), 0.5 * size);
+            let far = lit.map_or(0.0, |[_, far]| far * 1.001);
+            let far = if far > 0.0 { far } else { bounds.radius().max(f64::MIN_POSITIVE.sqrt()) };
+            let near = lit.map_or(far, |[near, _]| near * 0.999).clamp(far * MIN_NEAR, far * 0.5);
+            LightView::spot(light.world_from_light, fov, near, far, size)
         }
         LightShape::Directional { angle } => directional(scene, light, angle.unwrap_or(DEFAULT_ANGLE)),
+    }
+}
+
+/// Smallest and largest distance along the light's axis of what lies in its frustum: `slope` is the tangent of half
+/// its angle, `margin` what its sides are moved outwards by. `None` if nothing does.
+fn depth_range(scene: &Scene, light: &Light, slope: f64, margin: f64) -> Option<[f64; 2]> {
+    // The sides, and what is behind the light: (normal, offset), positive inside. The light looks along its -Z.
+    let side = |x: f64, y: f64| (dvec3(x, y, -slope), margin);
+    let planes = [side(1.0, 0.0), side(-1.0, 0.0), side(0.0, 1.0), side(0.0, -1.0), (DVec3::NEG_Z, 0.0)];
+    let view_from_world = light.world_from_light.inverse();
+    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut polygon = vec![];
+    let mut clipped = vec![];
+    for instance in &scene.instances {
+        let mesh = &scene.meshes[instance.mesh];
+        if mesh.bounds.is_empty() {
+            continue;
+        }
+        let view_from_object = view_from_world * instance.world_from_object;
+        let corners = mesh.bounds.corners().map(|c| view_from_object.transform_point3(c));
+        if !may_widen(range, &corners) || planes.iter().any(|&(n, o)| corners.iter().all(|&c| n.dot(c) + o < 0.0)) {
+            continue;
+        }
+        let at = |i: u32| view_from_object.transform_point3(Vec3::from(mesh.positions[i as usize]).as_dvec3());
+        for t in mesh.indices.chunks_exact(3) {
+            let triangle = [at(t[0]), at(t[1]), at(t[2])];
+            if !may_widen(range, &triangle) {
+                continue;
+            }
+            polygon.clear();
+            polygon.extend(triangle);
+            for &(normal, offset) in &planes {
+                clip(&polygon, |p| normal.dot(p) + offset, &mut clipped);
+                std::mem::swap(&mut polygon, &mut clipped);
+            }
+            for p in &polygon {
+                range = [range[0].min(-p.z), range[1].max(-p.z)];
+            }
+        }
+    }
+    (range[0] <= range[1]).then_some(range)
+}
+
+/// False if all points lie within the range of distances.
+fn may_widen(range: [f64; 2], points: &[DVec3]) -> bool {
+    points.iter().any(|p| -p.z < range[0] || -p.z > range[1])
+}
+
+/// The part of a convex polygon where `inside` is not negative (Sutherland, Hodgman 1974).
+fn clip(polygon: &[DVec3], inside: impl Fn(DVec3) -> f64, out: &mut Vec<DVec3>) {
+    out.clear();
+    for (i, &a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        let (da, db) = (inside(a), inside(b));
+        if da >= 0.0 {
+            out.push(a);
+        }
+        if (da >= 0.0) != (db >= 0.0) {
+            out.push(a.lerp(b, da / (da - db)));
+        }
     }
 }
 
@@ -116,4 +172,68 @@ fn is_convex(mesh: &Mesh) -> bool {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         mesh.indices.iter().all(|&i| normal.dot(at(i) - a) <= slack)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, shipped};
+    use crate::view::look_at;
+    use glam::DAffine3;
+
+    fn planes(view: &LightView) -> [f64; 2] {
+        let p = &view.clip_from_view;
+        [p.w_axis.z / p.z_axis.z, p.w_axis.z / (1.0 + p.z_axis.z)]
+    }
+
+    /// A ground of half width 50 at y = 0, a light at height 4 that looks down at 45 degrees, 20 degrees each way.
+    fn ground() -> (Scene, Light) {
+        let positions = vec![[-50.0, 0.0, -50.0], [-50.0, 0.0, 50.0], [50.0, 0.0, 50.0], [50.0, 0.0, -50.0]];
+        let mut mesh = Mesh { positions, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() };
+        mesh.compute_bounds();
+        let instances = vec![Instance { mesh: 0, world_from_object: DAffine3::IDENTITY }];
+        let scene = Scene { meshes: vec![mesh], materials: vec![Material::default()], instances, ..Scene::default() };
+        let light = Light {
+            name: String::new(),
+            world_from_light: look_at(dvec3(0.0, 4.0, 0.0), dvec3(4.0, 0.0, 0.0)),
+            shape: LightShape::Spot { outer: 20f64.to_radians(), size: Some(0.0) },
+            color: [1.0; 3],
+        };
+        (scene, light)
+    }
+
+    #[test]
+    fn a_spot_encloses_what_it_lights() {
+        let (scene, light) = ground();
+        let [near, far] = planes(&light_view(&scene, &light));
+        // The rays 25 and 65 degrees below the horizon meet the ground first and last.
+        let along = |degrees: f64| 4.0 / degrees.to_radians().sin() * 20f64.to_radians().cos();
+        assert!((near / along(65.0) - 1.0).abs() < 2e-3, "{near}, expected {}", along(65.0));
+        assert!((far / along(25.0) - 1.0).abs() < 2e-3, "{far}, expected {}", along(25.0));
+    }
+
+    #[test]
+    fn a_spot_in_the_ground_or_over_nothing_has_planes() {
+        let (scene, mut light) = ground();
+        light.world_from_light = look_at(dvec3(0.0, 0.0, 0.0), dvec3(4.0, -0.1, 0.0));
+        let [near, far] = planes(&light_view(&scene, &light));
+        assert!(near > 0.0 && far.is_finite() && (far / near - 1e3).abs() < 1.0, "{near} {far}");
+        light.world_from_light = look_at(dvec3(0.0, 4.0, 0.0), dvec3(0.0, 9.0, 0.0));
+        let [near, far] = planes(&light_view(&scene, &light));
+        assert!(near > 0.0 && near < far && far.is_finite(), "{near} {far}");
+        let [near, far] = planes(&light_view(&Scene::default(), &light));
+        assert!(near > 0.0 && near < far && far.is_finite(), "{near} {far}");
+    }
+
+    #[test]
+    fn shipped_spots_do_not_waste_their_depth() {
+        for shipped in shipped::ALL {
+            let scene = (shipped.stage)();
+            let view = light_view(&scene, &scene.lights[0]);
+            if !view.is_directional() {
+                let [near, far] = planes(&view);
+                assert!(far < 20.0 * near, "{}: {near} to {far}", shipped.name);
+            }
+        }
+    }
 }
