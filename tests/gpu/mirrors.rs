@@ -19,8 +19,9 @@ struct Agreement {
     ties_differing: usize,
     /// Pixels beyond the tolerance and beyond what rounding explains: errors.
     wrong: usize,
-    /// Largest difference among the pixels that are no ties.
+    /// Largest difference among the pixels that are no ties, and among those that are.
     largest: f64,
+    largest_tie: f64,
 }
 
 fn compare(gpu: &[f32], mirror: &Mirror, tolerance: f64) -> Agreement {
@@ -33,6 +34,7 @@ fn compare(gpu: &[f32], mirror: &Mirror, tolerance: f64) -> Agreement {
         a.ties += usize::from(is_tie);
         if is_tie {
             a.ties_differing += usize::from(difference > tolerance);
+            a.largest_tie = a.largest_tie.max(difference);
         } else {
             a.largest = a.largest.max(difference);
         }
@@ -46,15 +48,17 @@ impl Agreement {
     fn check(&self, what: &str, most_ties: f64) {
         let ties = self.ties as f64 / self.pixels as f64;
         println!(
-            "{what:42} wrong {} of {}, ties {:.3} % (of these differ {}), largest difference {:.1e}",
+            "{what:42} wrong {} of {}, ties {:.3} % (of these differ {}), largest difference {:.1e}, of a tie {:.1e}",
             self.wrong,
             self.pixels,
             100.0 * ties,
             self.ties_differing,
-            self.largest
+            self.largest,
+            self.largest_tie
         );
         assert_eq!(self.wrong, 0, "{what}: {self:?}");
         assert!(ties <= most_ties, "{what}: {:.3} % ties", 100.0 * ties);
+        assert!(self.ties_differing * 100 <= self.pixels, "{what}: {self:?}");
     }
 }
 
@@ -120,7 +124,13 @@ fn pcf_equals_its_mirror_in_both_fetch_modes() {
                 let mirror = pcf::visibility(&Shot::of(host, &renderer, normals).data(), &pcf_settings(width)).unwrap();
                 let from = if normals { "normals" } else { "depth" };
                 let what = format!("pcf {} w{width} {map_size} {from}", scene.name);
-                let most_ties = 1.0;
+                // Any of a wide kernel's many taps makes a tie; few of them come to differ.
+                let most_ties: f64 = match width {
+                    ..=3 => 0.005,
+                    ..=7 => 0.02,
+                    _ => 0.3,
+                };
+                let most_ties = if normals { most_ties } else { most_ties.max(0.05) };
                 compare(&gather, &mirror, 1e-4).check(&format!("{what} gather"), most_ties);
                 compare(&one_by_one, &mirror, 1e-4).check(&format!("{what} loop"), most_ties);
                 // The sums are formed in another order: equal up to their rounding.
@@ -236,7 +246,7 @@ fn planted_differences_are_found() {
         // Another kernel, another bias.
         other.map[middle..middle + 64].copy_from_slice(&shot.map[middle..middle + 64]);
         assert!(compare(&soft, &pcf::visibility(&other.data(), &pcf_settings(5)).unwrap(), 1e-4).wrong > 100);
-        assert!(compare(&hard, &sm::visibility(&other.data(), 1.5, 0.01).unwrap(), 0.5).wrong > 100);
+        assert!(compare(&hard, &sm::visibility(&other.data(), 1.5, 0.5).unwrap(), 0.5).wrong > 100);
 
         // Too few values are refused.
         other.map.pop();
