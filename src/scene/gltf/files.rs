@@ -1,0 +1,146 @@
+//! Buffers and images that a file refers to: inside it, as data URI, or next to it. Nothing outside
+//! the file's own folder is read.
+
+use super::document::Document;
+use super::fault::{Loaded, fault};
+use super::limits;
+use base64::Engine;
+use base64::alphabet;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use percent_encoding::percent_decode_str;
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &alphabet::STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
+
+/// The folder of the scene file, and how much was read from it.
+#[derive(Debug)]
+pub struct Folder {
+    root: Option<PathBuf>,
+    bytes_left: u64,
+}
+
+/// Reads a whole regular file of at most `limit` bytes.
+///
+/// # Errors
+/// The system's reason, or that it is no regular file, or too large.
+pub fn read_whole(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
+    let other = |what: String| Err(std::io::Error::other(what));
+    // Asked before opening: to open a pipe waits for its writer.
+    let about = std::fs::metadata(path)?;
+    if !about.is_file() {
+        return other("is not a regular file".into());
+    }
+    if about.len() > limit {
+        return other(format!("{} bytes are too many: all files of a scene together may have 4 GiB", about.len()));
+    }
+    let mut bytes = Vec::with_capacity(usize::try_from(about.len()).unwrap_or(0));
+    // The file may grow meanwhile.
+    File::open(path)?.take(limit).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+impl Folder {
+    /// The folder that holds `file`, of which `bytes` were read already.
+    pub fn of(file: &Path, bytes: usize) -> Self {
+        let parent = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Self { root: parent.canonicalize().ok(), bytes_left: limits::FILE_BYTES.saturating_sub(bytes as u64) }
+    }
+
+    /// No folder: only what is embedded can be had.
+    pub fn none() -> Self {
+        Self { root: None, bytes_left: 0 }
+    }
+
+    /// What a URI stands for.
+    ///
+    /// # Errors
+    /// The problem in the user's words.
+    pub fn fetch(&mut self, uri: &str) -> Result<Vec<u8>, String> {
+        let scheme = uri.split_once(':').map(|(scheme, rest)| (scheme.to_ascii_lowercase(), rest));
+        match scheme {
+            Some((scheme, rest)) if scheme == "data" => return decode_data(rest),
+            Some((scheme, _)) if scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c)) => {
+                return Err(format!("{}: {ONLY_INSIDE}", shortened(uri)));
+            }
+            _ => {}
+        }
+        let path = self.resolve(uri)?;
+        let bytes = read_whole(&path, self.bytes_left).map_err(|e| format!("{}: {e}", shortened(uri)))?;
+        self.bytes_left -= bytes.len() as u64;
+        Ok(bytes)
+    }
+
+    fn resolve(&self, uri: &str) -> Result<PathBuf, String> {
+        let shown = shortened(uri);
+        let Some(root) = &self.root else {
+            return Err(format!("{shown}: this scene has no folder, so all its data must be inside it"));
+        };
+        let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| format!("{shown}: is not UTF-8"))?;
+        let relative = Path::new(&*decoded);
+        let mut depth = 0;
+        for component in relative.components() {
+            match component {
+                Component::Normal(_) => depth += 1,
+                Component::CurDir => {}
+                Component::ParentDir if depth > 0 => depth -= 1,
+                _ => return Err(format!("{shown}: {ONLY_INSIDE}")),
+            }
+        }
+        let path = root.join(relative).canonicalize().map_err(|e| format!("{shown}: {e}"))?;
+        // A symbolic link can still lead out.
+        if path.starts_with(root) { Ok(path) } else { Err(format!("{shown}: {ONLY_INSIDE}")) }
+    }
+}
+
+const ONLY_INSIDE: &str =
+    "only files inside the scene file's own folder are read; put the file there, or export the scene as one .glb";
+
+/// A URI short enough for a message.
+fn shortened(uri: &str) -> String {
+    let text: String = uri.chars().take(80).collect();
+    let more = if text.len() < uri.len() { "..." } else { "" };
+    format!("\"{}{more}\"", text.escape_debug())
+}
+
+/// The part of a data URI after `data:`.
+fn decode_data(rest: &str) -> Result<Vec<u8>, String> {
+    let (kind, data) = rest.split_once(',').ok_or("data URI without a comma")?;
+    let bytes: Cow<'_, [u8]> = percent_decode_str(data).into();
+    if kind.to_ascii_lowercase().ends_with(";base64") {
+        BASE64.decode(&bytes).map_err(|e| format!("data URI: base64: {e}"))
+    } else {
+        Ok(bytes.into_owned())
+    }
+}
+
+/// The bytes of every buffer, each cut to its `byteLength`.
+pub fn buffers<'a>(document: &Document, bin: Option<&'a [u8]>, folder: &mut Folder) -> Loaded<Vec<Cow<'a, [u8]>>> {
+    let mut all = Vec::with_capacity(document.buffers.len());
+    for (i, buffer) in document.buffers.iter().enumerate() {
+        let mut bytes: Cow<'a, [u8]> = match (&buffer.uri, bin) {
+            (Some(uri), _) => folder.fetch(uri).map_err(|p| fault(format!("buffers[{i}].uri"), p))?.into(),
+            (None, Some(bin)) if i == 0 => bin.into(),
+            (None, _) => {
+                let problem = "is missing, and there is no binary chunk for it; export the scene as one .glb";
+                return Err(fault(format!("buffers[{i}].uri"), problem));
+            }
+        };
+        let (length, have) = (buffer.byte_length.0, bytes.len());
+        let Some(length) = usize::try_from(length).ok().filter(|&l| l <= have) else {
+            let problem = format!("is {length}, but only {have} bytes are there: the data is cut short");
+            return Err(fault(format!("buffers[{i}].byteLength"), problem));
+        };
+        match &mut bytes {
+            Cow::Borrowed(b) => *b = &b[..length],
+            Cow::Owned(b) => b.truncate(length),
+        }
+        all.push(bytes);
+    }
+    Ok(all)
+}
