@@ -1,0 +1,74 @@
+//! The fitted camera and light.
+
+use super::builder::assert_sound;
+use edgeshade::scene::{Bounds, Instance, LightShape, Mesh, Scene, fit};
+use glam::{DAffine3, DVec3, dvec3};
+
+/// A scene whose bounds are the given box.
+fn boxed(min: DVec3, max: DVec3) -> Scene {
+    let mesh = Mesh { bounds: Bounds { min: DVec3::ZERO, max: max - min }, ..Mesh::default() };
+    let instance = Instance { mesh: 0, world_from_object: DAffine3::from_translation(min) };
+    Scene { meshes: vec![mesh], instances: vec![instance], ..Scene::default() }
+}
+
+#[track_caller]
+fn check(scene: &Scene) {
+    let (camera, light) = (fit::camera(scene), fit::light(scene));
+    let bounds = if scene.bounds().is_empty() { Bounds { min: DVec3::ZERO, max: DVec3::ZERO } } else { scene.bounds() };
+    assert_sound(&Scene { cameras: vec![camera.clone()], lights: vec![light.clone()], ..Scene::default() });
+    for size in [[256, 256], [1280, 720]] {
+        let view = camera.view(size);
+        let mut inside = false;
+        for corner in bounds.corners() {
+            let clip = view.clip_from_view * view.world_from_view.inverse().transform_point3(corner).extend(1.0);
+            let ndc = clip.truncate() / clip.w;
+            // In front of the near plane, and inside the picture.
+            assert!(clip.w > 0.0 && ndc.x.abs() < 1.0 && ndc.y.abs() < 1.0 && ndc.z > 0.0 && ndc.z < 1.0, "{ndc}");
+            inside |= ndc.truncate().abs().max_element() > 0.5;
+        }
+        // Not a dot in the middle of the picture either.
+        assert!(inside || bounds.radius() == 0.0);
+    }
+    let LightShape::Directional { angle: None } = light.shape else { panic!("{light:?}") };
+    for corner in bounds.corners() {
+        assert!(light.world_from_light.inverse().transform_point3(corner).z < 0.0, "{light:?}");
+    }
+    let direction = light.world_from_light.matrix3.z_axis;
+    assert!(direction.y > 0.5, "the sun shines from above: {direction}");
+}
+
+#[test]
+fn boxes_of_every_size_and_place() {
+    for scale in [1e-6, 1e-3, 1.0, 1e6] {
+        for offset in [DVec3::ZERO, dvec3(1e6, -1e6, 1e6), dvec3(0.0, 0.0, -3.0)] {
+            for shape in [
+                dvec3(1.0, 1.0, 1.0),
+                dvec3(1.0, 0.0, 1.0),
+                dvec3(0.0, 1.0, 1.0),
+                dvec3(1.0, 1.0, 0.0),
+                dvec3(100.0, 1.0, 1.0),
+                dvec3(1.0, 100.0, 1.0),
+                dvec3(1.0, 1.0, 100.0),
+                dvec3(0.0, 1.0, 0.0),
+            ] {
+                check(&boxed(offset, offset + shape * scale));
+            }
+        }
+    }
+}
+
+#[test]
+fn empty_scenes_and_points() {
+    check(&Scene::default());
+    for at in [DVec3::ZERO, dvec3(3.0, 2.0, 1.0), dvec3(1e6, 0.0, 0.0), dvec3(0.0, 1e18, 0.0)] {
+        check(&boxed(at, at));
+    }
+}
+
+#[test]
+fn the_whole_is_scaled_with_the_scene() {
+    let (one, million) = (boxed(DVec3::ZERO, DVec3::ONE), boxed(DVec3::ZERO, DVec3::splat(1e6)));
+    let (a, b) = (fit::camera(&one), fit::camera(&million));
+    let (a, b) = (a.world_from_camera.translation, b.world_from_camera.translation);
+    assert!((a * 1e6).abs_diff_eq(b, 1e-6), "{a} {b}");
+}

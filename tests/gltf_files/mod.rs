@@ -1,0 +1,13 @@
+//! Tests of the loader, one module a part; `builder` makes the files.
+
+mod bad;
+mod builder;
+mod fit;
+mod fuzz;
+mod geometry;
+mod hierarchy;
+mod outside;
+mod poses;
+mod speed;
+mod surfaces;
+mod views;
