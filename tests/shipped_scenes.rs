@@ -195,7 +195,7 @@ impl<'a> Glb<'a> {
             return Err("header".into());
         }
         let length = word(12);
-        if &bytes[16..20] != b"JSON" || length % 4 != 0 || &bytes[24 + length..28 + length] != b"BIN\0" {
+        if &bytes[16..20] != b"JSON" || !length.is_multiple_of(4) || &bytes[24 + length..28 + length] != b"BIN\0" {
             return Err("chunks".into());
         }
         let json: Value = serde_json::from_slice(&bytes[20..20 + length]).map_err(|e| e.to_string())?;
@@ -212,7 +212,7 @@ impl<'a> Glb<'a> {
         let view = &self.json["bufferViews"][index];
         let start = view["byteOffset"].as_u64().unwrap_or(0) as usize;
         let length = view["byteLength"].as_u64().ok_or("view without length")? as usize;
-        if start % 4 != 0 {
+        if !start.is_multiple_of(4) {
             return Err(format!("view {index} starts at {start}"));
         }
         self.bin.get(start..start + length).ok_or_else(|| format!("view {index} leaves the buffer"))
@@ -287,7 +287,7 @@ impl<'a> Glb<'a> {
         let normals = to_points(self.accessor(&attributes["NORMAL"])?);
         let indices: Vec<usize> = self.accessor(&primitive["indices"])?.iter().map(|r| r[0] as usize).collect();
         let declared = &self.json["accessors"][attributes["POSITION"].as_u64().unwrap() as usize];
-        if positions.len() != normals.len() || indices.is_empty() || indices.len() % 3 != 0 {
+        if positions.len() != normals.len() || indices.is_empty() || !indices.len().is_multiple_of(3) {
             return Err("vertex or index count".into());
         }
         if let Some(bad) = indices.iter().find(|&&i| i >= positions.len()) {
