@@ -2,7 +2,7 @@
 
 use super::cull::DrawList;
 use super::{CasterOptions, GBuffer, GpuScene, Light, Scene, Shade, ShadeOptions, ShadowMap, light_view};
-use crate::gpu::Image;
+use crate::gpu::{Image, ImageDesc};
 use crate::host::Host;
 use crate::technique::{self, OutputFormat, Params, Setup, Technique};
 use crate::timing::{FrameTiming, Timings};
@@ -136,6 +136,38 @@ impl<'h> Renderer<'h> {
         })?;
         self.map_is_current = true;
         Ok(self.timings.poll().pop().unwrap_or_default())
+    }
+
+    /// Draws the G-buffer and shades it with a visibility from elsewhere, row by row, instead of a technique's.
+    /// Then [`Renderer::picture`] and [`Renderer::gbuffer`] are of this frame.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if there is not one value a pixel.
+    pub fn shade_with(&mut self, visibility: &[f32]) -> Result<()> {
+        let [width, height] = self.desc.size;
+        if visibility.len() as u64 != u64::from(width) * u64::from(height) {
+            return Err(Error::Usage(format!("{} values of visibility for {width}x{height} pixels", visibility.len())));
+        }
+        let format = OutputFormat::R32.format();
+        let desc = ImageDesc::storage("given visibility", format, self.desc.size);
+        let given = self.host.upload_image(&desc, bytemuck::cast_slice(visibility))?;
+        let context = self.host.context();
+        self.host.run(|cmd| {
+            // SAFETY: as in `frame`; `given` lives until the work is done.
+            let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
+            self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
+            let inputs = Inputs {
+                camera: &self.camera,
+                depth: self.gbuffer.depth.as_ref(),
+                normal: None,
+                shadow_map: self.map.image().as_ref(),
+                light: std::slice::from_ref(&self.light),
+                light_version: None,
+            };
+            self.shade.record(&mut frame, &inputs, &self.gbuffer, &given.as_ref())?;
+            frame.finish(None);
+            Ok(())
+        })
     }
 
     /// The light's view, as fitted to the scene.
