@@ -52,13 +52,9 @@ fn all() -> String {
 fn detail(info: &Info) -> String {
     let Info { id, title, paper, summary, .. } = info;
     let mut text = format!("{id}: {title} ({paper}), {}\n{summary}\n", kind(info));
-    if info.params.is_empty() {
-        return text;
-    }
-    let mut table = Table::new(["parameter", "range", "default", "unit", "meaning"]);
     for p in info.params {
-        table.row([p.name, &p.range(), &p.show(p.default), p.unit, p.help]);
+        let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
+        text += &format!("\n  {}={}    {}{unit}\n      {}\n", p.name, p.show(p.default), p.range(), p.help);
     }
-    text += &format!("\n{table}");
     text
 }

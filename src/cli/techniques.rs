@@ -44,7 +44,7 @@ pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
                 None if item.contains('=') => ("", Some(item)),
                 None => (item, None),
             };
-            if id.is_empty() && !goes_on {
+            if id.is_empty() && (!goes_on || !item.contains('=') || item.starts_with(':')) {
                 return usage(format!("-t {text}: {item:?} names no technique; it is ID or ID:name=value,name=value"));
             }
             if !id.is_empty() {
@@ -96,8 +96,19 @@ mod tests {
 
     #[test]
     fn wrong_ones_are_refused() {
-        for bad in ["", ",", "width=7", "pcf:", "pcf:width", "pcf:width=8", "sm,", "all:width=7", "all,width=7", "nope"]
-        {
+        for bad in [
+            "",
+            ",",
+            "width=7",
+            "pcf:",
+            "pcf:width",
+            "pcf:width=8",
+            "sm,",
+            "sm,:a=1",
+            "all:width=7",
+            "all,width=7",
+            "nope",
+        ] {
             assert!(parse(&[bad.into()], None).is_err(), "{bad:?}");
         }
     }

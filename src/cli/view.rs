@@ -85,7 +85,10 @@ impl Shot {
         };
         let distances: Vec<f32> = host.read_values(image)?.into_iter().map(distance).collect();
         let size = image.extent();
-        Ok(Self { size, look: Look::Color(by_distance(&distances, size)), channels: vec![("Z", distances)] })
+        // Perspective spreads distances over orders of magnitude, a parallel view does not.
+        let logarithmic = clip_from_view.row(3).z != 0.0;
+        let picture = by_distance(&distances, size, logarithmic);
+        Ok(Self { size, look: Look::Color(picture), channels: vec![("Z", distances)] })
     }
 
     /// Octahedral world-space normals; where `depth` holds nothing there is no normal.
@@ -142,19 +145,16 @@ pub fn box_filter(source: &Picture, factor: u32) -> Picture {
     Picture { size, rgb }
 }
 
-/// Grey by the logarithm of the distance: the nearest is bright, the farthest dark, nothing is black.
-fn by_distance(distances: &[f32], size: [u32; 2]) -> Picture {
-    let finite = || distances.iter().copied().filter(|d| d.is_finite());
+/// Grey by the distance, or its logarithm: the nearest is bright, the farthest dark, nothing is black.
+fn by_distance(distances: &[f32], size: [u32; 2], logarithmic: bool) -> Picture {
+    let scale = |d: f32| if logarithmic { d.max(f32::MIN_POSITIVE).ln() } else { d };
+    let finite = || distances.iter().filter(|d| d.is_finite()).map(|&d| scale(d));
     let (low, high) = finite().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
-    // A shadow map's distances may be tiny or, of a parallel view, negative: what counts is the range.
-    let shift = if low > 0.0 { 0.0 } else { (high - low) * 1e-2 - low };
-    let log = |d: f32| (d + shift).ln();
-    let span = log(high) - log(low);
     let code = |&d: &f32| {
         if !d.is_finite() {
             return [0; 3];
         }
-        let t = if span > 0.0 { (log(d) - log(low)) / span } else { 0.0 };
+        let t = if high > low { (scale(d) - low) / (high - low) } else { 0.0 };
         [(255.0 - 215.0 * t).round() as u8; 3]
     };
     Picture { size, rgb: distances.iter().map(code).collect() }
@@ -232,9 +232,13 @@ mod tests {
 
     #[test]
     fn near_is_bright_and_nothing_is_black() {
-        let p = by_distance(&[1.0, 10.0, 100.0, f32::INFINITY], [4, 1]);
-        assert_eq!(p.rgb.iter().map(|c| c[0]).collect::<Vec<_>>(), [255, 148, 40, 0]);
-        assert_eq!(by_distance(&[f32::INFINITY], [1, 1]).rgb, [[0; 3]]);
-        assert_eq!(by_distance(&[-3.0, -3.0], [2, 1]).rgb, [[255; 3]; 2]);
+        let grey = |distances: &[f32], logarithmic| {
+            let size = [distances.len() as u32, 1];
+            by_distance(distances, size, logarithmic).rgb.into_iter().map(|c| c[0]).collect::<Vec<_>>()
+        };
+        assert_eq!(grey(&[1.0, 10.0, 100.0, f32::INFINITY], true), [255, 148, 40, 0]);
+        assert_eq!(grey(&[-1.0, 0.0, 1.0, f32::INFINITY], false), [255, 148, 40, 0]);
+        assert_eq!(grey(&[f32::INFINITY], true), [0]);
+        assert_eq!(grey(&[-3.0, -3.0], false), [255, 255]);
     }
 }
