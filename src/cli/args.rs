@@ -28,7 +28,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "LIGHT", allow_hyphen_values = true)]
     pub light: Option<String>,
     /// Size of the light: full width of a spot's square in world units, full angle of a sun in degrees; 0 for hard shadows
-    #[arg(long, value_name = "W")]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub light_size: Option<f64>,
     /// Which faces are drawn into the shadow map
     #[arg(long, value_name = "both|front|back", default_value = "both", value_parser = faces)]

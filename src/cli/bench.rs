@@ -19,16 +19,17 @@ use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
 #[command(after_help = "Suites:
-  techniques   every real-time technique at its defaults on every shipped scene, shadow map 1024
-  map-sizes    every real-time technique on the default scene, shadow maps of 512 to 4096
-  pcf          widths 3, 7, 15 and 31, by loop and gather, with and without skipping
+  techniques   every real-time technique at its defaults on every shipped scene
+  map-sizes    every real-time technique, shadow maps of 512 to 4096 texels
+  pcf          widths 3, 7, 15, 31, loop and gather, with and without skipping
 
 Examples:
-  edgeshade bench                                    everything, into results/
-  edgeshade bench --suite pcf --frames 40 -o out     one suite, more frames
+  edgeshade bench                    everything, into results/
+  edgeshade bench --suite pcf --frames 40 -o out
 
-A suite becomes <suite>-<device>.json and .md. Within a group of variants, a frame of each is drawn in turn; times are
-medians over the frames, ratios medians over the turns.")]
+A suite becomes <suite>-<device>.json and .md. Within a group of variants a
+frame of each is drawn in turn; times are medians over the frames, ratios
+medians over the turns.")]
 pub struct Args {
     /// The suite, or `all`
     #[arg(long, value_name = "NAME", default_value = "all")]

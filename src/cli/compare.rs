@@ -23,24 +23,32 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(clap::Args)]
-#[command(
-    after_help = "Figures, over the pixels that can be judged (a surface that faces the light, inside its frustum):
-  rmse, mae     error of the visibility              over, under  too dark, too light; their sum is mae
-  ssim          structural similarity, 1 is equal    flip         perceived difference of the lit pictures
-  mismatch      pixels that take the wrong side      edge px      how far the shadow boundary is off; + is too large
-  gpu ms        the technique's own passes, without shadow map, G-buffer and shading; median over the frames
+#[command(after_help = "Figures, over the pixels that can be judged (a surface that faces the light,
+inside its frustum, the same triangle for rasteriser and ray tracer):
+  rmse, mae     error of the visibility
+  over, under   too dark, too light; their sum is mae
+  ssim          structural similarity, 1 is equal
+  flip          perceived difference of the lit pictures, 0 is equal
+  mismatch      share of the pixels on the wrong side of one half
+  edge px       how far the shadow boundary is off; + is too large a shadow
+  gpu ms        the technique's own passes, without shadow map, G-buffer and
+                shading; median over the frames
   MiB           device memory of the technique
 
 Examples:
-  edgeshade compare                                     all real-time techniques on the default scene
-  edgeshade compare jenga -t sm,pcf -o out              table.txt, sheet.png and results.json in out/
-  edgeshade compare knot -t pcf:width=3,skip=off,pcf:width=7 --shadow-map 512,1024,2048
-  edgeshade compare fence --light-size 0                against hard shadows
-  edgeshade compare drum -t pcf,ray-traced              a second truth from other samples: the noise floor
-  edgeshade compare robot --reference truth.exr         against a file of visibilities
+  edgeshade compare                  all real-time techniques, default scene
+  edgeshade compare jenga -t sm,pcf -o out
+                                     table.txt, sheet.png, results.json in out/
+  edgeshade compare knot -t pcf,pcf:width=7,skip=off --shadow-map 512,2048
+  edgeshade compare fence --light-size 0
+                                     against hard shadows
+  edgeshade compare drum -t pcf,ray-traced
+                                     a second truth: the noise floor
+  edgeshade compare robot --reference truth.exr
+                                     against a file of visibilities
 
-Traced truths are kept (see --cache): the next comparison of the same view starts at once."
-)]
+Traced truths are kept (see --cache): the next comparison of the same view
+starts at once.")]
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,

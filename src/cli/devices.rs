@@ -5,8 +5,10 @@ use edgeshade::host;
 use edgeshade::table::Table;
 
 #[derive(clap::Args)]
-#[command(after_help = "Example:
-  edgeshade render --device 1       takes the device with that number; a part of its name does, too")]
+#[command(after_help = "Examples:
+  edgeshade devices --json
+  edgeshade render --device 1        takes the device with that number;
+                                     a part of its name does, too")]
 pub struct Args {
     /// Write JSON to standard output
     #[arg(long)]

@@ -27,10 +27,13 @@ use std::time::Instant;
     version,
     about = "Real-time shadows on Vulkan: render them, measure them against ray-traced truth, time every pass",
     after_help = "Examples:
-  edgeshade render                              the default scene to shadow.png, with the time of every pass
-  edgeshade render fence -t sm -o fence.png     another scene, another technique
-  edgeshade compare jenga -t sm,pcf -o out      figures against the truth, and a contact sheet in out/
-  edgeshade list pcf                            what can be set on a technique
+  edgeshade render                   the default scene to shadow.png, and the
+                                     time of every pass
+  edgeshade render fence -t sm -o fence.png
+  edgeshade compare jenga -t sm,pcf -o out
+                                     figures against the truth, and a contact
+                                     sheet in out/
+  edgeshade list pcf                 what can be set on a technique
 
 Every subcommand explains itself: edgeshade render --help.
 Exit status: 0 fine, 1 the work failed, 2 wrong usage."

@@ -22,21 +22,28 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 #[command(after_help = "Views:
-  shaded      the lit picture                        visibility  1 lit, 0 in shadow: linear grey, 16 bits
-  depth       distance of what the camera sees       shadow-map  distance of what the light sees; near is bright
-  normal      geometric normals                      albedo      base colour
-  error       visibility less the ray-traced truth: red is too dark, blue too light
-  and the intermediate images of the technique, if it has some.
-An .exr file holds plain floats instead: distances in world units, normals, signed errors, visibility.
+  shaded        the lit picture
+  visibility    1 lit, 0 in shadow: linear grey, 16 bits
+  depth         distance of what the camera sees; near is bright
+  shadow-map    distance of what the light sees; near is bright
+  normal        geometric normals
+  albedo        base colour
+  error         visibility less the ray-traced truth: red is too dark, blue too
+                light
+and the intermediate images of the technique, if it has some. An .exr file
+holds plain floats: distances in world units, normals, errors, visibility.
 
 Examples:
-  edgeshade render                                        the default scene to shadow.png
+  edgeshade render                   the default scene to shadow.png
   edgeshade render knot -t pcf --set width=7 --set skip=off -o knot.png
-  edgeshade render model.glb --light sun:120,35 --camera 3,2,4:0,0.5,0 --size 1920x1080
-  edgeshade render fence --view error -o error.png        where the shadow is wrong
-  edgeshade render jenga --frames 50 --json -             times of 50 frames, as JSON
+  edgeshade render model.glb --light sun:120,35 --camera 3,2,4:0,0.5,0
+  edgeshade render fence --view error -o error.png
+                                     where the shadow is wrong
+  edgeshade render jenga --frames 50 --json -
+                                     times of 50 frames, as JSON
 
-Times are of the GPU, median over the frames after a first one that is not counted.")]
+Times are of the GPU: medians over the frames, after a first one that is not
+counted.")]
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
