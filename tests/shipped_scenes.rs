@@ -21,7 +21,11 @@ fn committed_files_are_what_the_generator_makes() {
     for scene in shipped::ALL {
         let fresh = scene.generate();
         let file = std::fs::read(assets.join(scene.name).with_extension("glb")).unwrap();
-        assert!(file == fresh, "assets/{0}.glb is not what the generator makes: set {BLESS}=1 to rewrite it", scene.name);
+        assert!(
+            file == fresh,
+            "assets/{0}.glb is not what the generator makes: set {BLESS}=1 to rewrite it",
+            scene.name
+        );
         assert!(fresh == scene.generate(), "{}: two runs differ", scene.name);
         total += file.len();
         if std::env::var_os(BLESS).is_none() {
@@ -196,7 +200,8 @@ impl<'a> Glb<'a> {
         }
         let json: Value = serde_json::from_slice(&bytes[20..20 + length]).map_err(|e| e.to_string())?;
         let bin = &bytes[28 + length..];
-        if bin.len() != word(20 + length) || bin.len().abs_diff(json["buffers"][0]["byteLength"].as_u64().unwrap() as usize) > 3
+        if bin.len() != word(20 + length)
+            || bin.len().abs_diff(json["buffers"][0]["byteLength"].as_u64().unwrap() as usize) > 3
         {
             return Err("binary chunk".into());
         }
@@ -234,7 +239,8 @@ impl<'a> Glb<'a> {
             5126 => (4, 1.0),
             other => return Err(format!("component type {other}")),
         };
-        let stride = self.json["bufferViews"][view_index]["byteStride"].as_u64().map_or(columns * width, |s| s as usize);
+        let stride =
+            self.json["bufferViews"][view_index]["byteStride"].as_u64().map_or(columns * width, |s| s as usize);
         let one = |at: usize| -> Option<f64> {
             let b = bytes.get(at..at + width)?;
             let x = match kind {
