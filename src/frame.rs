@@ -296,8 +296,9 @@ impl<'a> Frame<'a> {
         while self.groups > 0 {
             self.end_group();
         }
-        if self.timings.as_ref().is_some_and(|t| t.has_counters()) {
+        if let Some(timings) = self.timings.as_ref().filter(|t| t.has_counters()) {
             self.memory_barrier(&TO_HOST);
+            timings.end_counters(self.cmd);
         }
         let Some(image) = output else { return };
         let barrier = self

@@ -27,12 +27,23 @@ pub struct SceneArgs {
     /// Size of the light: full width of a spot's square in world units, full angle of a sun in degrees; 0 for hard shadows
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub light_size: Option<f64>,
+    /// A floor under the scene to throw shadows on; `auto`: where a file has neither camera nor light
+    #[arg(long, value_name = "auto|on|off", default_value = "auto", value_parser = ground)]
+    pub ground: Ground,
     /// Which faces are drawn into the shadow map
     #[arg(long, value_name = "both|front|back", default_value = "both", value_parser = faces)]
     pub caster_faces: CasterFaces,
     /// Depth bias of the casters: constant and slope factor, as of vkCmdSetDepthBias
     #[arg(long, value_name = "C,S", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
     pub caster_bias: [f32; 2],
+}
+
+/// When a floor is laid.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Ground {
+    Auto,
+    On,
+    Off,
 }
 
 impl SceneArgs {
@@ -99,6 +110,15 @@ fn pair(text: &str) -> Result<[f32; 2], String> {
     match numbers(text).as_deref() {
         Some([a, b]) => Ok([*a as f32, *b as f32]),
         _ => Err("two numbers with a comma between are needed, such as 1,2".into()),
+    }
+}
+
+fn ground(text: &str) -> Result<Ground, String> {
+    match text {
+        "auto" => Ok(Ground::Auto),
+        "on" => Ok(Ground::On),
+        "off" => Ok(Ground::Off),
+        _ => Err("it is one of auto, on, off".into()),
     }
 }
 

@@ -1,6 +1,6 @@
 //! From the arguments to a scene with one camera and one light.
 
-use super::args::{SceneArgs, numbers, usage};
+use super::args::{Ground, SceneArgs, numbers, usage};
 use super::console;
 use edgeshade::scene::{
     Camera, Light, LightShape, Projection, Scene, fit, load_bytes, load_scene,
@@ -31,11 +31,15 @@ impl Stage {
         Self::of(scene, args, size)
     }
 
-    fn of(scene: Scene, args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
-        let camera = camera(&scene, args.camera.as_deref())?.view(size);
+    fn of(mut scene: Scene, args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
+        let camera = camera(&scene, size, args.camera.as_deref())?.view(size);
         let mut light = light(&scene, args.light.as_deref())?;
         if let Some(size) = args.light_size {
             resize(&mut light, size)?;
+        }
+        let is_lone = scene.cameras.is_empty() && scene.lights.is_empty();
+        if args.ground == Ground::On || args.ground == Ground::Auto && is_lone {
+            fit::add_ground(&mut scene);
         }
         Ok(Self { scene, camera, light })
     }
@@ -43,7 +47,7 @@ impl Stage {
     /// A shipped scene as its file has it.
     pub fn shipped(shipped: &Shipped, size: [u32; 2]) -> Result<Self> {
         let scene = load_bytes(shipped.name, shipped.bytes)?;
-        let camera = camera(&scene, None)?.view(size);
+        let camera = camera(&scene, size, None)?.view(size);
         let light = light(&scene, None)?;
         Ok(Self { scene, camera, light })
     }
@@ -104,8 +108,8 @@ fn point(text: &str) -> Option<DVec3> {
     }
 }
 
-fn camera(scene: &Scene, text: Option<&str>) -> Result<Camera> {
-    let usual = || scene.cameras.first().cloned().unwrap_or_else(|| fit::camera(scene));
+fn camera(scene: &Scene, size: [u32; 2], text: Option<&str>) -> Result<Camera> {
+    let usual = || scene.cameras.first().cloned().unwrap_or_else(|| fit::camera(scene, size));
     let Some(text) = text else { return Ok(usual()) };
     let Some((eye, target)) = text.split_once(':').and_then(|(a, b)| Some((point(a)?, point(b)?))) else {
         return pick("camera", &scene.cameras, |c| &c.name, text).cloned();

@@ -17,12 +17,12 @@ pub const INFO: Info = Info {
     summary: "Averages the tests of w x w texels with bilinear weights: a soft edge w texels wide, on the receiver's plane.",
     params: &[
         Param::odd("width", 1, 63, 3, "texels", "width of the kernel"),
-        Param { default: 0.5, ..sm::NORMAL_OFFSET },
+        Param { default: 0.25, ..sm::NORMAL_OFFSET },
         Param::float(
             "depth_bias",
             0.0,
             16.0,
-            0.1,
+            0.5,
             "texel slopes",
             "taken off the receiver's depth on top, in slopes of its plane a texel",
         ),

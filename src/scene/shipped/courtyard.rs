@@ -151,13 +151,23 @@ fn arcade(stage: &mut Stage, m: &Palette) {
 }
 
 fn column() -> MeshBuilder {
-    let mut profile = vec![(0.0, 0.12), (0.22, 0.12), (0.235, 0.15), (0.235, 0.18), (0.21, 0.21), (0.185, 0.22), (0.185, 0.25)];
+    let mut profile =
+        vec![(0.0, 0.12), (0.22, 0.12), (0.235, 0.15), (0.235, 0.18), (0.21, 0.21), (0.185, 0.22), (0.185, 0.25)];
     // The shaft swells a little below the middle.
     profile.extend((0..=10).map(|i| {
         let t = i as f64 / 10.0;
         (0.172 - 0.03 * t + 0.012 * sin(PI * t), 0.27 + 1.63 * t)
     }));
-    profile.extend([(0.165, 1.92), (0.175, 1.94), (0.165, 1.97), (0.15, 1.98), (0.16, 2.02), (0.2, 2.1), (0.235, 2.14), (0.0, 2.14)]);
+    profile.extend([
+        (0.165, 1.92),
+        (0.175, 1.94),
+        (0.165, 1.97),
+        (0.15, 1.98),
+        (0.16, 2.02),
+        (0.2, 2.1),
+        (0.235, 2.14),
+        (0.0, 2.14),
+    ]);
     let mut out = lathe(&profile, 36);
     out.add(&block(0.52, 0.13, 0.52, 0.02), at(0.0, 0.065, 0.0));
     out.add(&block(0.52, 0.09, 0.52, 0.02), at(0.0, 2.18, 0.0));
@@ -173,7 +183,10 @@ fn lantern() -> MeshBuilder {
         let turn = if i % 2 == 0 { 0.0 } else { 0.5 * PI };
         out.add(&torus(0.022, 0.005, 12, 6), at(0.0, -0.02 - 0.04 * i as f64, 0.0) * rot_y(turn) * rot_x(0.5 * PI));
     }
-    out.add(&lathe(&[(0.0, -0.42), (0.13, -0.42), (0.135, -0.4), (0.05, -0.31), (0.02, -0.29), (0.0, -0.28)], 24), here);
+    out.add(
+        &lathe(&[(0.0, -0.42), (0.13, -0.42), (0.135, -0.4), (0.05, -0.31), (0.02, -0.29), (0.0, -0.28)], 24),
+        here,
+    );
     out.add(&lathe(&[(0.0, -0.72), (0.03, -0.72), (0.085, -0.68), (0.09, -0.66), (0.0, -0.66)], 24), here);
     for k in 0..6 {
         let (c, s) = circle(TAU * k as f64 / 6.0);
@@ -186,9 +199,9 @@ fn lantern() -> MeshBuilder {
 fn house(stage: &mut Stage, m: &Palette) {
     let length = ARCADE_END + 2.4 - GATE_Z;
     let z = ARCADE_END + 2.4 - 0.5 * length;
-    stage.add("house", &block(0.5, 6.2, length, 0.03).moved(at(HOUSE_X + 0.25, 3.0, z)).map_uv(masonry), m.house);
+    stage.add("house", &block(0.5, 6.1, length, 0.03).moved(at(HOUSE_X + 0.25, 3.05, z)).map_uv(masonry), m.house);
     let mut trim = MeshBuilder::new();
-    trim.add(&block(0.1, 0.5, length, 0.02), at(HOUSE_X - 0.02, 0.23, z));
+    trim.add(&block(0.1, 0.48, length, 0.02), at(HOUSE_X - 0.02, 0.24, z));
     trim.add(&block(0.2, 0.12, length, 0.03), at(HOUSE_X - 0.02, 5.86, z));
     // Doors below, windows above; shutters stand open.
     let mut panes = MeshBuilder::new();
@@ -282,15 +295,30 @@ fn gallery(stage: &mut Stage, m: &Palette) {
 
     let baluster = lathe(
         &[
-            (0.0, 0.0), (0.05, 0.0), (0.05, 0.05), (0.03, 0.07), (0.026, 0.1), (0.05, 0.2), (0.058, 0.27), (0.05, 0.35),
-            (0.028, 0.48), (0.022, 0.6), (0.028, 0.68), (0.045, 0.7), (0.045, 0.76), (0.0, 0.76),
+            (0.0, 0.0),
+            (0.05, 0.0),
+            (0.05, 0.05),
+            (0.03, 0.07),
+            (0.026, 0.1),
+            (0.05, 0.2),
+            (0.058, 0.27),
+            (0.05, 0.35),
+            (0.028, 0.48),
+            (0.022, 0.6),
+            (0.028, 0.68),
+            (0.045, 0.7),
+            (0.045, 0.76),
+            (0.0, 0.76),
         ],
         14,
     );
     let baluster = stage.mesh("baluster", &baluster.map_uv(|p, n| dvec2(n.x + n.z, -p.y) * 0.3), m.stone);
     for i in 0..steps {
         let y = rise * (i as f64 + 1.0);
-        stage.place(baluster, at(rail_x, y, start - run * (i as f64 + 0.5)) * DAffine3::from_scale(dvec3(1.0, 1.07, 1.0)));
+        stage.place(
+            baluster,
+            at(rail_x, y, start - run * (i as f64 + 0.5)) * DAffine3::from_scale(dvec3(1.0, 1.07, 1.0)),
+        );
     }
     let count = (length / 0.24) as usize;
     for i in 1..count {
@@ -300,9 +328,9 @@ fn gallery(stage: &mut Stage, m: &Palette) {
 
 fn gate(stage: &mut Stage, m: &Palette) {
     let open = 1.35;
-    let mut outline = vec![dvec2(-7.0, -0.05), dvec2(-open, -0.05)];
+    let mut outline = vec![dvec2(-7.0, 0.0), dvec2(-open, 0.0)];
     outline.extend(arch(open, 32));
-    outline.extend([dvec2(open, -0.05), dvec2(4.2, -0.05), dvec2(4.2, 5.6), dvec2(-7.0, 5.6)]);
+    outline.extend([dvec2(open, 0.0), dvec2(4.2, 0.0), dvec2(4.2, 5.6), dvec2(-7.0, 5.6)]);
     let wall = plate(&outline, 0.6, 0.02).moved(at(0.0, 0.0, GATE_Z)).map_uv(masonry);
     stage.add("gate wall", &wall, m.plaster);
     let mut ring: Vec<DVec2> = arch(open - 0.03, 32).collect();
@@ -312,7 +340,10 @@ fn gate(stage: &mut Stage, m: &Palette) {
         stone.add(&block(0.29, SPRING, 0.74, 0.03), at(s * (open + 0.115), 0.5 * SPRING, 0.0));
         stone.add(&block(0.4, 0.12, 0.84, 0.03), at(s * (open + 0.115), SPRING - 0.04, 0.0));
     }
-    stone.add(&plate(&[dvec2(-0.13, 0.0), dvec2(0.13, 0.0), dvec2(0.2, 0.46), dvec2(-0.2, 0.46)], 0.86, 0.03), at(0.0, SPRING + open - 0.06, 0.0));
+    stone.add(
+        &plate(&[dvec2(-0.13, 0.0), dvec2(0.13, 0.0), dvec2(0.2, 0.46), dvec2(-0.2, 0.46)], 0.86, 0.03),
+        at(0.0, SPRING + open - 0.06, 0.0),
+    );
     stone.add(&block(11.4, 0.14, 0.8, 0.03), at(-1.4, 5.62, 0.0));
     stage.add("gate stone", &stone.moved(at(0.0, 0.0, GATE_Z)).map_uv(masonry), m.stone);
     // An iron gate, half open.
@@ -335,12 +366,14 @@ fn gate(stage: &mut Stage, m: &Palette) {
 /// Beams and slats across the passage, with a vine on them.
 fn pergola(stage: &mut Stage, m: &Palette, rng: &mut Rng) {
     let (near, far) = (-9.2, -14.6);
-    let beam = stage.mesh("beam", &block(6.6, 0.18, 0.14, 0.02).map_uv(|p, _| dvec2(p.x * 0.5, 0.5 * (p.y + p.z))), m.wood);
+    let beam =
+        stage.mesh("beam", &block(6.6, 0.18, 0.14, 0.02).map_uv(|p, _| dvec2(p.x * 0.5, 0.5 * (p.y + p.z))), m.wood);
     for i in 0..5 {
         let z = near + (far - near) * i as f64 / 4.0;
         stage.place(beam, at(-0.55, 4.46, z));
     }
-    let slat = stage.mesh("slat", &block(0.06, 0.09, 6.2, 0.01).map_uv(|p, _| dvec2(p.z * 0.5, 0.5 * (p.y + p.x))), m.wood);
+    let slat =
+        stage.mesh("slat", &block(0.06, 0.09, 6.2, 0.01).map_uv(|p, _| dvec2(p.z * 0.5, 0.5 * (p.y + p.x))), m.wood);
     for i in 0..17 {
         stage.place(slat, at(-3.4 + 0.36 * i as f64, 4.59, 0.5 * (near + far)));
     }
@@ -356,7 +389,7 @@ fn pergola(stage: &mut Stage, m: &Palette, rng: &mut Rng) {
             .map(|i| {
                 let t = i as f64 / 60.0;
                 let (c, s) = circle(5.0 * TAU * t * side);
-                dvec3(2.25 + 0.13 * c, 4.5 * t, z + 0.13 * s)
+                dvec3(2.25 + 0.13 * c, 0.03 + 4.47 * t, z + 0.13 * s)
             })
             .collect();
         stem.add(&tube(&path, |t| 0.03 - 0.012 * t, 8), DAffine3::IDENTITY);
@@ -377,17 +410,50 @@ fn fountain(stage: &mut Stage, m: &Palette) {
     let place = at(-0.55, 0.0, -6.3);
     let basin = lathe(
         &[
-            (0.0, 0.0), (1.2, 0.0), (1.22, 0.03), (1.22, 0.12), (1.1, 0.16), (1.06, 0.2), (1.08, 0.42), (1.16, 0.48), (1.18, 0.54),
-            (1.14, 0.58), (1.02, 0.58), (0.98, 0.54), (0.96, 0.3), (0.0, 0.3),
+            (0.0, 0.0),
+            (1.2, 0.0),
+            (1.22, 0.03),
+            (1.22, 0.12),
+            (1.1, 0.16),
+            (1.06, 0.2),
+            (1.08, 0.42),
+            (1.16, 0.48),
+            (1.18, 0.54),
+            (1.14, 0.58),
+            (1.02, 0.58),
+            (0.98, 0.54),
+            (0.96, 0.3),
+            (0.0, 0.3),
         ],
         8,
     );
     stage.add("basin", &basin.moved(place).map_uv(masonry), m.stone);
     let stem = lathe(
         &[
-            (0.2, 0.3), (0.2, 0.36), (0.12, 0.42), (0.09, 0.5), (0.11, 0.7), (0.15, 0.8), (0.1, 0.92), (0.08, 1.02), (0.13, 1.06),
-            (0.4, 1.14), (0.54, 1.24), (0.56, 1.28), (0.53, 1.29), (0.38, 1.19), (0.1, 1.12), (0.07, 1.18), (0.06, 1.34),
-            (0.09, 1.42), (0.06, 1.5), (0.025, 1.54), (0.06, 1.6), (0.07, 1.66), (0.05, 1.72), (0.0, 1.76),
+            (0.2, 0.3),
+            (0.2, 0.36),
+            (0.12, 0.42),
+            (0.09, 0.5),
+            (0.11, 0.7),
+            (0.15, 0.8),
+            (0.1, 0.92),
+            (0.08, 1.02),
+            (0.13, 1.06),
+            (0.4, 1.14),
+            (0.54, 1.24),
+            (0.56, 1.28),
+            (0.53, 1.29),
+            (0.38, 1.19),
+            (0.1, 1.12),
+            (0.07, 1.18),
+            (0.06, 1.34),
+            (0.09, 1.42),
+            (0.06, 1.5),
+            (0.025, 1.54),
+            (0.06, 1.6),
+            (0.07, 1.66),
+            (0.05, 1.72),
+            (0.0, 1.76),
         ],
         56,
     );
@@ -400,7 +466,22 @@ fn furniture(stage: &mut Stage, m: &Palette) {
     let top = lathe(&[(0.0, 0.72), (0.53, 0.72), (0.545, 0.732), (0.545, 0.748), (0.53, 0.76), (0.0, 0.76)], 64);
     stage.add("table top", &top.moved(at(x, 0.0, z)).map_uv(|p, _| dvec2(p.x, p.z) * 0.9), m.wood);
     let mut iron = MeshBuilder::new();
-    iron.add(&lathe(&[(0.0, 0.1), (0.035, 0.1), (0.045, 0.14), (0.025, 0.2), (0.025, 0.6), (0.05, 0.68), (0.12, 0.72), (0.0, 0.72)], 24), at(x, 0.0, z));
+    iron.add(
+        &lathe(
+            &[
+                (0.0, 0.1),
+                (0.035, 0.1),
+                (0.045, 0.14),
+                (0.025, 0.2),
+                (0.025, 0.6),
+                (0.05, 0.68),
+                (0.12, 0.72),
+                (0.0, 0.72),
+            ],
+            24,
+        ),
+        at(x, 0.0, z),
+    );
     for k in 0..3 {
         let (c, s) = circle(TAU * k as f64 / 3.0 + 0.3);
         let foot: Vec<DVec3> = (0..=14)
@@ -416,14 +497,40 @@ fn furniture(stage: &mut Stage, m: &Palette) {
     let seat = stage.mesh("chair seat", &chair.0.map_uv(|p, _| dvec2(p.x, p.z)), m.wood);
     let frame = stage.mesh("chair frame", &chair.1, m.iron);
     for (dx, dz, turn) in [(-0.82, 0.12, 1.45), (0.62, 0.6, -2.4), (0.1, -0.85, 0.1), (-2.35, 1.9, 0.7)] {
-        let place = at(x + dx, 0.0, z + dz) * rot_y(turn);
+        // Its slanted legs end a little below its own ground.
+        let place = at(x + dx, 0.0025, z + dz) * rot_y(turn);
         stage.place(seat, place);
         stage.place(frame, place);
     }
     let mut china = MeshBuilder::new();
-    let jug = lathe(&[(0.0, 0.0), (0.05, 0.0), (0.07, 0.03), (0.075, 0.08), (0.05, 0.15), (0.035, 0.19), (0.045, 0.23), (0.04, 0.23), (0.0, 0.2)], 32);
+    let jug = lathe(
+        &[
+            (0.0, 0.0),
+            (0.05, 0.0),
+            (0.07, 0.03),
+            (0.075, 0.08),
+            (0.05, 0.15),
+            (0.035, 0.19),
+            (0.045, 0.23),
+            (0.04, 0.23),
+            (0.0, 0.2),
+        ],
+        32,
+    );
     china.add(&jug, at(x + 0.05, 0.76, z - 0.1));
-    let cup = lathe(&[(0.0, 0.0), (0.07, 0.006), (0.075, 0.012), (0.03, 0.012), (0.038, 0.03), (0.042, 0.07), (0.037, 0.07), (0.0, 0.04)], 24);
+    let cup = lathe(
+        &[
+            (0.0, 0.0),
+            (0.07, 0.006),
+            (0.075, 0.012),
+            (0.03, 0.012),
+            (0.038, 0.03),
+            (0.042, 0.07),
+            (0.037, 0.07),
+            (0.0, 0.04),
+        ],
+        24,
+    );
     for (dx, dz) in [(-0.28, 0.1), (0.25, 0.2), (0.02, -0.36)] {
         china.add(&cup, at(x + dx, 0.76, z + dz));
     }
@@ -431,7 +538,10 @@ fn furniture(stage: &mut Stage, m: &Palette) {
     // A garland of lamps over the front of the yard.
     let mut garland = MeshBuilder::new();
     let mut bulbs = MeshBuilder::new();
-    for (a, b) in [(dvec3(ARCADE_X, 4.35, 1.4), dvec3(HOUSE_X, 4.9, -1.0)), (dvec3(ARCADE_X, 4.35, -5.0), dvec3(HOUSE_X, 4.9, -2.6))] {
+    for (a, b) in [
+        (dvec3(ARCADE_X, 4.35, 1.4), dvec3(HOUSE_X, 4.9, -1.0)),
+        (dvec3(ARCADE_X, 4.35, -5.0), dvec3(HOUSE_X, 4.9, -2.6)),
+    ] {
         let point = |t: f64| a + (b - a) * t - DVec3::Y * (2.4 * t * (1.0 - t));
         let wire: Vec<DVec3> = (0..=40).map(|i| point(i as f64 / 40.0)).collect();
         garland.add(&tube(&wire, |_| 0.008, 6), DAffine3::IDENTITY);
@@ -453,10 +563,19 @@ fn chair() -> (MeshBuilder, MeshBuilder) {
         seat.add(&block(0.4, 0.022, 0.055, 0.006), at(0.0, 0.45, -0.18 + 0.07 * i as f64));
     }
     for i in 0..2 {
-        seat.add(&block(0.4, 0.06, 0.02, 0.006), at(0.0, 0.72 + 0.12 * i as f64, -0.245 - 0.03 * i as f64) * rot_x(-0.2));
+        seat.add(
+            &block(0.4, 0.06, 0.02, 0.006),
+            at(0.0, 0.72 + 0.12 * i as f64, -0.245 - 0.03 * i as f64) * rot_x(-0.2),
+        );
     }
     for s in [-1.0, 1.0] {
-        let back = [dvec3(0.19 * s, 0.0, -0.27), dvec3(0.185 * s, 0.25, -0.22), dvec3(0.18 * s, 0.45, -0.2), dvec3(0.18 * s, 0.68, -0.235), dvec3(0.175 * s, 0.9, -0.3)];
+        let back = [
+            dvec3(0.19 * s, 0.0, -0.27),
+            dvec3(0.185 * s, 0.25, -0.22),
+            dvec3(0.18 * s, 0.45, -0.2),
+            dvec3(0.18 * s, 0.68, -0.235),
+            dvec3(0.175 * s, 0.9, -0.3),
+        ];
         frame.add(&tube(&back, |_| 0.012, 10), here);
         frame.add(&tube(&[dvec3(0.19 * s, 0.0, 0.22), dvec3(0.18 * s, 0.43, 0.18)], |_| 0.012, 10), here);
         frame.add(&rod(dvec3(0.18 * s, 0.43, 0.19), dvec3(0.18 * s, 0.43, -0.21), 0.012, 10), here);
@@ -476,14 +595,36 @@ fn chair() -> (MeshBuilder, MeshBuilder) {
 
 fn greenery(stage: &mut Stage, m: &Palette, rng: &mut Rng) {
     let pot = lathe(
-        &[(0.0, 0.0), (0.2, 0.0), (0.21, 0.02), (0.29, 0.36), (0.31, 0.37), (0.33, 0.39), (0.33, 0.45), (0.31, 0.46), (0.28, 0.46), (0.26, 0.4), (0.0, 0.39)],
+        &[
+            (0.0, 0.0),
+            (0.2, 0.0),
+            (0.21, 0.02),
+            (0.29, 0.36),
+            (0.31, 0.37),
+            (0.33, 0.39),
+            (0.33, 0.45),
+            (0.31, 0.46),
+            (0.28, 0.46),
+            (0.26, 0.4),
+            (0.0, 0.39),
+        ],
         40,
     );
     let pot = stage.mesh("pot", &pot.map_uv(|p, n| dvec2(n.x + n.z, -p.y) * 0.3), m.pot);
     let jar = lathe(
         &[
-            (0.0, 0.0), (0.16, 0.0), (0.2, 0.05), (0.32, 0.35), (0.36, 0.55), (0.34, 0.75), (0.22, 0.92), (0.19, 0.98), (0.24, 1.04), (0.2, 1.05),
-            (0.14, 0.98), (0.0, 0.96),
+            (0.0, 0.0),
+            (0.16, 0.0),
+            (0.2, 0.05),
+            (0.32, 0.35),
+            (0.36, 0.55),
+            (0.34, 0.75),
+            (0.22, 0.92),
+            (0.19, 0.98),
+            (0.24, 1.04),
+            (0.2, 1.05),
+            (0.14, 0.98),
+            (0.0, 0.96),
         ],
         48,
     );
@@ -495,9 +636,20 @@ fn greenery(stage: &mut Stage, m: &Palette, rng: &mut Rng) {
     let flowers = stage.mesh("flowers", &bush_of(leaf::BROAD, 70, 0.36, 0.08, rng), m.bloom);
     // Pots at the feet of the columns, the stairs and the gate.
     let pots = [
-        (-2.75, 1.25, 1.0, 0), (-2.95, -1.9, 0.9, 1), (-2.85, -5.2, 1.1, 2), (-2.9, -8.2, 0.9, 0), (-2.9, -11.4, 1.0, 1),
-        (-2.85, -14.7, 1.0, 2), (2.05, -1.9, 1.0, 2), (1.95, -5.9, 1.1, 0), (2.1, -7.0, 0.8, 1), (1.9, -15.9, 1.1, 2), (-1.9, -20.4, 1.2, 1),
-        (1.9, -20.4, 1.2, 1), (2.0, 2.05, 0.85, 1), (-2.35, 2.1, 0.7, 2),
+        (-2.75, 1.25, 1.0, 0),
+        (-2.95, -1.9, 0.9, 1),
+        (-2.85, -5.2, 1.1, 2),
+        (-2.9, -8.2, 0.9, 0),
+        (-2.9, -11.4, 1.0, 1),
+        (-2.85, -14.7, 1.0, 2),
+        (2.05, -1.9, 1.0, 2),
+        (1.95, -5.9, 1.1, 0),
+        (2.1, -7.0, 0.8, 1),
+        (1.9, -15.9, 1.1, 2),
+        (-1.9, -20.4, 1.2, 1),
+        (1.9, -20.4, 1.2, 1),
+        (2.0, 2.05, 0.85, 1),
+        (-2.35, 2.1, 0.7, 2),
     ];
     for (x, z, size, kind) in pots {
         let place = at(x, 0.0, z) * scaled(size);
@@ -519,7 +671,11 @@ fn greenery(stage: &mut Stage, m: &Palette, rng: &mut Rng) {
     // A small tree in a box.
     let tree = plants::tree(0.85, 0.075, 2, rng);
     let foot = dvec3(-2.0, 0.5, -9.9);
-    stage.add("tree box", &rounded_box(dvec3(0.9, 0.56, 0.9), 0.04, 2).moved(at(foot.x, 0.28, foot.z)).map_uv(masonry), m.pot);
+    stage.add(
+        "tree box",
+        &rounded_box(dvec3(0.9, 0.56, 0.9), 0.04, 2).moved(at(foot.x, 0.28, foot.z)).map_uv(masonry),
+        m.pot,
+    );
     let lift = at(foot.x, foot.y, foot.z) * scaled(1.25);
     stage.add("tree", &tree.wood.moved(lift).map_uv(|p, n| dvec2(n.x + n.z, p.y)), m.bark);
     let spray = stage.mesh("tree leaves", &plants::spray(leaf::TWIG, 0.36, rng), m.leaf);

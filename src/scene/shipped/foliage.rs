@@ -23,20 +23,25 @@ pub(super) fn stage() -> Scene {
     let rust = stage.leaves("red leaves", 0xb9603c, atlas);
 
     // Ground with a low mound for the tree; farther out it is flat.
-    let ground = surface(56, 40, |u, v| {
-        let (x, z) = (20.0 * (u - 0.5), 7.0 - 12.0 * v);
+    let ground = surface(42, 40, |u, v| {
+        let (x, z) = (14.0 * (u - 0.5), 7.0 - 12.0 * v);
         dvec3(x, rise(x, z), z)
     });
     stage.add("ground", &ground.map_uv(|p, _| dvec2(p.x, p.z) * 0.3), earth);
-    let wall_uv = |p: DVec3, n: DVec3| if n.y.abs() > 0.5 { dvec2(p.x, p.z) * 0.3 } else { dvec2(p.x + p.z, -p.y) * 0.3 };
+    let wall_uv =
+        |p: DVec3, n: DVec3| if n.y.abs() > 0.5 { dvec2(p.x, p.z) * 0.3 } else { dvec2(p.x + p.z, -p.y) * 0.3 };
     let mut wall = MeshBuilder::new();
-    wall.add(&block(20.0, 5.2, 0.35, 0.03), at(0.0, 1.6, -2.6));
+    wall.add(&block(14.0, 5.2, 0.35, 0.03), at(0.0, 1.6, -2.6));
     stage.add("wall", &wall.map_uv(wall_uv), plaster);
     let mut cap = MeshBuilder::new();
-    cap.add(&block(20.0, 0.12, 0.55, 0.03), at(0.0, 4.24, -2.6));
-    cap.add(&block(20.0, 0.4, 0.45, 0.03), at(0.0, 0.1, -2.6));
+    cap.add(&block(14.0, 0.12, 0.55, 0.03), at(0.0, 4.24, -2.6));
+    cap.add(&block(14.0, 0.4, 0.45, 0.03), at(0.0, 0.1, -2.6));
     stage.add("coping", &cap.map_uv(wall_uv), coping);
-    stage.add("beyond", &floor(20.0, 4.0, 1, 1).moved(at(0.0, -0.05, -4.6)).map_uv(|p, _| dvec2(p.x, p.z) * 0.3), earth);
+    stage.add(
+        "beyond",
+        &floor(14.0, 4.0, 1, 1).moved(at(0.0, -0.05, -4.6)).map_uv(|p, _| dvec2(p.x, p.z) * 0.3),
+        earth,
+    );
 
     let mut rng = Rng(2024);
     let foot = dvec3(-0.75, rise(-0.75, -0.3) - 0.05, -0.3);
@@ -54,7 +59,8 @@ pub(super) fn stage() -> Scene {
         stage.place(mesh, at(foot.x, foot.y, foot.z) * *place);
     }
 
-    let tufts = [plants::tuft(leaf::GRASS, 0.42, 0.34), plants::tuft(leaf::GRASS, 0.3, 0.5)].map(|t| stage.mesh("grass", &t, grass));
+    let tufts = [plants::tuft(leaf::GRASS, 0.42, 0.34), plants::tuft(leaf::GRASS, 0.3, 0.5)]
+        .map(|t| stage.mesh("grass", &t, grass));
     for _ in 0..620 {
         // Dense around the tree and along the wall, sparse between.
         let p = if rng.below(5) < 3 {
@@ -66,13 +72,22 @@ pub(super) fn stage() -> Scene {
             dvec3(foot.x + 1.25 * r * c, 0.0, foot.z + r * s)
         } else {
             let back = rng.range(0.0, 1.0);
-            dvec3(rng.spread(8.5), 0.0, -2.3 + 0.8 * back * back)
+            dvec3(rng.spread(6.6), 0.0, -2.3 + 0.8 * back * back)
         };
         let size = rng.range(0.55, 1.1);
         stage.place(tufts[rng.below(2)], standing(dvec3(p.x, rise(p.x, p.z) - 0.02, p.z), size, &mut rng));
     }
     let fern_mesh = stage.mesh("fern", &plants::fronds(leaf::FERN, 9, 0.8, 0.42, &mut rng), fern);
-    for (x, z, size) in [(-3.3, -1.9, 1.1), (-2.5, -2.1, 0.8), (1.75, -2.0, 0.8), (3.3, -1.9, 1.2), (4.4, -2.0, 0.9), (0.55, -0.9, 0.6), (-1.9, 0.45, 0.65), (-4.7, -2.0, 1.1)] {
+    for (x, z, size) in [
+        (-3.3, -1.9, 1.1),
+        (-2.5, -2.1, 0.8),
+        (1.75, -2.0, 0.8),
+        (3.3, -1.9, 1.2),
+        (4.4, -2.0, 0.9),
+        (0.55, -0.9, 0.6),
+        (-1.9, 0.45, 0.65),
+        (-4.7, -2.0, 1.1),
+    ] {
         stage.place(fern_mesh, standing(dvec3(x, rise(x, z) - 0.02, z), size, &mut rng));
     }
     let shrub = stage.mesh("red shrub", &shrub(&mut rng), rust);
@@ -80,7 +95,16 @@ pub(super) fn stage() -> Scene {
         stage.place(shrub, standing(dvec3(x, rise(x, z), z), size, &mut rng));
     }
     let pebble = stage.mesh("stone", &pebble().map_uv(|p, _| dvec2(p.x, p.z)), stone);
-    for (x, z, size) in [(0.7, 0.55, 0.34), (1.05, 0.3, 0.2), (-2.2, -0.5, 0.3), (2.9, 0.6, 0.16), (0.1, 1.1, 0.14), (-2.9, 1.3, 0.22), (3.9, -1.2, 0.36), (3.5, -1.0, 0.18)] {
+    for (x, z, size) in [
+        (0.7, 0.55, 0.34),
+        (1.05, 0.3, 0.2),
+        (-2.2, -0.5, 0.3),
+        (2.9, 0.6, 0.16),
+        (0.1, 1.1, 0.14),
+        (-2.9, 1.3, 0.22),
+        (3.9, -1.2, 0.36),
+        (3.5, -1.0, 0.18),
+    ] {
         let flat = DAffine3::from_scale(dvec3(1.0, 0.7, 1.0) * size);
         stage.place(pebble, at(x, rise(x, z) + 0.12 * size, z) * rot_y(7.0 * x + z) * rot_x(0.1) * flat);
     }
