@@ -45,8 +45,8 @@
 //!     },
 //! )?;
 //! // Leaves the image as the hand-off says: here, for a fragment shader, in SHADER_READ_ONLY_OPTIMAL.
-//! frame.finish(Some(shadows.output()));
-//! let visibility = shadows.output().as_ref().view; // bind this
+//! let visibility = frame.finish(shadows.output());
+//! let view = visibility.view; // bind this, in visibility.layout
 //! # Ok(())
 //! # }
 //! ```

@@ -53,7 +53,7 @@ struct Slot {
     seen: Option<u64>,
 }
 
-/// A ring of timestamp queries, one slot for each frame in flight.
+/// A ring of timestamp queries, one slot for each [`crate::Frame`] in flight; a command buffer may hold several.
 ///
 /// Hand it to [`crate::Frame::begin`], submit, and call [`Timings::poll`] whenever convenient: it
 /// returns the frames that the GPU has finished since.

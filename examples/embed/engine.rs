@@ -218,7 +218,7 @@ impl Engine {
         // SAFETY: the command buffer records, is submitted in order, and the images outlive it.
         let mut frame = unsafe { Frame::begin(&self.context, cmd, Handoff::FRAGMENT_SAMPLED, Some(&mut self.timings)) };
         self.shadows.record(&mut frame, &inputs)?;
-        frame.finish(Some(self.shadows.output()));
+        frame.finish(self.shadows.output());
         Ok(())
     }
 

@@ -14,6 +14,9 @@ pub struct SceneArgs {
     /// Which of a file's scenes, counted from 0
     #[arg(long, value_name = "N")]
     pub scene_index: Option<usize>,
+    /// Lay a floor under the scene; auto: if the file has neither camera nor light, as with a lone object
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    pub ground: Ground,
     /// Image size, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
@@ -27,23 +30,12 @@ pub struct SceneArgs {
     /// Size of the light: full width of a spot's square in world units, full angle of a sun in degrees; 0 for hard shadows
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub light_size: Option<f64>,
-    /// A floor under the scene to throw shadows on; `auto`: where a file has neither camera nor light
-    #[arg(long, value_name = "auto|on|off", default_value = "auto", value_parser = ground)]
-    pub ground: Ground,
     /// Which faces are drawn into the shadow map
     #[arg(long, value_name = "both|front|back", default_value = "both", value_parser = faces)]
     pub caster_faces: CasterFaces,
     /// Depth bias of the casters: constant and slope factor, as of vkCmdSetDepthBias
     #[arg(long, value_name = "C,S", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
     pub caster_bias: [f32; 2],
-}
-
-/// When a floor is laid.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Ground {
-    Auto,
-    On,
-    Off,
 }
 
 impl SceneArgs {
@@ -83,6 +75,14 @@ pub struct TruthArgs {
     pub cache: Option<PathBuf>,
 }
 
+/// When to lay a floor under the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Ground {
+    Auto,
+    On,
+    Off,
+}
+
 /// `1280x720`.
 pub fn size(text: &str) -> Result<[u32; 2], String> {
     let hint = || format!("a size is WxH in pixels, each 1 to {MAX_SIZE}, such as 1280x720");
@@ -110,15 +110,6 @@ fn pair(text: &str) -> Result<[f32; 2], String> {
     match numbers(text).as_deref() {
         Some([a, b]) => Ok([*a as f32, *b as f32]),
         _ => Err("two numbers with a comma between are needed, such as 1,2".into()),
-    }
-}
-
-fn ground(text: &str) -> Result<Ground, String> {
-    match text {
-        "auto" => Ok(Ground::Auto),
-        "on" => Ok(Ground::On),
-        "off" => Ok(Ground::Off),
-        _ => Err("it is one of auto, on, off".into()),
     }
 }
 

@@ -32,13 +32,13 @@ impl Stage {
     }
 
     fn of(mut scene: Scene, args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
-        let camera = camera(&scene, size, args.camera.as_deref())?.view(size);
+        let camera = camera(&scene, args.camera.as_deref(), size)?.view(size);
         let mut light = light(&scene, args.light.as_deref())?;
         if let Some(size) = args.light_size {
             resize(&mut light, size)?;
         }
-        let is_lone = scene.cameras.is_empty() && scene.lights.is_empty();
-        if args.ground == Ground::On || args.ground == Ground::Auto && is_lone {
+        let lone_object = scene.cameras.is_empty() && scene.lights.is_empty();
+        if args.ground == Ground::On || args.ground == Ground::Auto && lone_object {
             fit::add_ground(&mut scene);
         }
         Ok(Self { scene, camera, light })
@@ -47,7 +47,7 @@ impl Stage {
     /// A shipped scene as its file has it.
     pub fn shipped(shipped: &Shipped, size: [u32; 2]) -> Result<Self> {
         let scene = load_bytes(shipped.name, shipped.bytes)?;
-        let camera = camera(&scene, size, None)?.view(size);
+        let camera = camera(&scene, None, size)?.view(size);
         let light = light(&scene, None)?;
         Ok(Self { scene, camera, light })
     }
@@ -108,7 +108,7 @@ fn point(text: &str) -> Option<DVec3> {
     }
 }
 
-fn camera(scene: &Scene, size: [u32; 2], text: Option<&str>) -> Result<Camera> {
+fn camera(scene: &Scene, text: Option<&str>, size: [u32; 2]) -> Result<Camera> {
     let usual = || scene.cameras.first().cloned().unwrap_or_else(|| fit::camera(scene, size));
     let Some(text) = text else { return Ok(usual()) };
     let Some((eye, target)) = text.split_once(':').and_then(|(a, b)| Some((point(a)?, point(b)?))) else {

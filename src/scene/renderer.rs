@@ -143,36 +143,11 @@ impl<'h> Renderer<'h> {
             let inputs = self.view.inputs(&self.gbuffer, &self.map);
             let visibility = technique.record(&mut frame, &inputs)?;
             self.shade.record(&mut frame, &inputs, &self.gbuffer, &visibility)?;
-            frame.finish(Some(technique.output()));
+            frame.finish(technique.output());
             Ok(())
         })?;
         self.map_is_current = true;
         Ok(self.timings.poll().pop().unwrap_or_default())
-    }
-
-    /// Draws the G-buffer and shades it with a visibility from elsewhere, row by row, instead of a technique's.
-    /// Then [`Renderer::picture`] and [`Renderer::gbuffer`] are of this frame.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if there is not one value a pixel.
-    pub fn shade_with(&mut self, visibility: &[f32]) -> Result<()> {
-        let [width, height] = self.desc.size;
-        if visibility.len() as u64 != u64::from(width) * u64::from(height) {
-            return Err(Error::Usage(format!("{} values of visibility for {width}x{height} pixels", visibility.len())));
-        }
-        let format = OutputFormat::R32.format();
-        let desc = ImageDesc::storage("given visibility", format, self.desc.size);
-        let given = self.host.upload_image(&desc, bytemuck::cast_slice(visibility))?;
-        let context = self.host.context();
-        self.host.run(|cmd| {
-            // SAFETY: as in `frame`; `given` lives until the work is done.
-            let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
-            self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
-            let inputs = self.view.inputs(&self.gbuffer, &self.map);
-            self.shade.record(&mut frame, &inputs, &self.gbuffer, &given.as_ref())?;
-            frame.finish(None);
-            Ok(())
-        })
     }
 
     /// Visibility as the average of `samples` (rounded to a square number) hard shadows, each from its own
@@ -209,13 +184,38 @@ impl<'h> Renderer<'h> {
                     Inputs { light: std::slice::from_ref(&view), ..self.view.inputs(&self.gbuffer, &self.map) };
                 let visibility = hard.record(&mut frame, &inputs)?;
                 accumulate.record(&mut frame, &visibility, i, count, &average)?;
-                frame.finish(None);
+                frame.end();
                 Ok(())
             })?;
             done(i + 1, count);
         }
         self.map_is_current = false;
         self.host.read_values(&average)
+    }
+
+    /// Draws the G-buffer and shades it with a visibility from elsewhere, row by row, instead of a technique's.
+    /// Then [`Renderer::picture`] and [`Renderer::gbuffer`] are of this frame.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if there is not one value a pixel.
+    pub fn shade_with(&mut self, visibility: &[f32]) -> Result<()> {
+        let [width, height] = self.desc.size;
+        if visibility.len() as u64 != u64::from(width) * u64::from(height) {
+            return Err(Error::Usage(format!("{} values of visibility for {width}x{height} pixels", visibility.len())));
+        }
+        let format = OutputFormat::R32.format();
+        let desc = ImageDesc::storage("given visibility", format, self.desc.size);
+        let given = self.host.upload_image(&desc, bytemuck::cast_slice(visibility))?;
+        let context = self.host.context();
+        self.host.run(|cmd| {
+            // SAFETY: as in `frame`; `given` lives until the work is done.
+            let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
+            self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
+            let inputs = self.view.inputs(&self.gbuffer, &self.map);
+            self.shade.record(&mut frame, &inputs, &self.gbuffer, &given.as_ref())?;
+            frame.end();
+            Ok(())
+        })
     }
 
     /// The light's view, as fitted to the scene.
