@@ -77,7 +77,7 @@ pub fn add_ground(scene: &mut Scene) {
     scene.meshes.push(mesh);
     scene.materials.push(Material {
         name: "ground".into(),
-        base_color: [0.45, 0.44, 0.42, 1.0],
+        base_color: [0.27, 0.265, 0.26, 1.0],
         ..Material::default()
     });
 }
