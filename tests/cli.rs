@@ -157,6 +157,13 @@ fn every_view_is_a_picture_of_its_own() {
     assert_ne!(std::fs::read(place.path("a.png")).unwrap(), seen[0]);
 }
 
+/// A standing triangle and nothing else.
+const LONE_TRIANGLE: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0,
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],
+    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+
 #[test]
 fn scenes_come_by_name_and_by_path_and_views_can_be_given() {
     let place = Place::new();
@@ -174,10 +181,14 @@ fn scenes_come_by_name_and_by_path_and_views_can_be_given() {
         &["jenga", "--light", "spot:1,2,1:0,0.2,0:50"],
         &["jenga", "-t", "sm"],
         &["jenga", "-t", "ray-traced", "--samples", "16"],
+        &["jenga", "-t", "area-samples", "--samples", "4"],
         &["jenga", "--caster-bias", "0,80"],
     ] {
         assert_ne!(picture(other), plain, "{other:?}");
     }
+    // A lone object gets camera, light and ground.
+    std::fs::write(place.path("lone.gltf"), LONE_TRIANGLE).unwrap();
+    assert_ne!(picture(&["lone.gltf"]), picture(&["lone.gltf", "--ground", "off"]));
     // A file without anything in it is still a picture: of the sky.
     std::fs::write(place.path("empty.gltf"), r#"{"asset":{"version":"2.0"}}"#).unwrap();
     picture(&["empty.gltf"]);
@@ -272,9 +283,18 @@ fn row<'a>(figures: &'a Value, technique: &str, map: Option<u64>) -> &'a Value {
 fn compare_measures_and_draws_a_sheet() {
     let place = Place::new();
     let base = ["compare", "jenga", "--size", "96x54", "--samples", "16", "--frames", "1", "--validate"];
-    let more = ["-t", "sm,pcf:width=7,skip=off,ray-traced", "--shadow-map", "128,1024", "-o", "out", "--json", "-"];
+    let more = [
+        "-t",
+        "sm,pcf:width=7,skip=off,ray-traced,area-samples",
+        "--shadow-map",
+        "128,1024",
+        "-o",
+        "out",
+        "--json",
+        "-",
+    ];
     let figures = place.json(&[&base[..], &more].concat());
-    assert_eq!(figures["results"].as_array().unwrap().len(), 5);
+    assert_eq!(figures["results"].as_array().unwrap().len(), 7);
     for r in figures["results"].as_array().unwrap() {
         for name in ["rmse", "mae", "ssim", "flip", "mismatch", "over", "under"] {
             let v = r[name].as_f64().unwrap_or(f64::NAN);
@@ -287,6 +307,7 @@ fn compare_measures_and_draws_a_sheet() {
     // Fewer texels err more, and a second truth less than any map.
     let rmse = |technique, map| row(&figures, technique, map)["rmse"].as_f64().unwrap();
     assert!(rmse("sm", Some(128)) > rmse("sm", Some(1024)));
+    assert!(rmse("sm", Some(1024)) > rmse("area-samples", Some(1024)));
     assert!(rmse("sm", Some(1024)) > rmse("ray-traced", None) && rmse("ray-traced", None) > 0.0);
     assert!(figures["pixels_judged"].as_u64() < figures["pixels"].as_u64());
 
@@ -300,6 +321,10 @@ fn compare_measures_and_draws_a_sheet() {
     let again = place.json(&[&base[..], &["-t", "sm", "--json", "-"]].concat());
     assert_eq!((&figures["reference"]["cached"], &again["reference"]["cached"]), (&false.into(), &true.into()));
     assert_eq!(again["results"][0]["rmse"], sm["rmse"]);
+    let averaged =
+        place.json(&[&base[..], &["-t", "sm,ray-traced", "--reference", "area-samples", "--json", "-"]].concat());
+    assert_eq!(averaged["reference"]["samples"], 16);
+    assert!(row(&averaged, "sm", Some(1024))["rmse"].as_f64() > row(&averaged, "ray-traced", None)["rmse"].as_f64());
 }
 
 #[test]

@@ -15,6 +15,7 @@ use edgeshade::technique::{self, Kind, Technique};
 use edgeshade::timing::FrameTiming;
 use edgeshade::{Error, Result};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -163,12 +164,14 @@ fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Resul
         for &i in &members {
             let v = &variants[i];
             let key = (v.scene.name, v.map_size);
-            if !renderers.contains_key(&key) {
-                let stage = Stage::shipped(v.scene, args.size)?;
-                let desc = RenderDesc { size: args.size, map_size: v.map_size, ..RenderDesc::default() };
-                renderers.insert(key, Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)?);
-            }
-            let Some(renderer) = renderers.get(&key) else { continue };
+            let renderer = match renderers.entry(key) {
+                Entry::Occupied(entry) => entry.into_mut(),
+                Entry::Vacant(entry) => {
+                    let stage = Stage::shipped(v.scene, args.size)?;
+                    let desc = RenderDesc { size: args.size, map_size: v.map_size, ..RenderDesc::default() };
+                    entry.insert(Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)?)
+                }
+            };
             let technique = renderer.prepare(v.choice.info.id, &v.choice.params)?;
             measured[i].1 = technique.memory_bytes();
             prepared.push(technique);

@@ -99,7 +99,7 @@ struct Judged {
 pub fn run(args: &Args) -> Outcome {
     let console = Console::new(args.json.as_deref());
     let choices = techniques::parse(&args.techniques, args.truth.samples)?;
-    let rows: usize = choices.iter().map(|c| if c.is_reference() { 1 } else { args.shadow_map.len() }).sum();
+    let rows = row_count(args, &choices);
     if args.output.is_some() && rows >= sheet::MAX_ROWS {
         Err(Error::Usage(format!("{rows} rows are too many for a contact sheet; {} fit", sheet::MAX_ROWS - 1)))?;
     }
@@ -159,7 +159,7 @@ fn judge_all(
     };
     let Some(&first) = args.shadow_map.first() else { return usage("--shadow-map: a size is needed") };
     let mut current = renderer(first)?;
-    let mut tracer = Tracer::new(&stage.scene, &stage.camera, current.light(), size, &args.truth);
+    let mut tracer = Tracer::new(stage, current.light(), size, &args.truth);
     let measure = measure(args, &mut tracer, &mut current, host)?;
     let light = match current.light().kind {
         LightKind::Spot { size } => json!({"kind": "spot", "size": size}),
@@ -168,37 +168,53 @@ fn judge_all(
 
     let mut judged = vec![];
     let several = args.shadow_map.len() > 1;
-    let total = choices.iter().map(|c| if c.is_reference() { 1 } else { args.shadow_map.len() }).sum::<usize>() as u64;
+    let total = row_count(args, choices) as u64;
     let progress = Progress::start("techniques");
-    for choice in choices.iter().filter(|c| c.is_reference()) {
-        let visibility = truth::reference(choice, &mut tracer, &mut current, Seed::NoiseFloor)?;
-        current.shade_with(&visibility)?;
-        let picture = view::picture(host, current.picture())?;
-        judged.push(judge(choice, None, several, &visibility, picture, &measure)?);
-        progress.set(judged.len() as u64, total);
-    }
     for (i, &map_size) in args.shadow_map.iter().enumerate() {
         if i > 0 {
             current = renderer(map_size)?;
         }
-        for choice in choices.iter().filter(|c| !c.is_reference()) {
-            let mut technique = current.prepare(choice.info.id, &choice.params)?;
-            current.frame(technique.as_mut())?;
-            let frames = (0..args.frames).map(|_| current.frame(technique.as_mut())).collect::<Result<Vec<_>>>()?;
-            let visibility = current.visibility(technique.as_ref())?;
-            let picture = view::picture(host, current.picture())?;
-            let mut entry = judge(choice, Some(map_size), several, &visibility, picture, &measure)?;
-            entry.row.gpu_ms = stats::technique(&frames).map(|s| s.median);
-            entry.row.frame_gpu_ms = stats::total(&frames).map(|s| s.median);
-            entry.row.passes = stats::passes(&frames);
-            entry.row.memory_bytes = technique.memory_bytes();
-            judged.push(entry);
+        for choice in choices.iter().filter(|c| i == 0 || c.uses_map()) {
+            let map = choice.uses_map().then_some(map_size);
+            if choice.is_reference() {
+                let visibility = truth::reference(choice, &mut tracer, &mut current, Seed::NoiseFloor)?;
+                current.shade_with(&visibility)?;
+                let picture = view::picture(host, current.picture())?;
+                judged.push(judge(choice, map, several, &visibility, picture, &measure)?);
+            } else {
+                judged.push(run_technique(args, choice, map_size, host, &mut current, &measure)?);
+            }
             progress.set(judged.len() as u64, total);
         }
     }
-    // References were made first, while the first renderer was there; readers want them last.
     judged.sort_by_key(|j| j.row.shadow_map.is_none());
     Ok((measure, judged, light))
+}
+
+fn row_count(args: &Args, choices: &[Choice]) -> usize {
+    choices.iter().map(|c| if c.uses_map() { args.shadow_map.len() } else { 1 }).sum()
+}
+
+/// Renders and times a real-time technique.
+fn run_technique(
+    args: &Args,
+    choice: &Choice,
+    map_size: u32,
+    host: &Host,
+    renderer: &mut Renderer<'_>,
+    measure: &Measure,
+) -> Result<Judged> {
+    let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
+    renderer.frame(technique.as_mut())?;
+    let frames = (0..args.frames).map(|_| renderer.frame(technique.as_mut())).collect::<Result<Vec<_>>>()?;
+    let visibility = renderer.visibility(technique.as_ref())?;
+    let picture = view::picture(host, renderer.picture())?;
+    let mut judged = judge(choice, Some(map_size), args.shadow_map.len() > 1, &visibility, picture, measure)?;
+    judged.row.gpu_ms = stats::technique(&frames).map(|s| s.median);
+    judged.row.frame_gpu_ms = stats::total(&frames).map(|s| s.median);
+    judged.row.passes = stats::passes(&frames);
+    judged.row.memory_bytes = technique.memory_bytes();
+    Ok(judged)
 }
 
 /// Makes or reads the reference, and lights the scene with it.

@@ -113,7 +113,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
 
     let desc = RenderDesc { size, map_size: args.shadow_map, casters: args.scene.casters(), ..RenderDesc::default() };
     let mut renderer = Renderer::new(&host, &stage.scene, stage.camera, &stage.light, desc)?;
-    let mut tracer = Tracer::new(&stage.scene, &stage.camera, renderer.light(), size, &args.truth);
+    let mut tracer = Tracer::new(&stage, renderer.light(), size, &args.truth);
     let rendered = render(args, &choice, &mut renderer, &mut tracer, &mut clock, &mut seconds)?;
     let shot = shoot(args, &host, &mut renderer, &mut tracer, &rendered)?;
     shot.write(&args.output)?;
@@ -171,7 +171,7 @@ fn check(args: &Args, choice: &Choice) -> Result<()> {
         return usage(format!("--supersample averages the shaded picture; it does not go with --view {}", args.view));
     }
     if choice.is_reference() && args.view == "shadow-map" {
-        return usage(format!("{} uses no shadow map of its own; take another technique with --view", choice.info.id));
+        return usage(format!("{} leaves no shadow map to look at; take a real-time technique", choice.info.id));
     }
     Ok(())
 }
@@ -278,8 +278,10 @@ fn say(
     let settings = choice.settings();
     let settings = if settings == "-" { String::new() } else { format!(" {settings}") };
     let (id, map) = (choice.info.id, args.shadow_map);
-    if choice.is_reference() {
+    if !choice.uses_map() {
         console.say(format_args!("{id}{settings}, {w}x{h}\n"))?;
+    } else if choice.is_reference() {
+        console.say(format_args!("{id}{settings}, {w}x{h}, shadow maps {map}x{map}\n"))?;
     } else {
         console.say(format_args!("{id}{settings}, {w}x{h}, shadow map {map}x{map}, {} frames\n", figures.frames))?;
         console.say(pass_table(figures, frames))?;

@@ -24,6 +24,11 @@ impl Choice {
         matches!(self.info.kind, Kind::Reference)
     }
 
+    /// True if the result depends on the shadow map's size.
+    pub fn uses_map(&self) -> bool {
+        self.info.id != "ray-traced"
+    }
+
     /// The settings that differ from the defaults; `-` for none.
     pub fn settings(&self) -> String {
         let usual = Params::new(self.info).show();

@@ -2,12 +2,13 @@
 
 use super::args::{TruthArgs, usage};
 use super::progress::Progress;
+use super::stage::Stage;
 use super::techniques::Choice;
 use edgeshade::Result;
 use edgeshade::reference::ray_traced::{
     Cache, MIN_N_DOT_L, Method, Origin, RayScene, SoftSettings, Truth, cache_key, trace,
 };
-use edgeshade::scene::{Renderer, Scene};
+use edgeshade::scene::{Light, Renderer, Scene};
 use edgeshade::view::{CameraView, LightKind, LightView};
 
 /// Seed of the truth, and of a second one that is compared with it.
@@ -20,6 +21,7 @@ pub enum Seed {
 /// Traces one view of one scene; the hierarchy is built only if something is not cached.
 pub struct Tracer<'a> {
     scene: &'a Scene,
+    lamp: &'a Light,
     camera: CameraView,
     light: LightView,
     size: [u32; 2],
@@ -28,19 +30,13 @@ pub struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// `light` is the view that the shadow map is rendered from.
-    pub fn new(
-        scene: &'a Scene,
-        camera: &CameraView,
-        light: &LightView,
-        size: [u32; 2],
-        args: &TruthArgs,
-    ) -> Tracer<'a> {
+    /// `light` is the view that the stage's shadow map is rendered from.
+    pub fn new(stage: &'a Stage, light: &LightView, size: [u32; 2], args: &TruthArgs) -> Tracer<'a> {
         let cache = match &args.cache {
             Some(folder) if folder.as_os_str() == "off" => Cache::disabled(),
             folder => Cache::open(folder.as_deref()),
         };
-        Self { scene, camera: *camera, light: *light, size, cache, rays: None }
+        Self { scene: &stage.scene, lamp: &stage.light, camera: stage.camera, light: *light, size, cache, rays: None }
     }
 
     /// Soft shadows with so many rays a pixel; hard ones for one ray, or a light without size.
@@ -61,7 +57,7 @@ impl<'a> Tracer<'a> {
     }
 
     fn trace(&mut self, method: &Method) -> Result<(Truth, Origin)> {
-        let Self { scene, camera, light, size, cache, rays } = self;
+        let Self { scene, camera, light, size, cache, rays, .. } = self;
         let key = cache_key(scene, camera, light, *size, method);
         cache.get_or_trace(&key, *size, || {
             let [w, h] = *size;
@@ -88,15 +84,13 @@ pub fn reference(
     let samples = choice.params.int("samples");
     match choice.info.id {
         "ray-traced" => Ok(tracer.truth(samples, seed)?.0.visibility),
-        "area-samples" => area_samples(renderer, tracer.scene, samples),
+        "area-samples" => {
+            let progress = Progress::start(format!("averaging {samples} shadow maps"));
+            let mut done = |done: u32, total: u32| progress.set(done.into(), total.into());
+            renderer.area_samples(tracer.scene, tracer.lamp, samples, &mut done)
+        }
         id => usage(format!("{id}: this reference cannot be made here")),
     }
-}
-
-/// Averaged shadow maps over the area light.
-fn area_samples(_renderer: &mut Renderer<'_>, _scene: &Scene, samples: u32) -> Result<Vec<f32>> {
-    let _progress = Progress::start(format!("rendering {samples} shadow maps"));
-    usage("area-samples is not available")
 }
 
 /// Pixels that a comparison may use: what the truth says, and both see the same triangle there.

@@ -168,6 +168,9 @@ fn octahedral_decode([x, y]: [f32; 2]) -> [f32; 3] {
     n.normalize_or_zero().to_array()
 }
 
+/// A channel out of its bytes.
+type Decode = fn(&[u8]) -> f32;
+
 /// Reads the channels of an image of one of the usual formats.
 fn planes(host: &Host, image: &Image) -> Result<Vec<Vec<f32>>> {
     use vk::Format as F;
@@ -178,7 +181,7 @@ fn planes(host: &Host, image: &Image) -> Result<Vec<Vec<f32>>> {
     let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
     let float = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     let uint32 = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32;
-    let (count, bytes, decode): (usize, usize, fn(&[u8]) -> f32) = match image.format() {
+    let (count, bytes, decode): (usize, usize, Decode) = match image.format() {
         F::R8_UNORM => (1, 1, unorm8),
         F::R8G8_UNORM => (2, 1, unorm8),
         F::R8G8B8A8_UNORM | F::R8G8B8A8_SRGB => (4, 1, unorm8),
