@@ -96,6 +96,9 @@ impl Requirements {
     }
 }
 
+/// Shader and specialization constants.
+type PipelineKey = (String, Vec<u32>);
+
 /// The library's side of a caller's device. It creates no queue and submits nothing.
 ///
 /// Dropping it (and every technique prepared with it) needs the GPU to be done with all frames
@@ -103,7 +106,7 @@ impl Requirements {
 pub struct Context {
     device: Arc<Device>,
     nearest: vk::Sampler,
-    pipelines: Mutex<HashMap<(String, Vec<u32>), Arc<ComputePipeline>>>,
+    pipelines: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
 }
 
 impl Context {

@@ -91,7 +91,8 @@ impl<'a> Frame<'a> {
     /// # Safety
     /// `cmd` is recording, outside a render pass, for a queue with compute, and belongs to the
     /// context's device. Command buffers recorded through one context are submitted to one queue, in
-    /// the order of their recording. Techniques and inputs outlive the execution.
+    /// the order of their recording; none is thrown away, since layouts and kept results are tracked as
+    /// recorded. Techniques and inputs outlive the execution.
     pub unsafe fn begin(
         context: &'a Context,
         cmd: vk::CommandBuffer,
@@ -291,22 +292,33 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Ends recording: hands `output` over as the caller asked at [`Frame::begin`].
-    pub fn finish(mut self, output: Option<&Image>) {
-        while self.groups > 0 {
-            self.end_group();
-        }
-        if self.timings.as_ref().is_some_and(|t| t.has_counters()) {
-            self.memory_barrier(&TO_HOST);
-        }
-        let Some(image) = output else { return };
+    /// Ends recording and hands `output` over as the caller asked at [`Frame::begin`]: the result is the image
+    /// in the layout that it is left in. Image and view stay the same for as long as the technique lives.
+    pub fn finish(mut self, output: &Image) -> ImageRef {
+        self.close();
         let barrier = self
-            .image_barrier(image, self.handoff.layout)
+            .image_barrier(output, self.handoff.layout)
             .src_stage_mask(OWN_STAGES)
             .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE | vk::AccessFlags2::TRANSFER_WRITE)
             .dst_stage_mask(self.handoff.stage)
             .dst_access_mask(self.handoff.access);
         self.image_barriers(&[barrier]);
+        ImageRef { layout: self.handoff.layout, ..output.as_ref() }
+    }
+
+    /// Ends a recording that hands nothing over.
+    pub fn end(mut self) {
+        self.close();
+    }
+
+    fn close(&mut self) {
+        while self.groups > 0 {
+            self.end_group();
+        }
+        if let Some(timings) = self.timings.as_ref().filter(|t| t.has_counters()) {
+            self.memory_barrier(&TO_HOST);
+            timings.end_counters(self.cmd);
+        }
     }
 
     fn image_barrier(&self, image: &Image, new: vk::ImageLayout) -> vk::ImageMemoryBarrier2<'static> {

@@ -56,11 +56,14 @@ pub struct Inputs<'a> {
 }
 
 /// In which stage, access and layout the caller reads the visibility image.
+///
+/// The same for every frame: [`crate::Frame::begin`] also waits for the reads of the frame before. Leave the
+/// image in `layout`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Handoff {
-    /// Stage of the first read.
+    /// All stages that read it before the next [`crate::Frame::begin`].
     pub stage: vk::PipelineStageFlags2,
-    /// Kind of the first read.
+    /// All kinds of read.
     pub access: vk::AccessFlags2,
     /// Layout to leave the image in.
     pub layout: vk::ImageLayout,
@@ -87,6 +90,11 @@ impl Handoff {
 }
 
 impl Inputs<'_> {
+    /// Stage of every read of an input image: wait for it before you write one again.
+    pub const STAGE: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COMPUTE_SHADER;
+    /// Access of every read of an input image: make your writes visible to it.
+    pub const ACCESS: vk::AccessFlags2 = vk::AccessFlags2::SHADER_SAMPLED_READ;
+
     /// What to bind as the normal image: shaders do not read it where there is none.
     pub(crate) fn normal_or_depth(&self) -> &ImageRef {
         self.normal.as_ref().map_or(&self.depth, |(image, _)| image)

@@ -10,6 +10,9 @@ use std::sync::Arc;
 /// Passes that one frame can time; later ones are recorded but not timed.
 pub const MAX_PASSES: u32 = 256;
 
+/// Queries of a slot: two a pass, and a last one that follows the tile counters.
+const SLOT_QUERIES: u32 = MAX_PASSES * 2 + 1;
+
 /// What one pass of one frame cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTiming {
@@ -50,7 +53,7 @@ struct Slot {
     seen: Option<u64>,
 }
 
-/// A ring of timestamp queries, one slot for each frame in flight.
+/// A ring of timestamp queries, one slot for each [`crate::Frame`] in flight; a command buffer may hold several.
 ///
 /// Hand it to [`crate::Frame::begin`], submit, and call [`Timings::poll`] whenever convenient: it
 /// returns the frames that the GPU has finished since.
@@ -75,7 +78,7 @@ impl Timings {
         let families = unsafe { device.instance.get_physical_device_queue_family_properties(device.physical_device) };
         let bits = families.get(queue_family as usize).map_or(0, |f| f.timestamp_valid_bits);
         let info =
-            vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(slots * MAX_PASSES * 2);
+            vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(slots * SLOT_QUERIES);
         // SAFETY: the create info is complete.
         let pool = unsafe { device.raw.create_query_pool(&info, None) }.context("vkCreateQueryPool(timings)")?;
         device.name(pool, "timings");
@@ -111,12 +114,23 @@ impl Timings {
             return None;
         }
         let mut ticks = vec![[0u64; 2]; passes * 2];
-        let first = index as u32 * MAX_PASSES * 2;
+        let first = index as u32 * SLOT_QUERIES;
         let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY;
         // SAFETY: the range lies within the pool; each element holds a value and its availability.
         let result = unsafe { self.device.raw.get_query_pool_results(self.pool, first, &mut ticks, flags) };
         if result.is_err() || ticks.iter().any(|t| t[1] == 0) || self.slots[index].seen == Some(ticks[0][0]) {
             return None;
+        }
+        // The counters are copied after the stamp of their pass: wait for the stamp that follows the copies. It was
+        // reset along with the others, so it is this frame's.
+        let mut last = [[0u64; 2]];
+        if !self.slots[index].counters.is_empty() {
+            let query = first + SLOT_QUERIES - 1;
+            // SAFETY: as above.
+            let result = unsafe { self.device.raw.get_query_pool_results(self.pool, query, &mut last, flags) };
+            if result.is_err() || last[0][1] == 0 {
+                return None;
+            }
         }
         let slot = &mut self.slots[index];
         slot.pending = false;
@@ -144,9 +158,9 @@ impl Timings {
         slot.names.clear();
         slot.counters.clear();
         slot.pending = true;
-        let first = self.current as u32 * MAX_PASSES * 2;
+        let first = self.current as u32 * SLOT_QUERIES;
         // SAFETY: `cmd` is recording outside a render pass (contract of `Frame::begin`).
-        unsafe { self.device.raw.cmd_reset_query_pool(cmd, self.pool, first, MAX_PASSES * 2) };
+        unsafe { self.device.raw.cmd_reset_query_pool(cmd, self.pool, first, SLOT_QUERIES) };
     }
 
     /// Writes the first timestamp of a pass; the returned query is for [`Self::end_pass`].
@@ -155,7 +169,7 @@ impl Timings {
         if self.mask == 0 || slot.names.len() >= MAX_PASSES as usize {
             return None;
         }
-        let query = (self.current as u32 * MAX_PASSES + slot.names.len() as u32) * 2;
+        let query = self.current as u32 * SLOT_QUERIES + slot.names.len() as u32 * 2;
         slot.names.push(name.into());
         self.stamp(cmd, query);
         Some(query + 1)
@@ -177,10 +191,18 @@ impl Timings {
     /// Where the tile counter of the last pass goes.
     pub(crate) fn counter(&mut self, tiles_total: u32) -> Option<(&Buffer, u64)> {
         let slot = &mut self.slots[self.current];
+        if slot.counters.len() >= MAX_PASSES as usize {
+            return None; // The buffer has room for no more.
+        }
         let pass = slot.names.len().checked_sub(1)?;
         let offset = (self.current * MAX_PASSES as usize + slot.counters.len()) as u64 * 4;
         slot.counters.push((pass, tiles_total));
         Some((&self.counters, offset))
+    }
+
+    /// Marks that all counters of the frame are where the CPU reads them.
+    pub(crate) fn end_counters(&self, cmd: vk::CommandBuffer) {
+        self.stamp(cmd, (self.current as u32 + 1) * SLOT_QUERIES - 1);
     }
 
     pub(crate) fn has_counters(&self) -> bool {

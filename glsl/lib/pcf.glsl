@@ -26,16 +26,6 @@ PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, float bias, int w, vec2 ma
   return k;
 }
 
-// Smallest and largest reference over the kernel's texels.
-vec2 pcfReferenceRange(PcfKernel k, int w) {
-  vec2 a = k.slope * float(w);
-  float low = k.reference + min(a.x, 0.0) + min(a.y, 0.0);
-  float high = k.reference + max(a.x, 0.0) + max(a.y, 0.0);
-  // References are summed in another order in the kernel: keep the bounds on the safe side of the rounding.
-  float slack = 4e-7 * (1.0 + abs(a.x) + abs(a.y));
-  return vec2(low - slack, high + slack);
-}
-
 float pcfReference(PcfKernel k, int i, int j) { return k.reference + (float(i) * k.slope.x + float(j) * k.slope.y); }
 
 // Weight of column (or row) i of w+1.

@@ -11,6 +11,7 @@ layout(binding = 2) uniform sampler2D camera_normal; // unused where view.normal
 struct Receiver {
   vec3 position;
   vec3 normal;   // unit, on the viewer's side
+  float error;   // how far the position may be off, world units
   bool surface;  // false: sky
 };
 
@@ -59,18 +60,22 @@ Receiver receiverAt(ivec2 pixel) {
   r.surface = depth != view.far_depth;
   r.position = vec3(0.0);
   r.normal = vec3(0.0, 0.0, 1.0);
+  r.error = 0.0;
   if (!r.surface) return r;
   r.position = viewPosition(pixel, depth);
   r.normal = normalAt(pixel, r.position);
+  r.error = POSITION_ULPS * length(r.position);
+  // Anything but reversed floating-point depth loses much more far away than single precision does.
+  if (view.depth_error != 0.0) r.error += distance(r.position, viewPosition(pixel, depth + view.depth_error));
   return r;
 }
 
 // The point to look up in the shadow map: the receiver moved along its normal by `texels` times what a plane
-// needs (planeOffsetTexels), plus what single precision may have cost its position.
+// needs (planeOffsetTexels), plus what precision may have cost its position.
 vec3 offsetReceiver(Receiver r, LightPoint l, float texels, int layer) {
   mat4 m = view.light_clip_from_view[layer];
   float offset = texels * texelSize(m, l, vec2(view.map_size)) * planeOffsetTexels(m, r.normal);
-  return r.position + r.normal * (offset + POSITION_ULPS * length(r.position));
+  return r.position + r.normal * (offset + r.error);
 }
 
 #endif

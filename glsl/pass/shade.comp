@@ -13,7 +13,6 @@ layout(binding = 5) writeonly uniform image2D picture;
 layout(push_constant, scalar) uniform Push {
   vec3 light_color;    // key light at `reference_distance`, times exposure
   float ambient;       // hemisphere light against it
-  float haze_distance; // world units over which haze takes 63 %
   float reference_distance; // of a spot light; 0 for a directional one
   float cos_outer;     // of a spot light's cone
   float cos_inner;
@@ -48,8 +47,7 @@ vec3 shade(ivec2 pixel) {
   float key = max(dot(r.normal, towardsLight(r.position, 0)), 0.0) * keyLight(r.position);
   float lit = texelFetch(visibility, pixel, 0).x;
   vec3 ambient = push.ambient * mix(GROUND, mix(HORIZON, ZENITH, 0.6), 0.5 + 0.5 * dot(r.normal, up));
-  vec3 color = texelFetch(albedo, pixel, 0).rgb * (push.light_color * (key * lit) + ambient);
-  return mix(sky, color, exp(-length(r.position) / push.haze_distance));
+  return texelFetch(albedo, pixel, 0).rgb * (push.light_color * (key * lit) + ambient);
 }
 
 void main() {

@@ -18,6 +18,7 @@ layout(binding = 0, scalar) uniform ViewBlock {
   uvec2 map_size;                          // shadow map, texels
   uint normal_encoding;
   float far_depth;                         // what a cleared camera depth holds
+  float depth_error;                       // of the camera depth, absolute, towards the viewer; 0: relative only
 } view;
 
 // Camera view space of a pixel with the given depth.

@@ -59,7 +59,7 @@ impl Host {
             // SAFETY: `cmd` is recording; staging and image live until the submission has run.
             let mut frame = unsafe { Frame::begin(self.context(), cmd, Handoff::default(), None) };
             frame.write_image(&staging, &image);
-            frame.finish(None);
+            frame.end();
             Ok(())
         })?;
         Ok(image)
@@ -79,7 +79,7 @@ impl Host {
             // SAFETY: as above.
             let mut frame = unsafe { Frame::begin(self.context(), cmd, Handoff::default(), None) };
             frame.read_back(image, &buffer);
-            frame.finish(None);
+            frame.end();
             Ok(())
         })?;
         let bytes = buffer.bytes();

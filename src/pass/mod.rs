@@ -1,7 +1,7 @@
 //! Shared steps: a file a step, each with its shader of the same stem under `glsl/pass/`.
 
 pub mod accumulate;
-pub mod min_max;
+pub mod depth_bounds;
 pub mod pcf;
 pub mod sm;
 pub mod tiles;

@@ -1,7 +1,7 @@
-//! Percentage-closer filtering, over all pixels or over those that the min/max blocks leave open.
+//! Percentage-closer filtering, over all pixels or over those that the depth bounds leave open.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
-use crate::pass::min_max::MinMax;
+use crate::pass::depth_bounds::DepthBounds;
 use crate::pass::tiles::TileList;
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
@@ -17,6 +17,17 @@ shader_struct! {
     }
 }
 
+/// How pixels whose whole kernel agrees are found without filtering. The image is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PcfSkip {
+    /// Not at all: every pixel is filtered.
+    Off,
+    /// Each pixel asks the depth bounds first.
+    Pixels,
+    /// A pass of its own asks the depth bounds and lists the tiles to filter.
+    Tiles,
+}
+
 /// What of the pass is fixed at its making.
 #[derive(Clone, Copy, Debug)]
 pub struct PcfConfig {
@@ -24,44 +35,47 @@ pub struct PcfConfig {
     pub width: u32,
     /// Four texels a gather, instead of one a fetch.
     pub gather: bool,
-    /// Decide uniform neighbourhoods by the map's min/max blocks and filter only the other tiles.
-    pub skip: bool,
+    /// What is not filtered.
+    pub skip: PcfSkip,
 }
 
-/// Only with [`PcfConfig::skip`].
-struct Skip {
-    classify: Arc<ComputePipeline>,
-    min_max: MinMax,
-}
-
-/// The pass with its pipelines and the tile list.
+/// The pass with its pipelines, and what it skips by.
 pub struct Pcf {
     filter: Arc<ComputePipeline>,
+    /// With [`PcfSkip::Tiles`] only.
+    classify: Option<Arc<ComputePipeline>>,
+    /// Not with [`PcfSkip::Off`].
+    bounds: Option<DepthBounds>,
     tiles: TileList,
-    skip: Option<Skip>,
 }
 
 impl Pcf {
     /// Allocates for a camera image and a shadow map.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcfConfig) -> Result<Self> {
         let PcfConfig { width, gather, skip } = config;
-        let filter = context.pipeline::<PcfPush>("pass/pcf.comp", &[width, gather.into(), skip.into()])?;
+        let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
+        let constants = [width, gather.into(), listed.into(), bounded.into()];
+        let filter = context.pipeline::<PcfPush>("pass/pcf.comp", &constants)?;
         filter.check_uniform::<ViewConstants>("view")?;
-        let skip = if skip {
-            let classify = context.pipeline::<PcfPush>("pass/pcf_classify.comp", &[width])?;
-            classify.check_uniform::<ViewConstants>("view")?;
-            Some(Skip { classify, min_max: MinMax::new(context, map_size)? })
-        } else {
-            None
+        let classify = match listed {
+            true => Some(context.pipeline::<PcfPush>("pass/pcf_classify.comp", &[width])?),
+            false => None,
         };
-        // Without skipping nothing is listed, but the shader's binding still wants a buffer.
-        let listed = if skip.is_some() { extent } else { [0; 2] };
-        Ok(Self { filter, tiles: TileList::new(context.device(), "pcf tiles", listed)?, skip })
+        if let Some(classify) = &classify {
+            classify.check_uniform::<ViewConstants>("view")?;
+        }
+        let bounds = match skip {
+            PcfSkip::Off => None,
+            _ => Some(DepthBounds::new(context, map_size)?),
+        };
+        // Where nothing is listed the shader's binding still wants a buffer.
+        let tiles = TileList::new(context.device(), "pcf tiles", if listed { extent } else { [0; 2] })?;
+        Ok(Self { filter, classify, bounds, tiles })
     }
 
     /// Bytes of images and lists.
     pub fn memory_bytes(&self) -> u64 {
-        self.tiles.buffer().size() + self.skip.as_ref().map_or(0, |s| s.min_max.blocks().memory_bytes())
+        self.tiles.buffer().size() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
     }
 
     /// Writes the visibility of every pixel into `output`.
@@ -75,29 +89,26 @@ impl Pcf {
     ) -> Result<()> {
         let [width, height] = output.extent();
         let all = Threads::Count([width, height, 1]);
-        let dispatch = |frame: &mut Frame<'_>, name, pipeline: &ComputePipeline, map, threads| {
-            frame.dispatch(&Pass {
-                name,
-                pipeline,
-                bind: &[
-                    Bind::Buffer(view),
-                    Bind::Input(&inputs.depth),
-                    Bind::Input(inputs.normal_or_depth()),
-                    map,
-                    Bind::Image(output),
-                    Bind::Buffer(self.tiles.buffer()),
-                ],
-                push: bytemuck::bytes_of(&push),
-                threads,
-            })
-        };
+        if let Some(bounds) = &mut self.bounds {
+            bounds.record(frame, inputs)?;
+        }
         let map = Bind::Input(&inputs.shadow_map);
-        let Some(skip) = &mut self.skip else { return dispatch(frame, "pcf", &self.filter, map, all) };
-        skip.min_max.record(frame, inputs)?;
-        self.tiles.clear(frame);
-        dispatch(frame, "pcf classify", &skip.classify, Bind::Image(skip.min_max.blocks()), all)?;
-        dispatch(frame, "pcf", &self.filter, map, self.tiles.threads())?;
-        self.tiles.count(frame);
+        // Without bounds the shader's binding still wants an image, which it does not read.
+        let blocks = self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks()));
+        let (depth, normal) = (Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
+        let (view, list) = (Bind::Buffer(view), Bind::Buffer(self.tiles.buffer()));
+        let push = bytemuck::bytes_of(&push);
+        if let Some(classify) = &self.classify {
+            self.tiles.clear(frame);
+            let bind = &[view, depth, normal, blocks, Bind::Image(output), list];
+            frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads: all })?;
+        }
+        let threads = if self.classify.is_some() { self.tiles.threads() } else { all };
+        let bind = &[view, depth, normal, map, Bind::Image(output), list, blocks];
+        frame.dispatch(&Pass { name: "pcf", pipeline: &self.filter, bind, push, threads })?;
+        if self.classify.is_some() {
+            self.tiles.count(frame);
+        }
         Ok(())
     }
 }

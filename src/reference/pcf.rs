@@ -1,6 +1,6 @@
 //! Mirror of `glsl/pass/pcf.comp` and `pcf_classify.comp`.
 
-use super::min_max;
+use super::depth_bounds;
 use super::view::{DEPTH_ULPS, Decision, FrameData, Mirror, Plane, ROUNDING, Receiver, Verdict, View, shadow_test};
 use crate::Result;
 use crate::pass::tiles::TILE;
@@ -68,13 +68,13 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     Ok(Mirror::collect(pixels))
 }
 
-/// How many tiles of `TILE` x `TILE` pixels are left to the filter by the map's block minima and maxima.
+/// How many tiles of `TILE` x `TILE` pixels are left to the filter by the depth bounds of the map's blocks.
 ///
 /// # Errors
 /// Images that do not fit the constants.
 pub fn listed(data: &FrameData<'_>, settings: &Settings) -> Result<Listed> {
     let view = View::new(data)?;
-    let levels = min_max::blocks(data.shadow_map, data.constants.map_size);
+    let levels = depth_bounds::blocks(data.shadow_map, data.constants.map_size);
     let open = view.every_pixel(|p| match receiver(&view, p, settings) {
         Step::Decided(verdict) if verdict.doubt > 0.0 => Decision::Doubtful(false),
         Step::Decided(_) => Decision::No,
@@ -140,7 +140,7 @@ fn kernel(view: &View<'_>, l: &super::view::LightPoint, plane: &Plane, settings:
     let (slope, slope_error) = (plane.slope / extent, plane.error / extent);
     let factor = f64::from(settings.depth_bias);
     let bias = DEPTH_ULPS + factor * (slope.abs().x + slope.abs().y);
-    let to_base = glam::dvec2(base[0] as f64, base[1] as f64) - center;
+    let to_base = vector(base) - center;
     Kernel {
         base,
         fraction: center - first,
@@ -159,7 +159,7 @@ fn kernel(view: &View<'_>, l: &super::view::LightPoint, plane: &Plane, settings:
 
 /// Reference depth of a tap and the bound of its error.
 fn reference(k: &Kernel, tap: DVec2) -> (f64, f64) {
-    let away = (glam::dvec2(k.base[0] as f64, k.base[1] as f64) + tap - k.center).abs();
+    let away = (vector(k.base) + tap - k.center).abs();
     let error = k.reference_error + k.slope_error.dot(away) + ROUNDING * k.slope.abs().dot(tap);
     (k.reference + k.slope.dot(tap), error)
 }
@@ -203,30 +203,46 @@ fn filter(view: &View<'_>, k: &Kernel, width: i64) -> Verdict {
     Verdict { visibility, doubt: (doubtful / area).min(1.0), rounding }
 }
 
-/// Whether the block minima and maxima leave the pixel open.
-fn is_open(view: &View<'_>, levels: &[min_max::Level], k: &Kernel, width: i64) -> Decision {
-    let a = k.slope * width as f64;
-    let slack = 4e-7 * (1.0 + a.x.abs() + a.y.abs());
-    let low = (k.reference + a.x.min(0.0) + a.y.min(0.0) - slack).min(1.0);
-    let high = (k.reference + a.x.max(0.0) + a.y.max(0.0) + slack).min(1.0);
-    let (_, first_error) = reference(k, DVec2::ZERO);
-    let (_, last_error) = reference(k, DVec2::splat(width as f64));
-    let error = first_error.max(last_error);
+/// Whether the depth bounds leave the pixel open.
+fn is_open(view: &View<'_>, levels: &[depth_bounds::Level], k: &Kernel, width: i64) -> Decision {
+    // Where rounding may have moved the kernel by a texel, it may have read other blocks.
+    let moved = (0..2).any(|i| {
+        let (f, e) = (k.fraction[i], k.fraction_error[i]);
+        f < e || f > 1.0 - e
+    });
+    let map = view.map_size.map(|n| n as i64);
+    let last = k.base.map(|b| b + width);
+    if (0..2).any(|i| k.base[i] < 0 || last[i] >= map[i]) {
+        return if moved { Decision::Doubtful(true) } else { Decision::Yes };
+    }
     let level = match width {
         ..8 => 0,
         8..16 => 1,
         16..32 => 2,
         _ => 3,
     };
-    // Where rounding may have moved the kernel by a texel, it may have read other blocks.
-    let moved = (0..2).any(|i| {
-        let (f, e) = (k.fraction[i], k.fraction_error[i]);
-        f < e || f > 1.0 - e
-    });
-    let range = block_range(view, &levels[level], k.base, width, 3 + level);
-    let lit = Decision::positive(range[0] - high, error);
-    // An upper bound of 1 leaves nothing beyond it: low is clamped to 1.
-    let dark = if range[1] >= 1.0 { Decision::No } else { Decision::positive(low - range[1], error) };
+    let size = 8 << level;
+    let (mut lit, mut dark) = (Decision::Yes, Decision::Yes);
+    for y in k.base[1] / size..=last[1] / size {
+        for x in k.base[0] / size..=last[0] / size {
+            let bounds = levels[level].at([x as usize, y as usize]);
+            let corner = [size * x, size * y];
+            let low = corner_vector(k.base, corner, i64::max);
+            let high = corner_vector(last, corner.map(|c| c + size - 1), i64::min);
+            let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+            let from_block = middle - vector(corner) - 0.5 * (size as f64 - 1.0);
+            let reach = bounds.slope.abs().dot(half);
+            let (depth, error) = reference(k, middle - vector(k.base));
+            let stored = bounds.slope.dot(from_block);
+            let all = (k.slope.abs() + bounds.slope.abs()).dot(DVec2::splat(size as f64));
+            let slack = (k.slope - bounds.slope).abs().dot(half) + 2.5e-7 * (1.0 + all);
+            // The bounds themselves are rounded, once a level.
+            let error = error + k.slope_error.dot(half) + 2.0 * ROUNDING * (1.0 + all);
+            lit = both(lit, Decision::positive(stored + bounds.low - depth - slack, error));
+            dark = both(dark, Decision::positive(depth - slack - stored - bounds.high, error));
+            dark = both(dark, Decision::positive(1.0 - (stored + bounds.high + reach), error));
+        }
+    }
     let open = !lit.is_yes() && !dark.is_yes();
     if moved || lit.is_doubtful() || dark.is_doubtful() {
         Decision::Doubtful(open)
@@ -237,19 +253,20 @@ fn is_open(view: &View<'_>, levels: &[min_max::Level], k: &Kernel, width: i64) -
     }
 }
 
-fn block_range(view: &View<'_>, level: &min_max::Level, base: [i64; 2], width: i64, shift: usize) -> [f64; 2] {
-    let mut range = [1.0f64, 0.0];
-    let last = base.map(|b| b + width);
-    let map = view.map_size.map(|n| n as i64);
-    if (0..2).any(|i| base[i] < 0 || last[i] >= map[i]) {
-        range[1] = 1.0;
+fn vector(v: [i64; 2]) -> DVec2 {
+    glam::dvec2(v[0] as f64, v[1] as f64)
+}
+
+fn corner_vector(a: [i64; 2], b: [i64; 2], pick: fn(i64, i64) -> i64) -> DVec2 {
+    vector([pick(a[0], b[0]), pick(a[1], b[1])])
+}
+
+/// A certain no outweighs all doubts.
+fn both(a: Decision, b: Decision) -> Decision {
+    match (a, b) {
+        (Decision::No, _) | (_, Decision::No) => Decision::No,
+        (Decision::Yes, b) => b,
+        (a, Decision::Yes) => a,
+        (a, b) => Decision::Doubtful(a.is_yes() && b.is_yes()),
     }
-    let block = |t: i64, axis: usize| (t.clamp(0, map[axis] - 1) >> shift) as usize;
-    for y in [block(base[1], 1), block(last[1], 1)] {
-        for x in [block(base[0], 0), block(last[0], 0)] {
-            let [low, high] = level.range[y * level.size[0] as usize + x];
-            range = [range[0].min(low.into()), range[1].max(high.into())];
-        }
-    }
-    range
 }

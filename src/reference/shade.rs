@@ -40,14 +40,12 @@ fn shade(view: &View<'_>, push: &ShadePush, at: [usize; 2], albedo: DVec3, visib
     let Some(r) = view.receiver(at) else {
         return sky_color(view.position_at(at, 0.5).0.normalize(), up);
     };
-    let sky = sky_color(r.position.normalize(), up);
     let (towards, _) = view.towards_light(r.position, DVec3::ZERO);
     let key = r.normal.dot(towards).max(0.0) * key_light(view, push, r.position, towards);
     let sky_ambient = HORIZON.lerp(ZENITH, 0.6);
     let ambient = f64::from(push.ambient) * GROUND.lerp(sky_ambient, 0.5 + 0.5 * r.normal.dot(up));
     let light = DVec3::from(push.light_color.map(f64::from));
-    let color = albedo * (light * (key * visibility) + ambient);
-    sky.lerp(color, (-r.position.length() / f64::from(push.haze_distance)).exp())
+    albedo * (light * (key * visibility) + ambient)
 }
 
 fn sky_color(direction: DVec3, up: DVec3) -> DVec3 {

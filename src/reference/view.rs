@@ -83,6 +83,7 @@ pub(super) struct View<'a> {
     pub map_size: [usize; 2],
     normal_encoding: u32,
     far_depth: f32,
+    camera_depth_error: f64,
     depth: &'a [f32],
     normal: &'a [[f32; 3]],
     shadow_map: &'a [f32],
@@ -95,6 +96,8 @@ pub(super) struct Receiver {
     pub position_error: DVec3,
     pub normal: DVec3,
     pub normal_error: f64,
+    /// What the shader allows for the camera depth's precision, world units.
+    pub allowance: f64,
 }
 
 /// Which way a yes or no turned out.
@@ -175,6 +178,7 @@ impl<'a> View<'a> {
             map_size,
             normal_encoding: c.normal_encoding,
             far_depth: c.far_depth,
+            camera_depth_error: c.depth_error.into(),
             depth: data.depth,
             normal: data.normal,
             shadow_map: data.shadow_map,
@@ -248,7 +252,12 @@ impl<'a> View<'a> {
                 (self.view_from_world * n, 3.0 * ROUNDING)
             }
         };
-        Some(Receiver { position, position_error, normal, normal_error })
+        let mut allowance = POSITION_ULPS * position.length();
+        if self.camera_depth_error != 0.0 {
+            let depth = f64::from(self.depth[self.index(pixel)]) + self.camera_depth_error;
+            allowance += position.distance(self.position_at(pixel, depth).0);
+        }
+        Some(Receiver { position, position_error, normal, normal_error, allowance })
     }
 
     /// Differences to both neighbours along an axis, the one that the shader takes first; each with its error.
@@ -399,8 +408,11 @@ impl<'a> View<'a> {
     pub fn offset(&self, r: &Receiver, l: &LightPoint, texels: f64) -> (DVec3, DVec3) {
         let per_plane = texels * self.texel_size(l);
         let planes = self.plane_offset_texels(r.normal);
-        let offset = per_plane * planes + POSITION_ULPS * r.position.length();
+        let offset = per_plane * planes + r.allowance;
         let offset_error = per_plane * (r.normal_error + planes * l.w_error / l.w.abs()) + 3.0 * ROUNDING * offset;
+        // The allowance may be the difference of two positions.
+        let offset_error =
+            if self.camera_depth_error == 0.0 { offset_error } else { offset_error + 2.0 * r.position_error.length() };
         let p = r.position + r.normal * offset;
         let error = r.position_error
             + r.normal.abs() * offset_error

@@ -2,9 +2,9 @@
 //!
 //! Both are always finite: for an empty scene, a single point, a flat one, one of any size and place.
 
-use super::{Bounds, Camera, Light, LightShape, Projection, Scene};
+use super::{Bounds, Camera, Instance, Light, LightShape, Material, Mesh, Projection, Scene};
 use crate::view::look_along;
-use glam::{DAffine3, DVec3, dvec3};
+use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 /// Full vertical angle of the fitted camera, radians (40 degrees).
 const FOV_Y: f64 = 40.0 * std::f64::consts::PI / 180.0;
@@ -14,19 +14,25 @@ const TOWARDS_CAMERA: DVec3 = dvec3(0.55, 0.5, 0.8);
 /// Towards the fitted sun: 55 degrees high, from the left, so that shadows fall across the view.
 const TOWARDS_SUN: DVec3 = dvec3(-0.5, 1.0, 0.45);
 
-/// A three-quarter view that shows the whole scene in an image at least as wide as high.
+/// Corners of the ground, few enough for it to count as flat and convex where the light is fitted.
+const GROUND_CORNERS: u32 = 96;
+/// Radius of the ground in half diagonals of the scene.
+const GROUND_RADIUS: f64 = 100.0;
+
+/// A three-quarter view that shows the whole scene in an image of the given size.
 ///
 /// The near plane lies in front of everything.
-pub fn camera(scene: &Scene) -> Camera {
+pub fn camera(scene: &Scene, image: [u32; 2]) -> Camera {
     let (bounds, size) = extent(scene);
     let center = bounds.center();
     let towards = TOWARDS_CAMERA.normalize();
     // Turned first, then moved back until the last corner is inside: tighter than a bounding sphere.
     let turned = look_along(center, -towards);
     let slope = (0.5 * FOV_Y).tan();
+    let aspect = f64::from(image[0].max(1)) / f64::from(image[1].max(1));
     let corner_distance = |corner: DVec3| {
         let p = turned.matrix3.transpose() * (corner - center);
-        p.z + p.x.abs().max(p.y.abs()) / slope
+        p.z + (p.x.abs() / aspect).max(p.y.abs()) / slope
     };
     let corners = bounds.corners();
     let tight = corners.into_iter().map(corner_distance).fold(size, f64::max);
@@ -37,6 +43,43 @@ pub fn camera(scene: &Scene) -> Camera {
         world_from_camera: DAffine3 { translation: center + towards * distance, ..turned },
         projection: Projection::Perspective { fov_y: FOV_Y, near: 0.01 * distance },
     }
+}
+
+/// Lays a round floor under the scene, far beyond what a fitted camera sees of it: something for a lone
+/// object to throw its shadow on. Fit camera and light first. Nothing happens to an empty scene.
+pub fn add_ground(scene: &mut Scene) {
+    let (bounds, size) = extent(scene);
+    if bounds.is_empty() || scene.instances.is_empty() {
+        return;
+    }
+    let ring = |i: u32| {
+        let (sin, cos) = (f64::from(i) / f64::from(GROUND_CORNERS) * std::f64::consts::TAU).sin_cos();
+        [sin as f32, 0.0, cos as f32]
+    };
+    let mut mesh = Mesh {
+        name: "ground".into(),
+        positions: (0..GROUND_CORNERS).map(ring).collect(),
+        normals: vec![[0.0, 1.0, 0.0]; GROUND_CORNERS as usize],
+        uvs: vec![[0.0; 2]; GROUND_CORNERS as usize],
+        indices: (1..GROUND_CORNERS - 1).flat_map(|i| [0, i, i + 1]).collect(),
+        material: scene.materials.len(),
+        ..Mesh::default()
+    };
+    mesh.compute_bounds();
+    let center = bounds.center();
+    scene.instances.push(Instance {
+        mesh: scene.meshes.len(),
+        world_from_object: DAffine3 {
+            matrix3: DMat3::from_diagonal(DVec3::splat(GROUND_RADIUS * size)),
+            translation: dvec3(center.x, bounds.min.y, center.z),
+        },
+    });
+    scene.meshes.push(mesh);
+    scene.materials.push(Material {
+        name: "ground".into(),
+        base_color: [0.27, 0.265, 0.26, 1.0],
+        ..Material::default()
+    });
 }
 
 /// A directional light, high and from the left of the fitted camera, at a distance from which it has

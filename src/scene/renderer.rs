@@ -2,11 +2,13 @@
 
 use super::cull::DrawList;
 use super::{CasterOptions, GBuffer, GpuScene, Light, Scene, Shade, ShadeOptions, ShadowMap, light_view};
-use crate::gpu::Image;
+use crate::gpu::{Image, ImageDesc};
 use crate::host::Host;
+use crate::pass::accumulate::Accumulate;
+use crate::reference::ray_traced::Stratified;
 use crate::technique::{self, OutputFormat, Params, Setup, Technique};
 use crate::timing::{FrameTiming, Timings};
-use crate::view::{CameraView, LightView};
+use crate::view::{CameraView, LightKind, LightView, look_along};
 use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
 
 /// Largest side of an image or a map.
@@ -49,8 +51,7 @@ impl Default for RenderDesc {
 pub struct Renderer<'h> {
     host: &'h Host,
     desc: RenderDesc,
-    camera: CameraView,
-    light: LightView,
+    view: View,
     gpu: GpuScene,
     camera_list: DrawList,
     light_list: DrawList,
@@ -58,9 +59,30 @@ pub struct Renderer<'h> {
     gbuffer: GBuffer,
     shade: Shade,
     timings: Timings,
+    map_is_current: bool,
+}
+
+/// Who looks and who shines.
+struct View {
+    camera: CameraView,
+    light: LightView,
     /// Counts changes of the shadow map.
     light_version: u64,
-    map_is_current: bool,
+    normals: bool,
+}
+
+impl View {
+    fn inputs(&self, gbuffer: &GBuffer, map: &ShadowMap) -> Inputs<'_> {
+        let normal = (gbuffer.geometric_normal.as_ref(), NormalEncoding::OctahedralSigned);
+        Inputs {
+            camera: &self.camera,
+            depth: gbuffer.depth.as_ref(),
+            normal: self.normals.then_some(normal),
+            shadow_map: map.image().as_ref(),
+            light: std::slice::from_ref(&self.light),
+            light_version: Some(self.light_version),
+        }
+    }
 }
 
 impl<'h> Renderer<'h> {
@@ -82,12 +104,10 @@ impl<'h> Renderer<'h> {
             gbuffer: GBuffer::new(host, desc.size, instances)?,
             shade: Shade::new(host, desc.size, scene, light, &desc.shade)?,
             timings: Timings::new(host.context(), host.queue_family(), 1)?,
-            light_version: 0,
             map_is_current: false,
-            light: view,
+            view: View { camera, light: view, light_version: 0, normals: desc.normals },
             host,
             desc,
-            camera,
             gpu,
         })
     }
@@ -107,7 +127,7 @@ impl<'h> Renderer<'h> {
     pub fn frame(&mut self, technique: &mut dyn Technique) -> Result<FrameTiming> {
         let draw_map = self.desc.dynamic_light || !self.map_is_current;
         if draw_map {
-            self.light_version += 1;
+            self.view.light_version += 1;
         }
         let context = self.host.context();
         self.host.run(|cmd| {
@@ -120,38 +140,98 @@ impl<'h> Renderer<'h> {
                 self.map.record(&mut frame, &self.gpu, list)?;
             }
             self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
-            let normal = self.gbuffer.geometric_normal.as_ref();
-            let inputs = Inputs {
-                camera: &self.camera,
-                depth: self.gbuffer.depth.as_ref(),
-                normal: self.desc.normals.then_some((normal, NormalEncoding::OctahedralSigned)),
-                shadow_map: self.map.image().as_ref(),
-                light: std::slice::from_ref(&self.light),
-                light_version: Some(self.light_version),
-            };
+            let inputs = self.view.inputs(&self.gbuffer, &self.map);
             let visibility = technique.record(&mut frame, &inputs)?;
             self.shade.record(&mut frame, &inputs, &self.gbuffer, &visibility)?;
-            frame.finish(Some(technique.output()));
+            frame.finish(technique.output());
             Ok(())
         })?;
         self.map_is_current = true;
         Ok(self.timings.poll().pop().unwrap_or_default())
     }
 
+    /// Visibility as the average of `samples` (rounded to a square number) hard shadows, each from its own
+    /// shadow map seen from a point of the area light: the ground truth of Macedo et al. It carries the
+    /// aliasing and the bias of shadow mapping; a light without size gives plain shadow mapping.
+    ///
+    /// `done` is told after each sample how many there are so far.
+    pub fn area_samples(
+        &mut self,
+        scene: &Scene,
+        light: &Light,
+        samples: u32,
+        done: &mut dyn FnMut(u32, u32),
+    ) -> Result<Vec<f32>> {
+        let context = self.host.context();
+        let grid = f64::from(samples.max(1)).sqrt().round() as u32;
+        let count = grid * grid;
+        let params = Params::new(technique::find("sm")?);
+        let mut hard = self.prepare("sm", &params)?;
+        // Once for the G-buffer.
+        self.frame(&mut *hard)?;
+        let accumulate = Accumulate::new(context, self.desc.size)?;
+        let average = ImageDesc::storage("area samples", OutputFormat::R32.format(), self.desc.size);
+        let average = Image::new(context.device(), &average)?;
+        let points = Stratified::new(grid, 0, 0);
+        for i in 0..count {
+            let view = light_view(scene, &light_sample(light, &self.view.light, points.point(i)));
+            let list = DrawList::for_light(scene, &view);
+            self.host.run(|cmd| {
+                // SAFETY: as in `frame`.
+                let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
+                self.map.record(&mut frame, &self.gpu, &list)?;
+                let inputs =
+                    Inputs { light: std::slice::from_ref(&view), ..self.view.inputs(&self.gbuffer, &self.map) };
+                let visibility = hard.record(&mut frame, &inputs)?;
+                accumulate.record(&mut frame, &visibility, i, count, &average)?;
+                frame.end();
+                Ok(())
+            })?;
+            done(i + 1, count);
+        }
+        self.map_is_current = false;
+        self.host.read_values(&average)
+    }
+
+    /// Draws the G-buffer and shades it with a visibility from elsewhere, row by row, instead of a technique's.
+    /// Then [`Renderer::picture`] and [`Renderer::gbuffer`] are of this frame.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if there is not one value a pixel.
+    pub fn shade_with(&mut self, visibility: &[f32]) -> Result<()> {
+        let [width, height] = self.desc.size;
+        if visibility.len() as u64 != u64::from(width) * u64::from(height) {
+            return Err(Error::Usage(format!("{} values of visibility for {width}x{height} pixels", visibility.len())));
+        }
+        let format = OutputFormat::R32.format();
+        let desc = ImageDesc::storage("given visibility", format, self.desc.size);
+        let given = self.host.upload_image(&desc, bytemuck::cast_slice(visibility))?;
+        let context = self.host.context();
+        self.host.run(|cmd| {
+            // SAFETY: as in `frame`; `given` lives until the work is done.
+            let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
+            self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
+            let inputs = self.view.inputs(&self.gbuffer, &self.map);
+            self.shade.record(&mut frame, &inputs, &self.gbuffer, &given.as_ref())?;
+            frame.end();
+            Ok(())
+        })
+    }
+
     /// The light's view, as fitted to the scene.
     pub fn light(&self) -> &LightView {
-        &self.light
+        &self.view.light
     }
 
     /// The camera's view.
     pub fn camera(&self) -> &CameraView {
-        &self.camera
+        &self.view.camera
     }
 
     /// Moves or replaces the light's view: the next frame draws the map anew.
     pub fn set_light(&mut self, scene: &Scene, view: LightView) {
         self.light_list = DrawList::for_light(scene, &view);
-        self.light = view;
+        self.view.light = view;
         self.map_is_current = false;
     }
 
@@ -182,4 +262,20 @@ impl<'h> Renderer<'h> {
             + self.map.image().memory_bytes()
             + self.shade.picture().memory_bytes()
     }
+}
+
+/// The light as seen from one point of its area; `point` is in the unit square.
+fn light_sample(light: &Light, view: &LightView, point: [f64; 2]) -> Light {
+    let mut sample = light.clone();
+    let axes = light.world_from_light.matrix3;
+    let on_square =
+        |half: f64| axes.x_axis * (half * (2.0 * point[0] - 1.0)) + axes.y_axis * (half * (2.0 * point[1] - 1.0));
+    match view.kind {
+        LightKind::Spot { size } => sample.world_from_light.translation += on_square(0.5 * size),
+        LightKind::Directional { angle } => {
+            let towards = axes.z_axis + on_square((0.5 * angle).tan());
+            sample.world_from_light = look_along(light.world_from_light.translation, -towards.normalize());
+        }
+    }
+    sample
 }

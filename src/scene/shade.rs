@@ -13,7 +13,6 @@ shader_struct! {
     pub struct ShadePush {
         light_color: [f32; 3],
         ambient: f32,
-        haze_distance: f32,
         reference_distance: f32,
         cos_outer: f32,
         cos_inner: f32,
@@ -38,18 +37,15 @@ impl Default for ShadeOptions {
 impl ShadePush {
     /// The constants for a scene and a light.
     pub fn new(scene: &Scene, light: &Light, options: &ShadeOptions) -> Self {
-        let bounds = scene.bounds();
         let (reference_distance, outer) = match light.shape {
             LightShape::Directional { .. } => (0.0, 0.0),
             LightShape::Spot { outer, .. } => {
-                ((bounds.center() - light.world_from_light.translation).length().max(f64::MIN_POSITIVE), outer)
+                ((scene.bounds().center() - light.world_from_light.translation).length().max(f64::MIN_POSITIVE), outer)
             }
         };
         Self {
             light_color: light.color.map(|c| c * options.exposure),
             ambient: options.ambient,
-            // Barely visible within the scene, closing over far ground.
-            haze_distance: (12.0 * bounds.radius()).max(1e-30) as f32,
             reference_distance: reference_distance as f32,
             cos_outer: outer.cos() as f32,
             cos_inner: (0.85 * outer).cos() as f32,

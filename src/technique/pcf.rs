@@ -2,12 +2,12 @@
 
 use super::{Info, Kind, Param, Setup, Technique, sm, visibility_image};
 use crate::gpu::Image;
-use crate::pass::pcf::{Pcf, PcfConfig, PcfPush};
+use crate::pass::pcf::{Pcf, PcfConfig, PcfPush, PcfSkip};
 use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
 /// Narrower kernels cost less than asking whether they can be skipped (see `results/`).
-const SKIP_FROM_WIDTH: u32 = 5;
+const SKIP_FROM_WIDTH: u32 = 23;
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -17,21 +17,21 @@ pub const INFO: Info = Info {
     summary: "Averages the tests of w x w texels with bilinear weights: a soft edge w texels wide, on the receiver's plane.",
     params: &[
         Param::odd("width", 1, 63, 3, "texels", "width of the kernel"),
-        Param { default: 0.5, ..sm::NORMAL_OFFSET },
+        Param { default: 0.25, ..sm::NORMAL_OFFSET },
         Param::float(
             "depth_bias",
             0.0,
             16.0,
-            0.1,
+            0.5,
             "texel slopes",
             "taken off the receiver's depth on top, in slopes of its plane a texel",
         ),
         Param::choice("fetch", &["loop", "gather"], 1, "one texel a fetch, or 2 x 2 texels a gather: the same image"),
         Param::choice(
             "skip",
-            &["auto", "on", "off"],
+            &["auto", "off", "pixels", "tiles"],
             0,
-            "decide uniform neighbourhoods by the map's block minima and maxima, and filter only the other tiles: the same image",
+            "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles: the same image",
         ),
     ],
     kind: Kind::RealTime(prepare),
@@ -49,8 +49,10 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let p = &setup.params;
     let width = p.int("width");
     let skip = match p.word("skip") {
-        "auto" => width >= SKIP_FROM_WIDTH,
-        word => word == "on",
+        "auto" if width >= SKIP_FROM_WIDTH => PcfSkip::Pixels,
+        "pixels" => PcfSkip::Pixels,
+        "tiles" => PcfSkip::Tiles,
+        _ => PcfSkip::Off,
     };
     let config = PcfConfig { width, gather: p.word("fetch") == "gather", skip };
     Ok(Box::new(PercentageCloser {

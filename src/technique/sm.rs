@@ -11,7 +11,7 @@ pub(super) const NORMAL_OFFSET: Param = Param::float(
     "normal_offset",
     0.0,
     16.0,
-    1.5,
+    1.0,
     "planes",
     "receiver moved along its normal, in multiples of the part of a texel that a plane of its tilt needs",
 );

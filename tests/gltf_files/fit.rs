@@ -13,10 +13,11 @@ fn boxed(min: DVec3, max: DVec3) -> Scene {
 
 #[track_caller]
 fn check(scene: &Scene) {
-    let (camera, light) = (fit::camera(scene), fit::light(scene));
+    let light = fit::light(scene);
     let bounds = if scene.bounds().is_empty() { Bounds { min: DVec3::ZERO, max: DVec3::ZERO } } else { scene.bounds() };
-    assert_sound(&Scene { cameras: vec![camera.clone()], lights: vec![light.clone()], ..Scene::default() });
-    for size in [[256, 256], [1280, 720]] {
+    for size in [[256, 256], [1280, 720], [300, 800], [1, 7]] {
+        let camera = fit::camera(scene, size);
+        assert_sound(&Scene { cameras: vec![camera.clone()], lights: vec![light.clone()], ..Scene::default() });
         let view = camera.view(size);
         let mut inside = false;
         for corner in bounds.corners() {
@@ -68,7 +69,25 @@ fn empty_scenes_and_points() {
 #[test]
 fn the_whole_is_scaled_with_the_scene() {
     let (one, million) = (boxed(DVec3::ZERO, DVec3::ONE), boxed(DVec3::ZERO, DVec3::splat(1e6)));
-    let (a, b) = (fit::camera(&one), fit::camera(&million));
+    let (a, b) = (fit::camera(&one, [1; 2]), fit::camera(&million, [1; 2]));
     let (a, b) = (a.world_from_camera.translation, b.world_from_camera.translation);
     assert!((a * 1e6).abs_diff_eq(b, 1e-6), "{a} {b}");
+}
+
+#[test]
+fn the_ground_lies_under_the_scene() {
+    let mut scene = boxed(dvec3(3.0, -2.0, 5.0), dvec3(4.0, 1.0, 6.0));
+    let before = scene.bounds();
+    fit::add_ground(&mut scene);
+    let ground = scene.instance_bounds(&scene.instances[1]);
+    assert_eq!((ground.min.y, ground.max.y), (before.min.y, before.min.y));
+    assert!(ground.min.x < before.min.x - 50.0 && ground.max.z > before.max.z + 50.0);
+    let mesh = &scene.meshes[1];
+    for t in mesh.indices.chunks_exact(3) {
+        let [a, b, c] = [t[0], t[1], t[2]].map(|i| glam::Vec3::from(mesh.positions[i as usize]));
+        assert!((b - a).cross(c - a).y > 0.0, "wound to face up");
+    }
+    let mut empty = Scene::default();
+    fit::add_ground(&mut empty);
+    assert!(empty.instances.is_empty());
 }

@@ -167,7 +167,7 @@ fn normals_become_unit_and_broken_ones_are_mended() {
 #[test]
 fn triangles_with_nan_or_infinite_positions_are_dropped() {
     let mut file = File::empty();
-    let mut corners = vec![TRIANGLE; 4].concat();
+    let mut corners = [TRIANGLE; 4].concat();
     corners[4] = [f32::NAN, 0.0, 0.0];
     corners[6] = [0.0, f32::INFINITY, 0.0];
     let positions = file.vec3(&corners);

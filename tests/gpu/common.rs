@@ -47,8 +47,8 @@ pub fn desc(size: [u32; 2], map_size: u32) -> RenderDesc {
     RenderDesc { size, map_size, output: OutputFormat::R32, ..RenderDesc::default() }
 }
 
-pub fn camera_of(scene: &Scene) -> Camera {
-    scene.cameras.first().cloned().unwrap_or_else(|| fit::camera(scene))
+pub fn camera_of(scene: &Scene, size: [u32; 2]) -> Camera {
+    scene.cameras.first().cloned().unwrap_or_else(|| fit::camera(scene, size))
 }
 
 pub fn light_of(scene: &Scene) -> Light {
@@ -57,7 +57,7 @@ pub fn light_of(scene: &Scene) -> Light {
 
 /// The scene from its own camera under its own light, or fitted ones.
 pub fn renderer<'h>(host: &'h Host, scene: &Scene, desc: RenderDesc) -> Renderer<'h> {
-    let camera = camera_of(scene).view(desc.size);
+    let camera = camera_of(scene, desc.size).view(desc.size);
     Renderer::new(host, scene, camera, &light_of(scene), desc).unwrap()
 }
 
@@ -135,7 +135,8 @@ pub fn assert_in_range(values: &[f32], what: &str) {
 /// Number of values that differ by more than `tolerance`; NaN differs from everything.
 pub fn differing(a: &[f32], b: &[f32], tolerance: f32) -> usize {
     assert_eq!(a.len(), b.len());
-    a.iter().zip(b).filter(|(a, b)| !((**a - **b).abs() <= tolerance)).count()
+    let same = |a: f32, b: f32| (a - b).abs() <= tolerance;
+    a.iter().zip(b).filter(|(a, b)| !same(**a, **b)).count()
 }
 
 /// Panics unless both are equal bit for bit.

@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 
 const SIZE: [u32; 2] = [256, 144];
 /// Scene, technique, settings.
-const GOLDEN: &[(&str, &str, &[(&str, &str)])] =
+type Golden = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+const GOLDEN: &[Golden] =
     &[("courtyard", "pcf", &[("width", "3")]), ("foliage", "sm", &[]), ("jenga", "pcf", &[("width", "7")])];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

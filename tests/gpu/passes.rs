@@ -6,8 +6,9 @@ use ash::vk;
 use edgeshade::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind};
 use edgeshade::host::Host;
 use edgeshade::pass::accumulate::Accumulate;
-use edgeshade::pass::min_max::{BLOCKS, MinMax};
-use edgeshade::reference::{accumulate, min_max};
+use edgeshade::pass::depth_bounds::{BLOCKS, DepthBounds};
+use edgeshade::reference::accumulate;
+use edgeshade::reference::depth_bounds::{Bounds, Level, first_level, next_level};
 use edgeshade::scene::{fit, light_view};
 use edgeshade::{Frame, Handoff, Inputs};
 use glam::DVec3;
@@ -22,12 +23,12 @@ impl Random {
 }
 
 /// Texels of one mip level of an image in `GENERAL`.
-fn read_mip(host: &Host, image: &Image, level: u32) -> Vec<[f32; 2]> {
+fn read_mip(host: &Host, image: &Image, level: u32) -> Vec<[f32; 4]> {
     let device = host.context().device();
     let [width, height] = image.mip(level).extent;
     let desc = BufferDesc {
         name: "mip",
-        size: u64::from(width * height) * 8,
+        size: u64::from(width * height) * 16,
         usage: vk::BufferUsageFlags::TRANSFER_DST,
         memory: MemoryKind::Readback,
     };
@@ -58,50 +59,84 @@ fn read_mip(host: &Host, image: &Image, level: u32) -> Vec<[f32; 2]> {
     bytemuck::cast_slice(buffer.bytes()).to_vec()
 }
 
+/// Pixels of a level that differ from the mirror; its own slope is taken as given once it is as flat as the mirror's,
+/// since of two equally flat ones either will do.
+fn wrong_blocks(got: &Level, mirror: impl Fn(&Level) -> Level) -> usize {
+    let expected = mirror(got);
+    let wrong = |(g, e): (&Bounds, &Bounds)| {
+        let slope_is_off = (g.slope.abs() - e.slope.abs()).abs().max_element() > 2e-7;
+        // Slopes that are equally flat but of another sign bound something else: the contract alone holds there.
+        let same_slope = (g.slope - e.slope).abs().max_element() <= 2e-7;
+        let tolerance = 2e-6 * (1.0 + (g.slope.x.abs() + g.slope.y.abs()) * got.block as f64);
+        slope_is_off || same_slope && ((g.low - e.low).abs() > tolerance || (g.high - e.high).abs() > tolerance)
+    };
+    assert_eq!(got.bounds.len(), expected.bounds.len(), "blocks of {}", got.block);
+    got.bounds.iter().zip(&expected.bounds).filter(|p| wrong(*p)).count()
+}
+
 #[test]
-fn min_max_is_exact() {
+fn depth_bounds_hold_and_are_tight() {
     with_gpu(|host| {
         let scene = made::still_life(made::sun(DVec3::ONE));
-        let camera = fit::camera(&scene).view([1, 1]);
+        let camera = fit::camera(&scene, [1, 1]).view([1, 1]);
         let light = [light_view(&scene, &scene.lights[0])];
         let mut random = Random(1);
         for size in [[1, 1], [2, 63], [64, 64], [65, 64], [100, 333], [512, 192], [1000, 8]] {
-            // Many texels at the ends of the range.
-            let mut depth = || (1.5 * random.unit() - 0.25).clamp(0.0, 1.0);
-            let texels: Vec<f32> = (0..size[0] * size[1]).map(|_| depth()).collect();
-            let usage = vk::ImageUsageFlags::SAMPLED;
-            let desc =
-                ImageDesc { array: true, usage, ..ImageDesc::storage("random map", vk::Format::D32_SFLOAT, size) };
-            let map = host.upload_image(&desc, bytemuck::cast_slice(&texels)).unwrap();
-            let mut pass = MinMax::new(host.context(), size).unwrap();
-            let inputs = Inputs {
-                camera: &camera,
-                depth: map.as_ref(),
-                normal: None,
-                shadow_map: map.as_ref(),
-                light: &light,
-                light_version: None,
-            };
-            host.run(|cmd| {
-                // SAFETY: `cmd` is recording and is waited for.
-                let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
-                pass.record(&mut frame, &inputs)?;
-                frame.finish(None);
-                Ok(())
-            })
-            .unwrap();
-            let mut wrong = 0;
-            let mirror = min_max::blocks(&texels, size);
-            for (level, expected) in (0u32..).zip(&mirror) {
-                let got = read_mip(host, pass.blocks(), level);
-                assert_eq!(got.len(), expected.range.len(), "{size:?}, blocks of {}", BLOCKS[level as usize]);
-                wrong += got.iter().zip(&expected.range).filter(|(a, b)| a != b).count();
+            for is_smooth in [false, true] {
+                // Noise with many texels at the ends of the range, or tilted planes with steps and holes.
+                let texels: Vec<f32> = (0..size[0] * size[1])
+                    .map(|i| {
+                        let (x, y) = ((i % size[0]) as f32, (i / size[0]) as f32);
+                        let plane = 0.3 + 1e-3 * x - 7e-4 * y;
+                        match (is_smooth, (x as u32 / 40 + y as u32 / 27) % 3) {
+                            (false, _) => 1.5 * random.unit() - 0.25,
+                            (true, 0) => plane,
+                            (true, 1) => 0.2 + 3e-3 * x,
+                            _ => 1.0,
+                        }
+                        .clamp(0.0, 1.0)
+                    })
+                    .collect();
+                let usage = vk::ImageUsageFlags::SAMPLED;
+                let format = vk::Format::D32_SFLOAT;
+                let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", format, size) };
+                let map = host.upload_image(&desc, bytemuck::cast_slice(&texels)).unwrap();
+                let mut pass = DepthBounds::new(host.context(), size).unwrap();
+                let inputs = Inputs {
+                    camera: &camera,
+                    depth: map.as_ref(),
+                    normal: None,
+                    shadow_map: map.as_ref(),
+                    light: &light,
+                    light_version: None,
+                };
+                host.run(|cmd| {
+                    // SAFETY: `cmd` is recording and is waited for.
+                    let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
+                    pass.record(&mut frame, &inputs)?;
+                    frame.end();
+                    Ok(())
+                })
+                .unwrap();
+                let mut below: Option<Level> = None;
+                for (i, block) in (0u32..).zip(BLOCKS) {
+                    let extent = pass.blocks().mip(i).extent.map(|n| n as usize);
+                    let bounds = read_mip(host, pass.blocks(), i).into_iter().map(Bounds::from).collect();
+                    let got = Level { block: block as usize, size: extent, bounds };
+                    let what = format!("{size:?}, smooth {is_smooth}, blocks of {block}");
+                    assert_eq!(got.violations(&texels, size, 1e-7), 0, "{what}");
+                    let mirror = |_: &Level| below.as_ref().map_or_else(|| first_level(&texels, size), next_level);
+                    assert_eq!(wrong_blocks(&got, mirror), 0, "{what}");
+                    // Proof that both can fail.
+                    let mut planted = got.clone();
+                    planted.bounds[0].high -= 1e-3;
+                    assert_eq!(wrong_blocks(&planted, mirror), 1, "{what}: a planted difference goes unnoticed");
+                    let mut planted = texels.clone();
+                    planted[texels.len() / 2] = -1.0;
+                    assert_eq!(got.violations(&planted, size, 1e-7), 1, "{what}: a planted texel goes unnoticed");
+                    below = Some(got);
+                }
             }
-            assert_eq!(wrong, 0, "{size:?}");
-            // Proof that it can fail: another map.
-            let mut planted = texels.clone();
-            planted[texels.len() / 2] = -1.0;
-            assert!(min_max::blocks(&planted, size) != mirror, "{size:?}: a planted texel goes unnoticed");
         }
     });
 }
@@ -127,7 +162,7 @@ fn accumulation_is_exact() {
                         // SAFETY: `cmd` is recording and is waited for.
                         let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
                         pass.record(&mut frame, &image.as_ref(), i, count, &output)?;
-                        frame.finish(None);
+                        frame.end();
                         Ok(())
                     })
                     .unwrap();

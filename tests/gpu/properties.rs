@@ -15,8 +15,8 @@ const SIZE: [u32; 2] = [160, 90];
 const MODES: &[(&str, &[(&str, &str)])] = &[
     ("sm", &[]),
     ("pcf", &[("width", "1"), ("skip", "off")]),
-    ("pcf", &[("width", "3"), ("fetch", "loop"), ("skip", "on")]),
-    ("pcf", &[("width", "15"), ("fetch", "gather"), ("skip", "on")]),
+    ("pcf", &[("width", "3"), ("fetch", "loop"), ("skip", "tiles")]),
+    ("pcf", &[("width", "15"), ("fetch", "gather"), ("skip", "pixels")]),
 ];
 
 /// Runs every mode, checks the range, and hands visibility to `check` with the mode's description.
@@ -94,8 +94,10 @@ fn every_size_works() {
                 assert_eq!(values.len(), (size[0] * size[1]) as usize);
             });
             let off = visibility(&mut r, "pcf", &[("width", "7"), ("skip", "off")]);
-            let on = visibility(&mut r, "pcf", &[("width", "7"), ("skip", "on")]);
-            assert_same_bits(&off, &on, &format!("{size:?}, map {map}"));
+            for skip in ["pixels", "tiles"] {
+                let on = visibility(&mut r, "pcf", &[("width", "7"), ("skip", skip)]);
+                assert_same_bits(&off, &on, &format!("{size:?}, map {map}, skip {skip}"));
+            }
         }
     });
 }
@@ -218,14 +220,14 @@ fn far_ranges_hold() {
 fn a_kept_light_equals_a_new_one() {
     with_gpu(|host| {
         let scene = shipped_scene("jenga");
-        let settings = [("width", "7"), ("skip", "on")];
+        let settings = [("width", "7"), ("skip", "tiles")];
         let fresh = visibility(&mut renderer(host, &scene, desc(SIZE, 333)), "pcf", &settings);
         let mut kept = renderer(host, &scene, RenderDesc { dynamic_light: false, ..desc(SIZE, 333) });
         let mut technique = prepare(&kept, "pcf", &settings);
         let names = |t: edgeshade::timing::FrameTiming| t.passes.into_iter().map(|p| p.name).collect::<Vec<_>>();
         let first = names(kept.frame(technique.as_mut()).unwrap());
         let second = names(kept.frame(technique.as_mut()).unwrap());
-        for pass in ["shadow map", "min/max blocks"] {
+        for pass in ["shadow map", "depth bounds"] {
             assert!(first.iter().any(|n| n == pass) && !second.iter().any(|n| n == pass), "{first:?}, {second:?}");
         }
         assert_same_bits(&fresh, &kept.visibility(technique.as_ref()).unwrap(), "kept");
@@ -236,7 +238,7 @@ fn a_kept_light_equals_a_new_one() {
         turned.world_from_view = DAffine3::from_rotation_y(0.3) * old.world_from_view;
         kept.set_light(&scene, turned);
         let third = names(kept.frame(technique.as_mut()).unwrap());
-        assert!(third.iter().any(|n| n == "min/max blocks"), "{third:?}");
+        assert!(third.iter().any(|n| n == "depth bounds"), "{third:?}");
         let moved = kept.visibility(technique.as_ref()).unwrap();
         assert!(differing(&fresh, &moved, 0.0) > 100, "the light has not moved");
         let mut anew = renderer(host, &scene, desc(SIZE, 333));

@@ -3,7 +3,7 @@
 use crate::common::with_gpu;
 use edgeshade::Context;
 use edgeshade::pass::accumulate::AccumulatePush;
-use edgeshade::pass::min_max::MinMaxPush;
+use edgeshade::pass::depth_bounds::DepthBoundsPush;
 use edgeshade::pass::pcf::PcfPush;
 use edgeshade::pass::sm::SmPush;
 use edgeshade::pass::view::ViewConstants;
@@ -16,9 +16,9 @@ type Make = fn(&Context) -> edgeshade::Result<()>;
 /// Every compute shader with the structs that the host hands to it.
 const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
-    ("pass/min_max.comp", |c| c.pipeline::<MinMaxPush>("pass/min_max.comp", &[]).map(drop)),
+    ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
     ("pass/pcf.comp", |c| {
-        for constants in [[1, 0, 0], [3, 1, 1], [63, 1, 0]] {
+        for constants in [[1, 0, 0, 0], [3, 1, 1, 0], [63, 1, 0, 1]] {
             c.pipeline::<PcfPush>("pass/pcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
@@ -51,8 +51,8 @@ fn a_struct_that_does_not_fit_is_refused() {
             Err(e) => e.to_string(),
         };
         // Other members, none, some where the shader has none, another block.
-        let text = problem(c.pipeline::<SmPush>("pass/min_max.comp", &[]).map(drop));
-        assert!(text.contains("min_max.comp") && text.contains("map_size"), "{text}");
+        let text = problem(c.pipeline::<SmPush>("pass/depth_bounds.comp", &[]).map(drop));
+        assert!(text.contains("depth_bounds.comp") && text.contains("map_size"), "{text}");
         assert!(problem(c.pipeline::<()>("pass/sm.comp", &[]).map(drop)).contains("sm.comp"));
         let sm = c.pipeline::<SmPush>("pass/sm.comp", &[]).unwrap();
         assert!(problem(sm.check_uniform::<SmPush>("view")).contains("view_from_clip"));

@@ -41,6 +41,7 @@ pub use cache::{Cache, DEFAULT_CACHE_BYTES, Origin};
 pub use frame::Progress;
 pub use hard::hard;
 pub use key::{CacheKey, Method, cache_key};
+pub use sampling::Stratified;
 pub use soft::{SoftSettings, soft};
 pub use trace::{Hit, RayScene, Target};
 pub use truth::{MIN_N_DOT_L, SKY, Truth};

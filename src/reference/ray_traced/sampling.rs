@@ -10,12 +10,13 @@ pub(super) fn mix(mut x: u64) -> u64 {
 
 /// Points of the unit square: one in each cell of a grid, jittered by a hash of pixel and seed.
 #[derive(Clone, Copy)]
-pub(super) struct Stratified {
+pub struct Stratified {
     grid: u32,
     base: u64,
 }
 
 impl Stratified {
+    /// `grid * grid` cells.
     pub fn new(grid: u32, pixel: u64, seed: u64) -> Self {
         Self { grid, base: mix(mix(seed).wrapping_add(pixel)) }
     }

@@ -74,7 +74,7 @@ impl RayScene {
     /// Nothing is dropped: a degenerate or non-finite triangle keeps its id and is never hit.
     ///
     /// # Errors
-    /// If a mesh breaks the rules of [`Mesh`] (an index out of range, arrays of different lengths), or the
+    /// If a mesh breaks the rules of [`crate::scene::Mesh`] (an index out of range, arrays of different lengths), or the
     /// scene has 2^31 triangles or instances or more.
     pub fn build(scene: &Scene) -> Result<Self> {
         check(scene)?;

@@ -199,9 +199,9 @@ fn lantern() -> MeshBuilder {
 fn house(stage: &mut Stage, m: &Palette) {
     let length = ARCADE_END + 2.4 - GATE_Z;
     let z = ARCADE_END + 2.4 - 0.5 * length;
-    stage.add("house", &block(0.5, 6.2, length, 0.03).moved(at(HOUSE_X + 0.25, 3.0, z)).map_uv(masonry), m.house);
+    stage.add("house", &block(0.5, 6.1, length, 0.03).moved(at(HOUSE_X + 0.25, 3.05, z)).map_uv(masonry), m.house);
     let mut trim = MeshBuilder::new();
-    trim.add(&block(0.1, 0.5, length, 0.02), at(HOUSE_X - 0.02, 0.23, z));
+    trim.add(&block(0.1, 0.48, length, 0.02), at(HOUSE_X - 0.02, 0.24, z));
     trim.add(&block(0.2, 0.12, length, 0.03), at(HOUSE_X - 0.02, 5.86, z));
     // Doors below, windows above; shutters stand open.
     let mut panes = MeshBuilder::new();
@@ -328,9 +328,9 @@ fn gallery(stage: &mut Stage, m: &Palette) {
 
 fn gate(stage: &mut Stage, m: &Palette) {
     let open = 1.35;
-    let mut outline = vec![dvec2(-7.0, -0.05), dvec2(-open, -0.05)];
+    let mut outline = vec![dvec2(-7.0, 0.0), dvec2(-open, 0.0)];
     outline.extend(arch(open, 32));
-    outline.extend([dvec2(open, -0.05), dvec2(4.2, -0.05), dvec2(4.2, 5.6), dvec2(-7.0, 5.6)]);
+    outline.extend([dvec2(open, 0.0), dvec2(4.2, 0.0), dvec2(4.2, 5.6), dvec2(-7.0, 5.6)]);
     let wall = plate(&outline, 0.6, 0.02).moved(at(0.0, 0.0, GATE_Z)).map_uv(masonry);
     stage.add("gate wall", &wall, m.plaster);
     let mut ring: Vec<DVec2> = arch(open - 0.03, 32).collect();
@@ -389,7 +389,7 @@ fn pergola(stage: &mut Stage, m: &Palette, rng: &mut Rng) {
             .map(|i| {
                 let t = i as f64 / 60.0;
                 let (c, s) = circle(5.0 * TAU * t * side);
-                dvec3(2.25 + 0.13 * c, 4.5 * t, z + 0.13 * s)
+                dvec3(2.25 + 0.13 * c, 0.03 + 4.47 * t, z + 0.13 * s)
             })
             .collect();
         stem.add(&tube(&path, |t| 0.03 - 0.012 * t, 8), DAffine3::IDENTITY);
@@ -497,7 +497,8 @@ fn furniture(stage: &mut Stage, m: &Palette) {
     let seat = stage.mesh("chair seat", &chair.0.map_uv(|p, _| dvec2(p.x, p.z)), m.wood);
     let frame = stage.mesh("chair frame", &chair.1, m.iron);
     for (dx, dz, turn) in [(-0.82, 0.12, 1.45), (0.62, 0.6, -2.4), (0.1, -0.85, 0.1), (-2.35, 1.9, 0.7)] {
-        let place = at(x + dx, 0.0, z + dz) * rot_y(turn);
+        // Its slanted legs end a little below its own ground.
+        let place = at(x + dx, 0.0025, z + dz) * rot_y(turn);
         stage.place(seat, place);
         stage.place(frame, place);
     }

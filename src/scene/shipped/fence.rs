@@ -29,25 +29,25 @@ pub(super) fn stage() -> Scene {
         let q = if n.x.abs() > 0.5 { dvec2(p.z, -p.y) } else { dvec2(p.x, p.z - p.y) };
         q * 0.42
     };
-    let ground = floor(WALL_X - FENCE_X + 0.4, 22.0, 1, 1).moved(at(0.5 * (WALL_X + FENCE_X), 0.0, -4.5));
+    let ground = floor(WALL_X - FENCE_X + 0.4, 22.0, 1, 1).moved(at(0.5 * (WALL_X + FENCE_X) + 0.2, 0.0, -4.5));
     stage.add("paving", &ground.map_uv(|p, _| dvec2(p.x, p.z) * 0.42), paving);
-    let lawn = floor(12.0, 22.0, 1, 1).moved(at(FENCE_X - 6.0, 0.02, -4.5));
+    let lawn = floor(12.0, 22.0, 1, 1).moved(at(FENCE_X - 6.0, 0.0, -4.5));
     stage.add("lawn", &lawn.map_uv(map), lawn_green);
 
     let mut walls = MeshBuilder::new();
-    walls.add(&block(0.4, 3.4, 24.0, 0.03), at(WALL_X + 0.2, 1.4, -4.5));
-    walls.add(&block(16.0, 3.4, 0.4, 0.03), at(-5.5, 1.4, -12.6));
+    walls.add(&block(0.4, 3.1, 19.0, 0.03), at(WALL_X + 0.2, 1.55, -3.2));
+    walls.add(&block(12.0, 3.1, 0.4, 0.03), at(-4.1, 1.55, -12.6));
     stage.add("walls", &walls.map_uv(map), plaster);
     let mut trim = MeshBuilder::new();
-    trim.add(&block(0.52, 0.14, 24.0, 0.03), at(WALL_X + 0.2, 3.15, -4.5));
-    trim.add(&block(16.0, 0.14, 0.52, 0.03), at(-5.5, 3.15, -12.6));
-    trim.add(&block(0.12, 0.42, 24.0, 0.02), at(WALL_X - 0.02, 0.2, -4.5));
+    trim.add(&block(0.52, 0.14, 19.0, 0.03), at(WALL_X + 0.2, 3.15, -3.2));
+    trim.add(&block(12.0, 0.14, 0.52, 0.03), at(-4.1, 3.15, -12.6));
+    trim.add(&block(0.12, 0.42, 19.0, 0.02), at(WALL_X - 0.02, 0.21, -3.2));
     for i in 0..4 {
         let z = 2.4 - 4.2 * i as f64;
         trim.add(&block(0.24, 2.8, 0.5, 0.03), at(WALL_X - 0.02, 1.4, z));
         trim.add(&block(0.34, 0.12, 0.6, 0.03), at(WALL_X - 0.02, 2.84, z));
     }
-    trim.add(&block(0.3, PLINTH + 0.1, 7.0 * PANEL + 0.2, 0.03), at(FENCE_X, 0.5 * (PLINTH - 0.1), 3.5 - 3.5 * PANEL));
+    trim.add(&block(0.3, PLINTH, 7.0 * PANEL + 0.2, 0.03), at(FENCE_X, 0.5 * PLINTH, 3.5 - 3.5 * PANEL));
     stage.add("stonework", &trim.map_uv(map), stone);
 
     let panel_mesh = stage.mesh("fence panel", &panel(), iron);
@@ -59,7 +59,7 @@ pub(super) fn stage() -> Scene {
         stage.place(post_mesh, at(FENCE_X, PLINTH, 3.5 - i as f64 * PANEL));
     }
 
-    let lean = at(FENCE_X + 0.62, 0.0, 0.55) * rot_y(0.5 * PI + 0.06) * rot_x(-0.13);
+    let lean = at(FENCE_X + 0.62, 0.003, 0.55) * rot_y(0.5 * PI + 0.06) * rot_x(-0.13);
     let bicycle = bicycle();
     stage.add("bicycle frame", &bicycle.frame.moved(lean), red);
     stage.add("bicycle tyres", &bicycle.tyres.moved(lean), rubber);

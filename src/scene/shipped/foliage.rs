@@ -23,23 +23,23 @@ pub(super) fn stage() -> Scene {
     let rust = stage.leaves("red leaves", 0xb9603c, atlas);
 
     // Ground with a low mound for the tree; farther out it is flat.
-    let ground = surface(56, 40, |u, v| {
-        let (x, z) = (20.0 * (u - 0.5), 7.0 - 12.0 * v);
+    let ground = surface(42, 40, |u, v| {
+        let (x, z) = (14.0 * (u - 0.5), 7.0 - 12.0 * v);
         dvec3(x, rise(x, z), z)
     });
     stage.add("ground", &ground.map_uv(|p, _| dvec2(p.x, p.z) * 0.3), earth);
     let wall_uv =
         |p: DVec3, n: DVec3| if n.y.abs() > 0.5 { dvec2(p.x, p.z) * 0.3 } else { dvec2(p.x + p.z, -p.y) * 0.3 };
     let mut wall = MeshBuilder::new();
-    wall.add(&block(20.0, 5.2, 0.35, 0.03), at(0.0, 1.6, -2.6));
+    wall.add(&block(14.0, 5.2, 0.35, 0.03), at(0.0, 1.6, -2.6));
     stage.add("wall", &wall.map_uv(wall_uv), plaster);
     let mut cap = MeshBuilder::new();
-    cap.add(&block(20.0, 0.12, 0.55, 0.03), at(0.0, 4.24, -2.6));
-    cap.add(&block(20.0, 0.4, 0.45, 0.03), at(0.0, 0.1, -2.6));
+    cap.add(&block(14.0, 0.12, 0.55, 0.03), at(0.0, 4.24, -2.6));
+    cap.add(&block(14.0, 0.4, 0.45, 0.03), at(0.0, 0.1, -2.6));
     stage.add("coping", &cap.map_uv(wall_uv), coping);
     stage.add(
         "beyond",
-        &floor(20.0, 4.0, 1, 1).moved(at(0.0, -0.05, -4.6)).map_uv(|p, _| dvec2(p.x, p.z) * 0.3),
+        &floor(14.0, 4.0, 1, 1).moved(at(0.0, -0.05, -4.6)).map_uv(|p, _| dvec2(p.x, p.z) * 0.3),
         earth,
     );
 
@@ -72,7 +72,7 @@ pub(super) fn stage() -> Scene {
             dvec3(foot.x + 1.25 * r * c, 0.0, foot.z + r * s)
         } else {
             let back = rng.range(0.0, 1.0);
-            dvec3(rng.spread(8.5), 0.0, -2.3 + 0.8 * back * back)
+            dvec3(rng.spread(6.6), 0.0, -2.3 + 0.8 * back * back)
         };
         let size = rng.range(0.55, 1.1);
         stage.place(tufts[rng.below(2)], standing(dvec3(p.x, rise(p.x, p.z) - 0.02, p.z), size, &mut rng));

@@ -72,7 +72,7 @@ pub(super) fn look_at(eye: DVec3, target: DVec3) -> DAffine3 {
     let z = (eye - target).normalize();
     let up = if z.y.abs() > 0.999 { DVec3::X } else { DVec3::Y };
     let x = up.cross(z).normalize();
-    DAffine3 { matrix3: DMat3::from_cols(x, z.cross(x), z).into(), translation: eye }
+    DAffine3 { matrix3: DMat3::from_cols(x, z.cross(x), z), translation: eye }
 }
 
 /// 0 below `a`, 1 above `b`, smooth between.
@@ -207,5 +207,38 @@ impl Stage {
 
     fn light(&mut self, name: &str, world_from_light: DAffine3, shape: LightShape, hex: u32) {
         self.scene.lights.push(Light { name: name.into(), world_from_light, shape, color: linear(hex) });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rotations_follow_the_right_hand() {
+        let close = |a: DVec3, b: DVec3| a.abs_diff_eq(b, 1e-12);
+        assert!(close(rot_y(0.5 * PI).transform_vector3(DVec3::Z), DVec3::X));
+        assert!(close(rot_x(0.5 * PI).transform_vector3(DVec3::Y), DVec3::Z));
+        assert!(close(rot_z(0.5 * PI).transform_vector3(DVec3::X), DVec3::Y));
+        let d = dvec3(0.3, -0.8, 0.5).normalize();
+        let m: DMat3 = align_y(d).matrix3;
+        assert!(close(m * DVec3::Y, d) && (m.determinant() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_viewer_looks_at_the_target() {
+        let (eye, target) = (dvec3(1.0, 2.0, 3.0), dvec3(-1.0, 0.5, 0.0));
+        let view = look_at(eye, target);
+        assert!(view.transform_vector3(DVec3::NEG_Z).abs_diff_eq((target - eye).normalize(), 1e-12));
+        assert!(view.transform_vector3(DVec3::Y).y > 0.0);
+    }
+
+    #[test]
+    fn random_numbers_are_the_published_sequence() {
+        // The reference values of splitmix64 for seed 1234567.
+        let mut rng = Rng(1_234_567);
+        assert_eq!(rng.next(), 6_457_827_717_110_365_317);
+        assert_eq!(rng.next(), 3_203_168_211_198_807_973);
+        assert!((0..1000).all(|_| (2.0..3.0).contains(&rng.range(2.0, 3.0)) && rng.below(3) < 3));
     }
 }

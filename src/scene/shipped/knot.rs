@@ -94,18 +94,22 @@ impl Field {
         };
         let far = 2.0 * BLEND;
         let Some(near) = self.cubes.get(&cube_of(p)) else { return far };
-        let (mut all, mut own, mut curve) = (far, far, usize::MAX);
+        // The distance to each rod, nearest first: blending depends on the order.
+        let mut rods: Vec<f64> = Vec::new();
+        let mut curve = usize::MAX;
         for &i in near {
             let piece = &self.pieces[i];
-            if piece.curve != curve {
-                all = blended(all, own);
-                (own, curve) = (far, piece.curve);
-            }
             let along = piece.b - piece.a;
             let t = ((p - piece.a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-            own = own.min((p - piece.a - along * t).length() - piece.radius);
+            let distance = (p - piece.a - along * t).length() - piece.radius;
+            match rods.last_mut() {
+                Some(rod) if piece.curve == curve => *rod = rod.min(distance),
+                _ => rods.push(distance),
+            }
+            curve = piece.curve;
         }
-        blended(all, own)
+        rods.sort_by(f64::total_cmp);
+        rods.into_iter().fold(far, blended)
     }
 
     fn normal(&self, p: DVec3) -> DVec3 {
@@ -125,8 +129,14 @@ fn blended(a: f64, b: f64) -> f64 {
 fn curves() -> Vec<(Vec<DVec3>, bool, f64)> {
     let mut out = Vec::new();
     let (corners, middles) = icosahedron();
+    // Every ring starts towards the corner nearest to its axis, so that the whole keeps the icosahedron's rotations.
+    let toward = |axis: DVec3| -> DVec3 {
+        let others = corners.iter().filter(|c| c.dot(axis) < 0.9);
+        let neighbour = others.fold(-axis, |best, &c| if c.dot(axis) > best.dot(axis) { c } else { best });
+        (neighbour - axis * axis.dot(neighbour)).normalize()
+    };
     let ring = |axis: DVec3, radius: f64, opening: f64, wave: f64, lobes: f64, n: usize| -> Vec<DVec3> {
-        let x = axis.any_orthonormal_vector();
+        let x = toward(axis);
         let y = axis.cross(x);
         (0..n)
             .map(|i| {
@@ -137,10 +147,11 @@ fn curves() -> Vec<(Vec<DVec3>, bool, f64)> {
             })
             .collect()
     };
+    // The number of pieces of a ring is a multiple of its axis's fold.
     for &axis in &corners {
         out.push((ring(axis, 0.97, 0.36, 0.045, 5.0, 40), true, 0.028));
-        out.push((ring(axis, 1.0, 0.19, 0.0, 1.0, 28), true, 0.017));
-        out.push((ring(axis, 0.56, 0.6, 0.02, 5.0, 36), true, 0.021));
+        out.push((ring(axis, 1.0, 0.19, 0.0, 1.0, 30), true, 0.017));
+        out.push((ring(axis, 0.56, 0.6, 0.02, 5.0, 40), true, 0.021));
     }
     for &axis in &middles {
         out.push((ring(axis, 0.97, 0.37, 0.045, 6.0, 40), true, 0.028));
@@ -148,7 +159,7 @@ fn curves() -> Vec<(Vec<DVec3>, bool, f64)> {
     // Struts climb from the inner to the outer sphere, turning about the ball's middle as they go.
     for &axis in &corners {
         for k in 0..5 {
-            let side = rotation(axis, TAU * k as f64 / 5.0) * axis.any_orthonormal_vector();
+            let side = rotation(axis, TAU * k as f64 / 5.0) * toward(axis);
             let strut = (0..=14)
                 .map(|i| {
                     let t = i as f64 / 14.0;
@@ -302,7 +313,7 @@ fn patches(inside: [bool; 8]) -> [usize; 24] {
             let corner = |i: usize, j: usize| side << f | i << u | j << v;
             let edges = [edge(u, corner(0, 0)), edge(u, corner(0, 1)), edge(v, corner(0, 0)), edge(v, corner(1, 0))];
             let crossed: Vec<usize> =
-                edges.into_iter().filter(|e| inside[e % 8] != inside[e % 8 | 1 << (e / 8)]).collect();
+                edges.into_iter().filter(|e| inside[e % 8] != inside[(e % 8) | (1 << (e / 8))]).collect();
             if let [a, b] = crossed[..] {
                 join(a, b);
             } else if crossed.len() == 4 {
@@ -328,4 +339,33 @@ fn split_well(out: &mut MeshBuilder, [a, b, c, d]: [u32; 4]) {
     let one = agreement([a, b, c]).min(agreement([a, c, d]));
     let other = agreement([b, c, d]).min(agreement([b, d, a]));
     if one >= other { out.quad(a, b, c, d) } else { out.quad(b, c, d, a) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_turns_map_the_field_onto_itself_and_the_parts_close() {
+        let quarter = quarter();
+        let mut edges: BTreeMap<_, i32> = BTreeMap::new();
+        let mut corners = std::collections::BTreeSet::new();
+        let mut triangles = 0i64;
+        for turn in [dvec3(1.0, 1.0, 1.0), dvec3(1.0, -1.0, -1.0), dvec3(-1.0, 1.0, -1.0), dvec3(-1.0, -1.0, 1.0)] {
+            let key = |i: u32| (quarter.positions[i as usize] * turn * 1e7).round().to_array().map(|x| x as i64);
+            for t in quarter.indices.chunks_exact(3) {
+                triangles += 1;
+                for k in 0..3 {
+                    let (a, b) = (key(t[k]), key(t[(k + 1) % 3]));
+                    corners.insert(a);
+                    *edges.entry((a, b)).or_default() += 1;
+                    *edges.entry((b, a)).or_default() -= 1;
+                }
+            }
+        }
+        assert_eq!(edges.values().filter(|n| **n != 0).count(), 0, "the four quarters do not close");
+        // Euler: corners - edges + faces = 2 (parts - genus).
+        let euler = corners.len() as i64 - edges.len() as i64 / 2 + triangles;
+        assert!(euler < -200, "only {euler}: the ball should be full of holes");
+    }
 }

@@ -5,6 +5,7 @@ use super::kit::{PI, TAU, circle, cos, rotation, sin};
 use crate::scene::Mesh;
 use glam::{DAffine3, DMat3, DVec2, DVec3, dvec2, dvec3};
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Cosine of the angle between two faces above which their common edge is shaded smooth.
 const SMOOTH_COS: f64 = 0.7;
@@ -75,12 +76,6 @@ impl MeshBuilder {
             self.uvs[i] = f(self.positions[i], self.normals[i]);
         }
         self
-    }
-
-    /// Number of triangles.
-    #[cfg(test)]
-    pub fn triangles(&self) -> usize {
-        self.indices.len() / 3
     }
 
     /// The mesh in `f32`: equal vertices merged, triangles that collapse on the way dropped. Without
@@ -414,12 +409,12 @@ pub(super) fn plate(outline: &[DVec2], depth: f64, bevel: f64) -> MeshBuilder {
     let half = 0.5 * depth;
     // Pairs of upper and lower border of a strip: points, height, and how far its normal leans along z.
     let rows = [
-        (&inset[..], half, 0.7071),
-        (outline, half - bevel, 0.7071),
+        (&inset[..], half, FRAC_1_SQRT_2),
+        (outline, half - bevel, FRAC_1_SQRT_2),
         (outline, half - bevel, 0.0),
         (outline, bevel - half, 0.0),
-        (outline, bevel - half, -0.7071),
-        (&inset[..], -half, -0.7071),
+        (outline, bevel - half, -FRAC_1_SQRT_2),
+        (&inset[..], -half, -FRAC_1_SQRT_2),
     ];
     let mut out = MeshBuilder::new();
     for pair in rows.chunks_exact(2) {
@@ -489,4 +484,105 @@ fn ear_clip(polygon: &[DVec2]) -> Vec<[usize; 3]> {
         out.push([a, b, c]);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every edge is used once in each direction: the shape is closed and winds one way.
+    fn closed(shape: &MeshBuilder) -> Result<(), String> {
+        let key = |i: u32| (shape.positions[i as usize] * 1e7).round().to_array().map(|x| x as i64);
+        let mut edges: BTreeMap<_, i32> = BTreeMap::new();
+        for t in shape.indices.chunks_exact(3) {
+            for k in 0..3 {
+                let (a, b) = (key(t[k]), key(t[(k + 1) % 3]));
+                *edges.entry((a, b)).or_default() += 1;
+                *edges.entry((b, a)).or_default() -= 1;
+            }
+        }
+        match edges.values().filter(|n| **n != 0).count() {
+            0 => Ok(()),
+            n => Err(format!("{n} open edges of {}", edges.len())),
+        }
+    }
+
+    fn volume(shape: &MeshBuilder) -> f64 {
+        let p = |i: u32| shape.positions[i as usize];
+        shape.indices.chunks_exact(3).map(|t| p(t[0]).cross(p(t[1])).dot(p(t[2])) / 6.0).sum()
+    }
+
+    fn normals_agree(shape: &MeshBuilder) -> bool {
+        shape.indices.chunks_exact(3).all(|t| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| shape.positions[i as usize]);
+            let mean: DVec3 = t.iter().map(|&i| shape.normals[i as usize]).sum();
+            (b - a).cross(c - a).dot(mean) > 0.0
+        }) && shape.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-9)
+    }
+
+    fn arc(n: usize) -> Vec<DVec2> {
+        (0..=n).map(|i| circle(PI * i as f64 / n as f64)).map(|(c, s)| dvec2(c, s)).collect()
+    }
+
+    #[test]
+    fn shapes_are_closed_and_have_the_volume_they_should() {
+        let square = [dvec2(-1.0, -1.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0), dvec2(-1.0, 1.0)];
+        let mut gate = vec![dvec2(-2.0, 0.0)];
+        gate.extend(arc(24).into_iter().rev());
+        gate.extend([dvec2(2.0, 0.0), dvec2(2.0, 3.0), dvec2(-2.0, 3.0)]);
+        let ring: Vec<DVec3> =
+            (0..64).map(|i| circle(TAU * i as f64 / 64.0)).map(|(c, s)| dvec3(c, 0.3 * c * s, s)).collect();
+        let cases = [
+            ("box", rounded_box(dvec3(1.0, 2.0, 3.0), 0.01, 2), 6.0),
+            ("cylinder", cylinder(1.0, 2.0, 256, 0.01), TAU),
+            ("bare cylinder", cylinder(1.0, 2.0, 256, 0.0), TAU),
+            ("sphere", sphere(1.0, 128, 64), 4.0 / 3.0 * PI),
+            ("torus", torus(2.0, 0.5, 128, 64), 2.0 * PI * PI * 2.0 * 0.25),
+            ("rod", rod(DVec3::ZERO, dvec3(1.0, 2.0, 2.0), 0.1, 64), 3.0 * 0.01 * PI),
+            ("plate", plate(&square, 0.5, 0.001), 2.0),
+            ("gate", plate(&gate, 1.0, 0.001), 12.0 - 0.5 * PI),
+            (
+                "shaped",
+                lathe_shaped(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], 256, |a, r| r * (1.0 + 0.2 * cos(a))),
+                PI * 1.02,
+            ),
+        ];
+        for (name, shape, expected) in &cases {
+            assert_eq!(closed(shape), Ok(()), "{name}");
+            assert!((volume(shape) / expected - 1.0).abs() < 0.02, "{name}: {} is not {expected}", volume(shape));
+            assert!(normals_agree(shape), "{name}");
+        }
+        let warped = tube_loop(&ring, |_| 0.05, 12);
+        assert_eq!(closed(&warped), Ok(()));
+        assert!(normals_agree(&warped) && volume(&warped) > 0.0);
+    }
+
+    #[test]
+    fn a_hole_and_a_turned_triangle_are_noticed() {
+        let mut shape = sphere(1.0, 16, 8);
+        shape.indices.swap(0, 1);
+        assert!(closed(&shape).is_err() && !normals_agree(&shape));
+        let mut shape = sphere(1.0, 16, 8);
+        shape.indices.truncate(shape.indices.len() - 3);
+        assert!(closed(&shape).is_err());
+    }
+
+    #[test]
+    fn mirrored_and_stretched_copies_stay_outside_out() {
+        let shape = cylinder(0.5, 1.0, 24, 0.1).moved(DAffine3::from_scale(dvec3(-1.0, 2.0, 0.5)));
+        assert_eq!(closed(&shape), Ok(()));
+        assert!(normals_agree(&shape) && volume(&shape) > 0.0);
+    }
+
+    #[test]
+    fn building_merges_vertices_and_keeps_the_surface() {
+        let shape = cylinder(0.5, 1.0, 24, 0.1);
+        let mesh = shape.build("cylinder", 0, false);
+        assert_eq!(mesh.indices.len(), shape.indices.len());
+        assert!(mesh.positions.len() < shape.positions.len());
+        for (a, b) in mesh.indices.iter().zip(&shape.indices) {
+            assert_eq!(mesh.positions[*a as usize], shape.positions[*b as usize].as_vec3().to_array());
+            assert_eq!(mesh.normals[*a as usize], shape.normals[*b as usize].as_vec3().to_array());
+        }
+    }
 }

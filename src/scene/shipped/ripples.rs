@@ -1,7 +1,7 @@
 //! A ground whose waves get ever narrower to the right, under poles, frames and a net.
 
 use super::kit::{PI, Stage, at, rot_y, sin, smoothstep};
-use super::mesh_builder::{MeshBuilder, block, rod, sphere, studio, surface, tube};
+use super::mesh_builder::{MeshBuilder, block, floor, rod, sphere, surface, tube};
 use super::texture;
 use crate::scene::Scene;
 use glam::{DVec3, dvec2, dvec3};
@@ -21,8 +21,9 @@ pub(super) fn stage() -> Scene {
     let blue = stage.paint("balls", 0x3f6d86);
 
     let table = stage.textured("table", 0x5b7476, grain);
-    let studio = studio(38.0, 9.0, -7.5, 2.2, 3.6).map_uv(|p, _| dvec2(p.x * 0.2, (p.z - p.y) * 0.2));
-    stage.add("studio", &studio.moved(at(0.0, BASE, 0.0)), table);
+    // Flat, and below everything else: it casts no shadow, so the light's view need not hold it.
+    let ground = floor(100.0, 80.0, 1, 1).map_uv(|p, _| dvec2(p.x, p.z) * 0.2);
+    stage.add("table", &ground.moved(at(0.0, BASE, -14.0)), table);
     stage.add("field", &field().map_uv(|p, _| dvec2(p.x * 0.25, p.z * 0.25)), sand);
     stage.add("poles", &poles(), dark);
     stage.add("frames", &frames(), red);

@@ -1,7 +1,7 @@
-//! A four-legged walker on a floor of panels: joints, pistons, pipes and antennae.
+//! A four-legged walker on a deck of panels: joints, pistons, pipes and antennae.
 
 use super::kit::{PI, Stage, TAU, align_y, at, circle, rot_x, rot_y, rot_z};
-use super::mesh_builder::{MeshBuilder, block, cylinder, lathe, plate, rod, rounded_box, sphere, torus, tube};
+use super::mesh_builder::{MeshBuilder, block, cylinder, floor, lathe, plate, rod, rounded_box, sphere, torus, tube};
 use super::texture;
 use crate::scene::Scene;
 use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
@@ -17,28 +17,19 @@ struct Walker {
 
 pub(super) fn stage() -> Scene {
     let mut stage = Stage::new("robot");
-    let grain = stage.texture(texture::speckle());
-    let deck = stage.textured("deck", 0xa9aaa4, grain);
-    let stripe = stage.textured("stripe", 0xc9a24b, grain);
-    let gap = stage.paint("gap", 0x54585a);
+    let tiles = stage.texture(texture::tiles());
+    let deck = stage.textured("deck", 0xb4b5ae, tiles);
+    let stripe = stage.textured("stripe", 0xcfa54c, tiles);
     let paint = stage.paint("paint", 0xd9d3c5);
     let accent = stage.paint("accent", 0xd0662f);
     let metal = stage.paint("metal", 0x8f979b);
     let dark = stage.paint("dark", 0x353b40);
 
-    // Deck plates with gaps between them.
-    let uv = |p: DVec3, _: DVec3| dvec2(p.x * 0.4, p.z * 0.4);
-    let panel = stage.mesh("deck plate", &block(1.56, 0.12, 1.56, 0.02).map_uv(uv), deck);
-    let marked = stage.mesh("marked plate", &block(1.56, 0.12, 1.56, 0.02).map_uv(uv), stripe);
-    for i in -10..=6 {
-        for j in -5..=3 {
-            let mesh = if i == 3 { marked } else { panel };
-            stage.place(mesh, at(1.6 * i as f64 + 0.4, -0.06, 1.6 * j as f64));
-        }
+    // The deck is flat and below everything else: it casts no shadow, so the light's view need not hold it.
+    for (x, width, material) in [(-27.8, 60.0, deck), (3.0, 1.6, stripe), (23.8, 40.0, deck)] {
+        let strip = floor(width, 80.0, 1, 1).moved(at(x, 0.0, -24.0));
+        stage.add("deck", &strip.map_uv(|p, _| dvec2(p.x - 2.2, p.z) / 6.4), material);
     }
-    let under = super::mesh_builder::floor(27.2, 15.2, 1, 1).moved(at(-2.8, -0.1, -2.0));
-    stage.add("under the deck", &under, gap);
-    hangar(&mut stage, grain);
 
     let mut walker = Walker::default();
     body(&mut walker);
@@ -62,28 +53,6 @@ pub(super) fn stage() -> Scene {
     stage.camera([2.5, 2.9, 6.7], [0.2, 1.22, 0.0], 36.0);
     stage.sun([0.0, 0.0, 0.0], 252.0, 36.0, 0.025, 0xfff1dd);
     stage.scene
-}
-
-/// The wall behind: panels between ribs, a band of colour, lamps on a rail.
-fn hangar(stage: &mut Stage, grain: usize) {
-    let wall = stage.textured("hangar wall", 0x7f9296, grain);
-    let rib = stage.paint("hangar ribs", 0x66787c);
-    let band = stage.paint("hangar band", 0xc7bfae);
-    let uv = |p: DVec3, _: DVec3| dvec2(p.x * 0.3, -p.y * 0.3);
-    let panel = stage.mesh("wall panel", &block(1.58, 1.5, 0.1, 0.02).map_uv(uv), wall);
-    let pale = stage.mesh("pale wall panel", &block(1.58, 0.3, 0.1, 0.02), band);
-    let post = stage.mesh("wall rib", &block(0.14, 5.2, 0.3, 0.02), rib);
-    stage.add("behind the panels", &block(27.2, 5.0, 0.1, 0.01).moved(at(-2.0, 2.5, -8.9)), rib);
-    for i in -10..=6 {
-        let x = 1.6 * i as f64 + 0.4;
-        for y in [0.75, 2.57, 4.09] {
-            stage.place(panel, at(x, y, -8.8));
-        }
-        stage.place(pale, at(x, 1.66, -8.78));
-        if i % 2 == 0 {
-            stage.place(post, at(x - 0.8, 2.5, -8.72));
-        }
-    }
 }
 
 /// Corners of a rectangle with cut corners, centred.

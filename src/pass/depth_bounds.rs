@@ -1,4 +1,4 @@
-//! Minimum and maximum depth over blocks of 8, 16, 32 and 64 shadow-map texels.
+//! Bounds of the depths in blocks of 8, 16, 32 and 64 shadow-map texels, each around a slope of its own.
 
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
@@ -9,37 +9,37 @@ use std::sync::Arc;
 pub const BLOCKS: [u32; 4] = [8, 16, 32, 64];
 
 shader_struct! {
-    /// Push constants of `glsl/pass/min_max.comp`.
-    pub struct MinMaxPush {
+    /// Push constants of `glsl/pass/depth_bounds.comp`.
+    pub struct DepthBoundsPush {
         map_size: [i32; 2],
         layer: i32,
     }
 }
 
 /// The pass, its image, and which version of the shadow map the image was made from.
-pub struct MinMax {
+pub struct DepthBounds {
     pipeline: Arc<ComputePipeline>,
     blocks: Image,
     version: Option<u64>,
 }
 
-impl MinMax {
+impl DepthBounds {
     /// Allocates for a shadow map of the given size.
     pub fn new(context: &Context, map_size: [u32; 2]) -> Result<Self> {
         // Rounded up to whole 64-texel blocks, so that every level covers the whole map.
         let extent = map_size.map(|n| n.div_ceil(64) * 8);
         let desc = ImageDesc {
             mips: BLOCKS.len() as u32,
-            ..ImageDesc::storage("shadow-map min/max", vk::Format::R32G32_SFLOAT, extent)
+            ..ImageDesc::storage("shadow-map depth bounds", vk::Format::R32G32B32A32_SFLOAT, extent)
         };
         Ok(Self {
-            pipeline: context.pipeline::<MinMaxPush>("pass/min_max.comp", &[])?,
+            pipeline: context.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[])?,
             blocks: Image::new(context.device(), &desc)?,
             version: None,
         })
     }
 
-    /// The image: level `l` holds (min, max) over blocks of `BLOCKS[l]` texels.
+    /// The image: level `l` holds slope (depth a texel, u and v), low and high of blocks of `BLOCKS[l]` texels.
     pub fn blocks(&self) -> &Image {
         &self.blocks
     }
@@ -51,7 +51,7 @@ impl MinMax {
         }
         let [width, height] = self.blocks.extent();
         frame.dispatch(&Pass {
-            name: "min/max blocks",
+            name: "depth bounds",
             pipeline: &self.pipeline,
             bind: &[
                 Bind::Input(&inputs.shadow_map),
@@ -60,7 +60,10 @@ impl MinMax {
                 Bind::Mip(&self.blocks, 2),
                 Bind::Mip(&self.blocks, 3),
             ],
-            push: bytemuck::bytes_of(&MinMaxPush { map_size: inputs.shadow_map.extent.map(|n| n as i32), layer: 0 }),
+            push: bytemuck::bytes_of(&DepthBoundsPush {
+                map_size: inputs.shadow_map.extent.map(|n| n as i32),
+                layer: 0,
+            }),
             threads: Threads::Count([width, height, 1]),
         })?;
         self.version = inputs.light_version;

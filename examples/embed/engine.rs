@@ -1,0 +1,328 @@
+//! A small engine that embeds Edgeshade: read `Engine::draw`, that is all there is to it.
+//!
+//! The engine owns the instance, the device, the queue, the command buffers, the depth buffer, the shadow map and
+//! all synchronization between its passes. Edgeshade owns the visibility image and everything that it takes to
+//! make it, and orders its own passes, of one frame and from frame to frame.
+//!
+//! The SPIR-V next to the shaders is made by `EDGESHADE_BLESS=1 cargo test --test embed shaders`, which calls
+//! `glslangValidator -V --target-env vulkan1.3 -g0 -o scene.vert.spv scene.vert` and so on.
+
+use crate::gpu::{Gpu, Messages, Result, State, Texture};
+use crate::scene::{BOX, GROUND, MAP_SIZE, Moment};
+use ash::vk::{self, AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stage};
+use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique};
+use edgeshade::timing::{FrameTiming, Timings};
+use edgeshade::view::DepthRange;
+use edgeshade::{Context, ContextDesc, Frame, Handoff, ImageRef, Inputs, NormalEncoding};
+use glam::{DAffine3, DMat4};
+
+pub const SHADERS: [(&str, &[u8]); 4] = [
+    ("scene.vert", include_bytes!("scene.vert.spv")),
+    ("normal.frag", include_bytes!("normal.frag.spv")),
+    ("fullscreen.vert", include_bytes!("fullscreen.vert.spv")),
+    ("light.frag", include_bytes!("light.frag.spv")),
+];
+const FRAMES_IN_FLIGHT: u32 = 2;
+/// Split screen: that many cameras a frame, one light.
+pub const VIEWS: usize = 2;
+const NORMALS: vk::Format = vk::Format::R16G16_SFLOAT;
+const PICTURE: vk::Format = vk::Format::R8G8B8A8_UNORM;
+
+// How the engine's images are used. Edgeshade reads its inputs in compute shaders.
+const DEPTH_TESTS: Stage = Stage::from_raw(Stage::EARLY_FRAGMENT_TESTS.as_raw() | Stage::LATE_FRAGMENT_TESTS.as_raw());
+const DEPTH_TARGET: State = (
+    DEPTH_TESTS,
+    Access::from_raw(Access::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | Access::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()),
+    Layout::DEPTH_ATTACHMENT_OPTIMAL,
+);
+const COLOR_TARGET: State =
+    (Stage::COLOR_ATTACHMENT_OUTPUT, Access::COLOR_ATTACHMENT_WRITE, Layout::COLOR_ATTACHMENT_OPTIMAL);
+/// By Edgeshade and by the engine's lighting.
+const DEPTH_READ: State = (
+    Stage::from_raw(Stage::COMPUTE_SHADER.as_raw() | Stage::FRAGMENT_SHADER.as_raw()),
+    Access::SHADER_SAMPLED_READ,
+    Layout::DEPTH_READ_ONLY_OPTIMAL,
+);
+/// By Edgeshade alone.
+const SHADOW_INPUT: State = (Stage::COMPUTE_SHADER, Access::SHADER_SAMPLED_READ, Layout::SHADER_READ_ONLY_OPTIMAL);
+const COPIED: State = (Stage::COPY, Access::TRANSFER_READ, Layout::TRANSFER_SRC_OPTIMAL);
+
+/// An image about to be overwritten: its content may go, but its last readers must be done.
+fn discard(read: State) -> State {
+    (read.0, Access::NONE, Layout::UNDEFINED)
+}
+
+pub struct Options<'a> {
+    pub technique: &'a str,
+    pub params: &'a [(&'a str, &'a str)],
+    pub extent: [u32; 2],
+    pub depth: DepthRange,
+    /// Hand octahedral normals in; without, Edgeshade derives them from the depth buffer.
+    pub normals: bool,
+    /// Run under the validation layer, and where its messages go.
+    pub validation: Option<Messages>,
+}
+
+/// What a frame in flight has of its own. Everything else is shared by all frames and ordered by barriers.
+struct Slot {
+    cmd: vk::CommandBuffer,
+    fence: vk::Fence,
+    /// A picture for each view, and the buffer that it is read back through.
+    views: Vec<(Texture, (vk::Buffer, *const u8))>,
+    /// What the pictures that are being read back must show.
+    pending: Vec<Moment>,
+}
+
+/// Fields are dropped in this order: what Edgeshade made goes before the device that it was made on.
+pub struct Engine {
+    shadows: Box<dyn Technique>,
+    timings: Timings,
+    context: Context,
+    /// What every finished frame cost.
+    pub times: Vec<FrameTiming>,
+
+    extent: [u32; 2],
+    depth: Texture,
+    normals: Option<Texture>,
+    shadow_map: Texture,
+    /// The light that the shadow map was last rendered for.
+    map_version: Option<u64>,
+    slots: Vec<Slot>,
+    next: usize,
+    scene_layout: vk::PipelineLayout,
+    light_layout: vk::PipelineLayout,
+    shadow_pass: vk::Pipeline,
+    depth_pass: vk::Pipeline,
+    light_pass: vk::Pipeline,
+    light_set: vk::DescriptorSet,
+    gpu: Gpu,
+}
+
+impl Engine {
+    pub fn new(options: &Options<'_>) -> Result<Self> {
+        let gpu = Gpu::new(options.validation.clone())?;
+        let extent = options.extent;
+
+        // Edgeshade: a context for the device, a technique for the sizes, and query pools for its pass times.
+        // SAFETY: the handles fit each other, have what `requirements` lists, and outlive the context.
+        let context = unsafe {
+            Context::new(&ContextDesc {
+                instance: &gpu.instance,
+                physical_device: gpu.physical_device,
+                device: &gpu.device,
+                debug_utils: gpu.debug_utils,
+                allocator: None,
+                pipeline_cache: vk::PipelineCache::null(),
+                keep_alive: None,
+            })
+        }?;
+        let info = technique::find(options.technique)?;
+        let setup = Setup {
+            extent,
+            map_size: [MAP_SIZE; 2],
+            output: OutputFormat::R8,
+            params: Params::parse(info, options.params.iter().copied())?,
+        };
+        let shadows = technique::prepare(options.technique, &context, &setup)?;
+        let timings = Timings::new(&context, gpu.family, FRAMES_IN_FLIGHT * VIEWS as u32)?;
+
+        // The engine's own images. The shadow map is an array of one layer, as Edgeshade wants it.
+        let sampled_depth = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
+        let sampled_color = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
+        let (flat, array) = (vk::ImageViewType::TYPE_2D, vk::ImageViewType::TYPE_2D_ARRAY);
+        let depth = gpu.texture(vk::Format::D32_SFLOAT, extent, sampled_depth, flat)?;
+        let shadow_map = gpu.texture(vk::Format::D32_SFLOAT, [MAP_SIZE; 2], sampled_depth, array)?;
+        let normals = if options.normals { Some(gpu.texture(NORMALS, extent, sampled_color, flat)?) } else { None };
+
+        let mut slots = vec![];
+        for (cmd, fence) in gpu.commands(FRAMES_IN_FLIGHT)? {
+            let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+            let view = || -> Result<_> {
+                let picture = gpu.texture(PICTURE, extent, usage, flat)?;
+                Ok((picture, gpu.readback(4 * u64::from(extent[0] * extent[1]))?))
+            };
+            slots.push(Slot { cmd, fence, views: (0..VIEWS).map(|_| view()).collect::<Result<_>>()?, pending: vec![] });
+        }
+
+        // The visibility image stays the same as long as the technique lives: one descriptor for all frames, in the
+        // layout that the hand-off asks for.
+        let visibility = shadows.output().as_ref().view;
+        let (set_layout, light_set) =
+            gpu.image_set([(visibility, Handoff::FRAGMENT_SAMPLED.layout), (depth.view, DEPTH_READ.2)])?;
+
+        let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
+        let scene_layout = gpu.layout(vertex, size_of::<[[f32; 4]; 7]>() as u32, &[])?;
+        let light_layout = gpu.layout(fragment, size_of::<f32>() as u32, &[set_layout])?;
+        let [scene, normal, fullscreen, light] = SHADERS.map(|s| s.1);
+        let nearer = if options.depth == DepthRange::Reversed { vk::CompareOp::GREATER } else { vk::CompareOp::LESS };
+        let stages = [(vertex, scene), (fragment, normal)];
+        let stages_used = if options.normals { &stages[..] } else { &stages[..1] };
+        Ok(Self {
+            shadow_pass: gpu.pipeline(scene_layout, &stages[..1], None, Some(vk::CompareOp::LESS))?,
+            depth_pass: gpu.pipeline(scene_layout, stages_used, options.normals.then_some(NORMALS), Some(nearer))?,
+            light_pass: gpu.pipeline(light_layout, &[(vertex, fullscreen), (fragment, light)], Some(PICTURE), None)?,
+            scene_layout,
+            light_layout,
+            light_set,
+            shadows,
+            timings,
+            context,
+            times: vec![],
+            extent,
+            depth,
+            normals,
+            shadow_map,
+            map_version: None,
+            slots,
+            next: 0,
+            gpu,
+        })
+    }
+
+    /// Records and submits a frame, a camera a view, all at the same moment of the light. Returns the pictures of
+    /// the frame that had this slot before, if they were read back.
+    pub fn draw(&mut self, views: [Moment; VIEWS], read_back: bool) -> Result<Vec<(Moment, Vec<u8>)>> {
+        let finished = self.wait(self.next)?;
+        let Slot { cmd, fence, .. } = self.slots[self.next];
+        unsafe {
+            let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            self.gpu.device.begin_command_buffer(cmd, &begin)?;
+            self.draw_shadow_map(cmd, &views[0]);
+            for (i, now) in views.iter().enumerate() {
+                self.draw_depth(cmd, now);
+                self.draw_visibility(cmd, now)?;
+                self.draw_light(cmd, now, i, read_back);
+            }
+            self.gpu.device.end_command_buffer(cmd)?;
+            self.gpu.device.reset_fences(&[fence])?;
+            let cmds = [cmd];
+            self.gpu.device.queue_submit(self.gpu.queue, &[vk::SubmitInfo::default().command_buffers(&cmds)], fence)?;
+        }
+        self.slots[self.next].pending.extend(views.into_iter().filter(|_| read_back));
+        self.next = (self.next + 1) % self.slots.len();
+        Ok(finished)
+    }
+
+    /// Edgeshade. It reads the inputs as they are, and orders all that it does itself: the engine has no barrier
+    /// for the visibility image, neither before nor after.
+    fn draw_visibility(&mut self, cmd: vk::CommandBuffer, now: &Moment) -> Result<()> {
+        let normal = self.normals.as_ref().map(|n| (input(n, SHADOW_INPUT), NormalEncoding::OctahedralSigned));
+        let inputs = Inputs {
+            camera: &now.camera,
+            depth: input(&self.depth, DEPTH_READ),
+            normal,
+            shadow_map: input(&self.shadow_map, SHADOW_INPUT),
+            light: &[now.light],
+            light_version: Some(now.light_version),
+        };
+        // SAFETY: the command buffer records, is submitted in order, and the images outlive it.
+        let mut frame = unsafe { Frame::begin(&self.context, cmd, Handoff::FRAGMENT_SAMPLED, Some(&mut self.timings)) };
+        self.shadows.record(&mut frame, &inputs)?;
+        frame.finish(self.shadows.output());
+        Ok(())
+    }
+
+    /// The engine's shadow map, where the light has moved. Barrier before: Edgeshade's reads of the last frame are
+    /// over. Barrier after: the map is ready for Edgeshade's.
+    fn draw_shadow_map(&mut self, cmd: vk::CommandBuffer, now: &Moment) {
+        if self.map_version.replace(now.light_version) == Some(now.light_version) {
+            return;
+        }
+        self.gpu.barriers(cmd, &[self.shadow_map.barrier(discard(SHADOW_INPUT), DEPTH_TARGET)]);
+        self.gpu.render(cmd, None, Some((&self.shadow_map, 1.0)), |d| {
+            self.draw_scene(d, cmd, self.shadow_pass, now.light.clip_from_view, now.light.world_from_view);
+        });
+        self.gpu.barriers(cmd, &[self.shadow_map.barrier(DEPTH_TARGET, SHADOW_INPUT)]);
+    }
+
+    /// The engine's depth pre-pass, which may write normals; the same two barriers.
+    fn draw_depth(&self, cmd: vk::CommandBuffer, now: &Moment) {
+        let mut before = vec![self.depth.barrier(discard(DEPTH_READ), DEPTH_TARGET)];
+        let mut after = vec![self.depth.barrier(DEPTH_TARGET, DEPTH_READ)];
+        if let Some(normals) = &self.normals {
+            before.push(normals.barrier(discard(SHADOW_INPUT), COLOR_TARGET));
+            after.push(normals.barrier(COLOR_TARGET, SHADOW_INPUT));
+        }
+        self.gpu.barriers(cmd, &before);
+        self.gpu.render(cmd, self.normals.as_ref(), Some((&self.depth, far_depth(now))), |d| {
+            self.draw_scene(d, cmd, self.depth_pass, now.camera.clip_from_view, now.camera.world_from_view);
+        });
+        self.gpu.barriers(cmd, &after);
+    }
+
+    /// The engine's lighting, which samples the visibility image in a fragment shader.
+    fn draw_light(&self, cmd: vk::CommandBuffer, now: &Moment, view: usize, read_back: bool) {
+        let (picture, (buffer, _)) = &self.slots[self.next].views[view];
+        self.gpu.barriers(cmd, &[picture.barrier(discard(COPIED), COLOR_TARGET)]);
+        self.gpu.render(cmd, Some(picture), None, |d| unsafe {
+            let (point, layout) = (vk::PipelineBindPoint::GRAPHICS, self.light_layout);
+            d.cmd_bind_pipeline(cmd, point, self.light_pass);
+            d.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[self.light_set], &[]);
+            d.cmd_push_constants(cmd, layout, vk::ShaderStageFlags::FRAGMENT, 0, &far_depth(now).to_ne_bytes());
+            d.cmd_draw(cmd, 3, 1, 0, 0);
+        });
+        if read_back {
+            self.gpu.barriers(cmd, &[picture.barrier(COLOR_TARGET, COPIED)]);
+            self.gpu.copy_to_host(cmd, picture, *buffer);
+        }
+    }
+
+    /// The pictures of the frames still in flight, oldest first.
+    pub fn finish(&mut self) -> Result<Vec<(Moment, Vec<u8>)>> {
+        let mut pictures = vec![];
+        for i in 0..self.slots.len() {
+            pictures.extend(self.wait((self.next + i) % self.slots.len())?);
+        }
+        Ok(pictures)
+    }
+
+    /// Waits for one frame only; others stay in flight.
+    fn wait(&mut self, slot: usize) -> Result<Vec<(Moment, Vec<u8>)>> {
+        let slot = &mut self.slots[slot];
+        unsafe { self.gpu.device.wait_for_fences(&[slot.fence], true, u64::MAX) }?;
+        self.times.extend(self.timings.poll());
+        let size = 4 * (self.extent[0] * self.extent[1]) as usize;
+        // SAFETY: mapped as long as the engine lives, and the frame that wrote it is finished.
+        let pixels = |mapped: *const u8| unsafe { std::slice::from_raw_parts(mapped, size) }.to_vec();
+        let pending = slot.pending.drain(..).zip(&slot.views);
+        Ok(pending.map(|(moment, (_, (_, mapped)))| (moment, pixels(*mapped))).collect())
+    }
+
+    fn draw_scene(&self, d: &ash::Device, cmd: vk::CommandBuffer, pass: vk::Pipeline, clip: DMat4, view: DAffine3) {
+        let clip_from_world = (clip * view.inverse()).as_mat4();
+        let [min, max] = BOX.map(|corner| corner.as_vec3().extend(0.0));
+        let ground = glam::Vec4::splat(GROUND as f32);
+        let push = [clip_from_world.x_axis, clip_from_world.y_axis, clip_from_world.z_axis, clip_from_world.w_axis];
+        let push = [&push[..], &[min, max, ground]].concat();
+        unsafe {
+            d.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, pass);
+            let bytes = bytemuck::cast_slice(&push);
+            d.cmd_push_constants(cmd, self.scene_layout, vk::ShaderStageFlags::VERTEX, 0, bytes);
+            d.cmd_draw(cmd, 42, 1, 0, 0);
+        }
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        // The only wait for the whole device: nothing may be destroyed while a frame is in flight.
+        let _ = unsafe { self.gpu.device.device_wait_idle() };
+    }
+}
+
+/// An image of the engine's as an input of Edgeshade, in the layout that the barriers above leave it in.
+fn input(texture: &Texture, state: State) -> ImageRef {
+    ImageRef {
+        image: texture.image,
+        view: texture.view,
+        format: texture.format,
+        extent: texture.extent,
+        layers: 1,
+        layout: state.2,
+    }
+}
+
+/// What the depth pre-pass clears to.
+fn far_depth(now: &Moment) -> f32 {
+    if now.camera.depth == DepthRange::Reversed { 0.0 } else { 1.0 }
+}

@@ -1,0 +1,39 @@
+// Decides a kernel by the depth bounds of the blocks under it, without a look at the texels.
+#ifndef EDGESHADE_PCF_BOUNDS
+#define EDGESHADE_PCF_BOUNDS
+#include "lib/depth_bounds.glsl"
+#include "lib/pcf.glsl"
+
+const int UNDECIDED = -1;
+
+// 1 if every texel of the kernel passes for sure, 0 if none does, UNDECIDED otherwise.
+int decideKernel(sampler2D blocks, PcfKernel k, int w, ivec2 map_size) {
+  ivec2 first = k.base, last = k.base + w;
+  if (any(lessThan(first, ivec2(0))) || any(greaterThanEqual(last, map_size))) return UNDECIDED;
+  // Blocks of at least w + 1 texels: the kernel touches at most 2 x 2 of them.
+  int level = w < 8 ? 0 : w < 16 ? 1 : w < 32 ? 2 : 3;
+  int size = 8 << level;
+  ivec2 a = first / size, b = last / size;
+  bool lit = true, dark = true;
+  for (int y = a.y; y <= b.y; ++y) {
+    for (int x = a.x; x <= b.x; ++x) {
+      vec4 v = texelFetch(blocks, ivec2(x, y), level);
+      DepthBounds bounds = DepthBounds(v.xy, v.z, v.w);
+      ivec2 corner = size * ivec2(x, y);
+      vec2 low = vec2(max(first, corner)), high = vec2(min(last, corner + size - 1));
+      vec2 middle = 0.5 * (low + high), half_size = 0.5 * (high - low);
+      vec2 from_block = middle - (vec2(corner) + 0.5 * float(size) - 0.5);
+      vec2 turn = abs(k.slope - bounds.slope), reach = abs(bounds.slope);
+      float depth = k.reference + dot(k.slope, middle - vec2(first));
+      float stored = dot(bounds.slope, from_block);
+      // References are summed in another order in the kernel: stay on the safe side of the rounding.
+      float slack = dot(turn, half_size) + 2.5e-7 * (1.0 + dot(abs(k.slope) + reach, vec2(size)));
+      lit = lit && depth + slack <= stored + bounds.low;
+      // A texel at the far end of the range never shadows, whatever the reference.
+      dark = dark && depth - slack > stored + bounds.high && stored + bounds.high + dot(reach, half_size) < 1.0;
+    }
+  }
+  return lit ? 1 : dark ? 0 : UNDECIDED;
+}
+
+#endif

@@ -1,0 +1,151 @@
+//! Groups of arguments that several subcommands share, and how their values are read.
+
+use clap::Args;
+use edgeshade::host::{Host, HostDesc};
+use edgeshade::scene::{CasterFaces, CasterOptions, MAX_SIZE};
+use edgeshade::{Error, Result};
+use std::path::PathBuf;
+
+/// Which scene, from where, under which light.
+#[derive(Args)]
+pub struct SceneArgs {
+    /// A shipped scene (see `edgeshade scenes`), or a .glb or .gltf file; without it the default shipped scene
+    pub scene: Option<String>,
+    /// Which of a file's scenes, counted from 0
+    #[arg(long, value_name = "N")]
+    pub scene_index: Option<usize>,
+    /// Lay a floor under the scene; auto: if the file has neither camera nor light, as with a lone object
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    pub ground: Ground,
+    /// Image size, pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    pub size: [u32; 2],
+    /// The scene's camera by name or number from 0, or x,y,z:x,y,z for one at the first point that looks at the second
+    #[arg(long, value_name = "CAMERA", allow_hyphen_values = true)]
+    pub camera: Option<String>,
+    /// The scene's light by name or number from 0; or sun:AZIMUTH,ELEVATION in degrees (azimuth clockwise from -Z);
+    /// or spot:x,y,z:x,y,z:FOV from a point towards a point, with the cone's full angle in degrees
+    #[arg(long, value_name = "LIGHT", allow_hyphen_values = true)]
+    pub light: Option<String>,
+    /// Size of the light: full width of a spot's square in world units, full angle of a sun in degrees; 0 for hard shadows
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    pub light_size: Option<f64>,
+    /// Which faces are drawn into the shadow map
+    #[arg(long, value_name = "both|front|back", default_value = "both", value_parser = faces)]
+    pub caster_faces: CasterFaces,
+    /// Depth bias of the casters: constant and slope factor, as of vkCmdSetDepthBias
+    #[arg(long, value_name = "C,S", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
+    pub caster_bias: [f32; 2],
+}
+
+impl SceneArgs {
+    /// How casters are drawn.
+    pub fn casters(&self) -> CasterOptions {
+        let [constant_bias, slope_bias] = self.caster_bias;
+        CasterOptions { faces: self.caster_faces, constant_bias, slope_bias }
+    }
+}
+
+/// Which device.
+#[derive(Args)]
+pub struct DeviceArgs {
+    /// The device by number or part of its name (see `edgeshade devices`); without it the fastest kind there is
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+    /// Turn on Vulkan's validation layer; any message of it is printed and makes the exit status 1
+    #[arg(long)]
+    pub validate: bool,
+}
+
+impl DeviceArgs {
+    /// Opens it.
+    pub fn open(&self) -> Result<Host> {
+        Host::new(&HostDesc { device: self.device.clone(), validation: self.validate })
+    }
+}
+
+/// How the truth is made and kept.
+#[derive(Args)]
+pub struct TruthArgs {
+    /// Rays a pixel over the light, or shadow maps of `area-samples` [default: see `edgeshade list`]
+    #[arg(long, value_name = "N")]
+    pub samples: Option<u32>,
+    /// Folder where traced truths are kept for the next run, or `off` [default: $EDGESHADE_CACHE, else the user's cache folder]
+    #[arg(long, value_name = "DIR|off")]
+    pub cache: Option<PathBuf>,
+}
+
+/// When to lay a floor under the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Ground {
+    Auto,
+    On,
+    Off,
+}
+
+/// `1280x720`.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    let hint = || format!("a size is WxH in pixels, each 1 to {MAX_SIZE}, such as 1280x720");
+    let (w, h) = text.split_once(['x', 'X']).ok_or_else(hint)?;
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIZE).contains(n)).ok_or_else(hint);
+    Ok([side(w)?, side(h)?])
+}
+
+/// Side of a shadow map.
+pub fn map_size(text: &str) -> Result<u32, String> {
+    let side = text.parse().ok().filter(|n| (1..=MAX_SIZE).contains(n));
+    side.ok_or_else(|| format!("a shadow map has 1 to {MAX_SIZE} texels a side"))
+}
+
+/// `name=value`.
+pub fn setting(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.trim().into(), value.trim().into())),
+        _ => Err("a setting is name=value, such as width=7".into()),
+    }
+}
+
+/// `C,S`.
+fn pair(text: &str) -> Result<[f32; 2], String> {
+    match numbers(text).as_deref() {
+        Some([a, b]) => Ok([*a as f32, *b as f32]),
+        _ => Err("two numbers with a comma between are needed, such as 1,2".into()),
+    }
+}
+
+fn faces(text: &str) -> Result<CasterFaces, String> {
+    match text {
+        "both" => Ok(CasterFaces::Both),
+        "front" => Ok(CasterFaces::Front),
+        "back" => Ok(CasterFaces::Back),
+        _ => Err("it is one of both, front, back".into()),
+    }
+}
+
+/// Finite numbers between commas.
+pub fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect()
+}
+
+/// An error of usage.
+pub fn usage<T>(problem: impl Into<String>) -> Result<T> {
+    Err(Error::Usage(problem.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_read_or_refused() {
+        assert_eq!(size("1280x720"), Ok([1280, 720]));
+        for bad in ["", "1280", "0x4", "4x0", "x", "-1x5", "4x4x4", "16385x1", "1e3x10", "99999999999x1"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(setting("width = 7"), Ok(("width".into(), "7".into())));
+        assert!(setting("=7").is_err() && setting("width").is_err());
+        assert_eq!(pair("1,-2.5"), Ok([1.0, -2.5]));
+        assert!(pair("1").is_err() && pair("1,2,3").is_err() && pair("1,inf").is_err());
+        assert_eq!((map_size("1024"), map_size("0").is_err()), (Ok(1024), true));
+    }
+}

@@ -1,0 +1,281 @@
+//! `edgeshade bench`: variants measured in turns, A B A B, so that what drifts drifts for all of them.
+
+use super::args::{self, DeviceArgs, usage};
+use super::progress::Progress;
+use super::report::{self, BenchRow};
+use super::stage::Stage;
+use super::stats::{self, Span};
+use super::techniques::Choice;
+use super::{Outcome, close, console};
+use edgeshade::host::Host;
+use edgeshade::picture::write_atomic;
+use edgeshade::scene::{RenderDesc, Renderer, shipped};
+use edgeshade::table::number;
+use edgeshade::technique::{self, Kind, Technique};
+use edgeshade::timing::FrameTiming;
+use edgeshade::{Error, Result};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::path::{Path, PathBuf};
+
+#[derive(clap::Args)]
+#[command(after_help = "Suites:
+  techniques   every real-time technique at its defaults on every shipped scene
+  map-sizes    every real-time technique, shadow maps of 512 to 4096 texels
+  pcf          widths 3, 7, 15, 31, loop and gather, with and without skipping
+
+Examples:
+  edgeshade bench                    everything, into results/
+  edgeshade bench --suite pcf --frames 40 -o out
+
+A suite becomes <suite>-<device>.json and .md. Within a group of variants a
+frame of each is drawn in turn; times are medians over the frames, ratios
+medians over the turns.")]
+pub struct Args {
+    /// The suite, or `all`
+    #[arg(long, value_name = "NAME", default_value = "all")]
+    suite: String,
+    /// Folder for the results; made if need be
+    #[arg(short, long, value_name = "DIR", default_value = "results")]
+    output: PathBuf,
+    /// Frames to measure of each variant
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Image size, pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = args::size)]
+    size: [u32; 2],
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// One row of the results.
+struct Variant {
+    scene: &'static shipped::Shipped,
+    choice: Choice,
+    map_size: u32,
+    /// Set against the first variant of the same group.
+    group: String,
+}
+
+struct Suite {
+    name: &'static str,
+    variants: fn() -> Result<Vec<Variant>>,
+}
+
+const SUITES: [Suite; 3] = [
+    Suite { name: "techniques", variants: techniques },
+    Suite { name: "map-sizes", variants: map_sizes },
+    Suite { name: "pcf", variants: pcf },
+];
+
+fn real_time() -> impl Iterator<Item = &'static str> {
+    technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))).map(|t| t.id)
+}
+
+fn default_scene() -> Result<&'static shipped::Shipped> {
+    shipped::find(shipped::DEFAULT).ok_or_else(|| Error::Usage(format!("there is no scene {}", shipped::DEFAULT)))
+}
+
+fn techniques() -> Result<Vec<Variant>> {
+    let pairs = shipped::ALL.iter().flat_map(|scene| real_time().map(move |id| (scene, id)));
+    let variant = |(scene, id): (&'static shipped::Shipped, _)| {
+        Ok(Variant { scene, choice: Choice::new(id, &[])?, map_size: 1024, group: scene.name.into() })
+    };
+    pairs.map(variant).collect()
+}
+
+fn map_sizes() -> Result<Vec<Variant>> {
+    let scene = default_scene()?;
+    let pairs = real_time().flat_map(|id| [512, 1024, 2048, 4096].map(|n| (id, n)));
+    let variant =
+        |(id, map_size): (&str, _)| Ok(Variant { scene, choice: Choice::new(id, &[])?, map_size, group: id.into() });
+    pairs.map(variant).collect()
+}
+
+fn pcf() -> Result<Vec<Variant>> {
+    let scene = default_scene()?;
+    let mut variants = vec![];
+    for width in [3, 7, 15, 31] {
+        for (fetch, skip) in [("loop", "off"), ("loop", "on"), ("gather", "off"), ("gather", "on")] {
+            let settings = [("width", width.to_string()), ("fetch", fetch.into()), ("skip", skip.into())];
+            let choice = Choice::new("pcf", &settings.map(|(n, v)| (n.to_owned(), v)))?;
+            variants.push(Variant { scene, choice, map_size: 1024, group: format!("width {width}") });
+        }
+    }
+    Ok(variants)
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Outcome {
+    let wanted: Vec<_> = SUITES.iter().filter(|s| args.suite == "all" || args.suite == s.name).collect();
+    if wanted.is_empty() {
+        let names = SUITES.map(|s| s.name).join(", ");
+        usage(format!("there is no suite {:?}; there are: {names}, all", args.suite))?;
+    }
+    std::fs::create_dir_all(&args.output).map_err(|source| Error::Io { path: args.output.clone(), source })?;
+    let host = args.device.open()?;
+    for suite in wanted {
+        let variants = (suite.variants)()?;
+        let frames = measure(args, suite.name, &variants, &host)?;
+        let results = variants.iter().zip(&frames).map(|(v, (times, memory))| {
+            let first = variants.iter().position(|other| other.group == v.group).map(|i| &frames[i].0);
+            row(v, times, first.unwrap_or(times), *memory)
+        });
+        let figures = report::Bench {
+            suite: suite.name,
+            origin: report::Origin::new(host.info()),
+            size: args.size,
+            frames: args.frames,
+            results: results.collect(),
+        };
+        let stem = format!("{}-{}", suite.name, slug(&host.info().name));
+        let markdown = markdown(&figures, &variants);
+        let json_path = args.output.join(format!("{stem}.json"));
+        report::write(&json_path, &figures)?;
+        write_atomic(&json_path.with_file_name(format!("{stem}.md")), markdown.as_bytes())?;
+        console::print(format_args!("{markdown}\nwrote {} and .md\n", shown(&json_path)))?;
+    }
+    close(host)
+}
+
+fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// Times and technique memory of every variant.
+type Measured = (Vec<FrameTiming>, u64);
+
+fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Result<Vec<Measured>> {
+    let progress = Progress::start(format!("suite {suite}"));
+    let total = variants.len() as u64 * u64::from(args.frames);
+    let mut done = 0;
+    let mut measured: Vec<Measured> = variants.iter().map(|_| (vec![], 0)).collect();
+    // A group at a time: its variants are compared with each other, and only its scene has to be in memory.
+    let mut groups: Vec<&str> = vec![];
+    for v in variants {
+        if !groups.contains(&v.group.as_str()) {
+            groups.push(&v.group);
+        }
+    }
+    for group in groups {
+        let members: Vec<usize> = (0..variants.len()).filter(|&i| variants[i].group == group).collect();
+        let mut renderers: BTreeMap<(&str, u32), Renderer<'_>> = BTreeMap::new();
+        let mut prepared: Vec<Box<dyn Technique>> = vec![];
+        for &i in &members {
+            let v = &variants[i];
+            let key = (v.scene.name, v.map_size);
+            let renderer = match renderers.entry(key) {
+                Entry::Occupied(entry) => entry.into_mut(),
+                Entry::Vacant(entry) => {
+                    let stage = Stage::shipped(v.scene, args.size)?;
+                    let desc = RenderDesc { size: args.size, map_size: v.map_size, ..RenderDesc::default() };
+                    entry.insert(Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)?)
+                }
+            };
+            let technique = renderer.prepare(v.choice.info.id, &v.choice.params)?;
+            measured[i].1 = technique.memory_bytes();
+            prepared.push(technique);
+        }
+        // Turn 0 warms up.
+        for turn in 0..=args.frames {
+            for (&i, technique) in members.iter().zip(&mut prepared) {
+                let v = &variants[i];
+                let Some(renderer) = renderers.get_mut(&(v.scene.name, v.map_size)) else { continue };
+                let timing = renderer.frame(technique.as_mut())?;
+                if turn > 0 {
+                    measured[i].0.push(timing);
+                    done += 1;
+                    progress.set(done, total);
+                }
+            }
+        }
+    }
+    Ok(measured)
+}
+
+fn row(v: &Variant, frames: &[FrameTiming], first: &[FrameTiming], memory_bytes: u64) -> BenchRow {
+    let span = stats::technique(frames);
+    let turns = frames.iter().zip(first).map(|(mine, base)| stats::technique_ms(mine) / stats::technique_ms(base));
+    BenchRow {
+        scene: v.scene.name,
+        technique: v.choice.info.id,
+        params: report::params(v.choice.info, &v.choice.params),
+        shadow_map: v.map_size,
+        group: v.group.clone(),
+        gpu_ms: span.map(|s| s.median),
+        gpu_ms_min: span.map(|s| s.min),
+        gpu_ms_max: span.map(|s| s.max),
+        ratio: Span::of(turns.filter(|r| r.is_finite())).map(|s| s.median),
+        passes: stats::passes(frames),
+        total_gpu_ms: stats::total(frames).map(|s| s.median),
+        memory_bytes,
+    }
+}
+
+fn markdown(figures: &report::Bench, variants: &[Variant]) -> String {
+    let [w, h] = figures.size;
+    let report::Origin { device, driver, version } = &figures.origin;
+    let mut text = format!(
+        "# Suite `{}`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, {} frames a variant, drawn in turns.\n\n\
+         GPU milliseconds, median (range). `technique` is its own passes; `ratio` is against the first row of the group.\n\n\
+         | scene | technique | settings | map | technique ms | ratio | shadow map ms | frame ms | tiles | MiB |\n\
+         |---|---|---|--:|--:|--:|--:|--:|--:|--:|\n",
+        figures.suite, figures.frames
+    );
+    for (r, v) in figures.results.iter().zip(variants) {
+        let map_ms = r.passes.iter().find(|p| p.name == "shadow map").map(|p| p.gpu_ms);
+        let tiles = r.passes.iter().find_map(|p| Some((p.tiles_active?, p.tiles_total?)));
+        text += &format!(
+            "| {} | {} | {} | {} | {} ({}–{}) | {} | {} | {} | {} | {} |\n",
+            r.scene,
+            r.technique,
+            v.choice.settings(),
+            r.shadow_map,
+            number(r.gpu_ms, 3),
+            number(r.gpu_ms_min, 3),
+            number(r.gpu_ms_max, 3),
+            number(r.ratio, 3),
+            number(map_ms, 3),
+            number(r.total_gpu_ms, 3),
+            tiles.map_or_else(|| "-".into(), |(active, total)| format!("{active} of {total}")),
+            number(r.memory_bytes as f64 / f64::from(1 << 20), 1)
+        );
+    }
+    text
+}
+
+/// A file name's worth of a device's name.
+fn slug(name: &str) -> String {
+    let mut slug = String::new();
+    for c in name.to_ascii_lowercase().chars() {
+        match c {
+            'a'..='z' | '0'..='9' => slug.push(c),
+            _ if !slug.ends_with('-') && !slug.is_empty() => slug.push('-'),
+            _ => {}
+        }
+    }
+    let slug = slug.trim_end_matches('-');
+    if slug.is_empty() { "device".into() } else { slug.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn device_names_become_file_names() {
+        assert_eq!(slug("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe-llvm-15-0-6-256-bits");
+        assert_eq!(slug("NVIDIA H100 80GB HBM3"), "nvidia-h100-80gb-hbm3");
+        assert_eq!(slug("(§)"), "device");
+    }
+
+    #[test]
+    fn every_suite_can_be_made_and_groups_have_several_members() {
+        for suite in SUITES {
+            let variants = (suite.variants)().unwrap();
+            for v in &variants {
+                assert!(variants.iter().filter(|o| o.group == v.group).count() > 1, "{}: {}", suite.name, v.group);
+            }
+        }
+    }
+}

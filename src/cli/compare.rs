@@ -1,0 +1,378 @@
+//! `edgeshade compare`.
+
+use super::args::{self, DeviceArgs, SceneArgs, TruthArgs, usage};
+use super::console::{self, Console};
+use super::progress::Progress;
+use super::report::{self, CompareRow, Reference};
+use super::stage::Stage;
+use super::stats;
+use super::techniques::{self, Choice};
+use super::truth::{self, Seed, Tracer};
+use super::view;
+use super::{Outcome, close};
+use edgeshade::host::Host;
+use edgeshade::picture::{Picture, read_visibility, sheet, write_atomic, write_png};
+use edgeshade::reference::ray_traced::{Origin, Truth};
+use edgeshade::scene::{RenderDesc, Renderer};
+use edgeshade::table::{Table, number};
+use edgeshade::technique::OutputFormat;
+use edgeshade::view::LightKind;
+use edgeshade::{Error, Result, metrics};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+#[derive(clap::Args)]
+#[command(after_help = "Figures, over the pixels that can be judged (a surface that faces the light,
+inside its frustum, the same triangle for rasteriser and ray tracer):
+  rmse, mae     error of the visibility
+  over, under   too dark, too light; their sum is mae
+  ssim          structural similarity, 1 is equal
+  flip          perceived difference of the lit pictures, 0 is equal
+  mismatch      share of the pixels on the wrong side of one half
+  edge px       how far the shadow boundary is off; + is too large a shadow
+  gpu ms        the technique's own passes, without shadow map, G-buffer and
+                shading; median over the frames
+  MiB           device memory of the technique
+
+Examples:
+  edgeshade compare                  all real-time techniques, default scene
+  edgeshade compare jenga -t sm,pcf -o out
+                                     table.txt, sheet.png, results.json in out/
+  edgeshade compare knot -t pcf,pcf:width=7,skip=off --shadow-map 512,2048
+  edgeshade compare fence --light-size 0
+                                     against hard shadows
+  edgeshade compare drum -t pcf,ray-traced
+                                     a second truth: the noise floor
+  edgeshade compare robot --reference truth.exr
+                                     against a file of visibilities
+
+Traced truths are kept (see --cache): the next comparison of the same view
+starts at once.")]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Techniques with settings, ID or ID:name=value,name=value; `all` for every real-time one at its defaults
+    #[arg(short, long = "technique", value_name = "ID,ID", default_value = "all")]
+    techniques: Vec<String>,
+    /// Sides of the shadow map, texels: a row for each
+    #[arg(long, value_name = "N,N", default_value = "1024", value_delimiter = ',', value_parser = args::map_size)]
+    shadow_map: Vec<u32>,
+    /// What to compare with: `ray-traced`, `area-samples`, or an .exr or .png file of visibilities
+    #[arg(long, value_name = "ID|FILE", default_value = "ray-traced")]
+    reference: String,
+    /// Frames to measure
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Folder for table.txt, sheet.png and results.json; made if need be
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Write all figures as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    truth: TruthArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// What everything is compared with.
+struct Measure {
+    visibility: Vec<f32>,
+    mask: Vec<bool>,
+    /// Lit with that visibility.
+    picture: Picture,
+    size: [u32; 2],
+    about: Reference,
+}
+
+/// A technique's outcome with its pictures.
+struct Judged {
+    row: CompareRow,
+    label: String,
+    settings: String,
+    picture: Picture,
+    error: Picture,
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Outcome {
+    let console = Console::new(args.json.as_deref());
+    let choices = techniques::parse(&args.techniques, args.truth.samples)?;
+    let rows = row_count(args, &choices);
+    if args.output.is_some() && rows >= sheet::MAX_ROWS {
+        Err(Error::Usage(format!("{rows} rows are too many for a contact sheet; {} fit", sheet::MAX_ROWS - 1)))?;
+    }
+    if let Some(folder) = &args.output {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Io { path: folder.clone(), source })?;
+    }
+    if let Some(path) = args.json.as_ref().filter(|p| !console::is_stdout(p)) {
+        super::render::check_folder(path)?;
+    }
+    let stage = Stage::load(&args.scene, args.scene.size)?;
+    let host = args.device.open()?;
+    console.say(format_args!("{} ({})", host.info().name, host.info().driver))?;
+    console.say(stage.describe())?;
+    let (measure, judged, light) = judge_all(args, &choices, &stage, &host)?;
+
+    let figures = report::Compare {
+        origin: report::Origin::new(host.info()),
+        scene: stage.scene.name.clone(),
+        triangles: stage.scene.triangles(),
+        light,
+        size: measure.size,
+        reference: measure.about.clone(),
+        pixels: measure.mask.len(),
+        pixels_judged: measure.mask.iter().filter(|&&m| m).count(),
+        frames: args.frames,
+        results: vec![],
+    };
+    let note = note(&figures);
+    let table = table(&judged);
+    console.say(format_args!("{note}\n\n{table}"))?;
+    let text = format!("{}\n{}\n{note}\n\n{table}", stage.describe(), host.info().name);
+    let sheet = args.output.as_ref().map(|_| sheet(&stage, &measure, &judged, &note)).transpose()?;
+    let figures = report::Compare { results: judged.into_iter().map(|j| j.row).collect(), ..figures };
+    if let (Some(folder), Some(sheet)) = (&args.output, sheet) {
+        write_atomic(&folder.join("table.txt"), text.as_bytes())?;
+        write_png(&folder.join("sheet.png"), &sheet)?;
+        report::write(&folder.join("results.json"), &figures)?;
+        console.say(format_args!("wrote table.txt, sheet.png and results.json into {}", folder.display()))?;
+    }
+    if let Some(path) = &args.json {
+        report::write(path, &figures)?;
+    }
+    close(host)
+}
+
+fn judge_all(
+    args: &Args,
+    choices: &[Choice],
+    stage: &Stage,
+    host: &Host,
+) -> Result<(Measure, Vec<Judged>, serde_json::Value)> {
+    let size = args.scene.size;
+    let renderer = |map_size: u32| {
+        let casters = args.scene.casters();
+        let desc = RenderDesc { size, map_size, casters, output: OutputFormat::R32, ..RenderDesc::default() };
+        Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
+    };
+    let Some(&first) = args.shadow_map.first() else { return usage("--shadow-map: a size is needed") };
+    let mut current = renderer(first)?;
+    let mut tracer = Tracer::new(stage, current.light(), size, &args.truth);
+    let measure = measure(args, &mut tracer, &mut current, host)?;
+    let light = match current.light().kind {
+        LightKind::Spot { size } => json!({"kind": "spot", "size": size}),
+        LightKind::Directional { angle } => json!({"kind": "directional", "angle_degrees": angle.to_degrees()}),
+    };
+
+    let mut judged = vec![];
+    let several = args.shadow_map.len() > 1;
+    let total = row_count(args, choices) as u64;
+    let progress = Progress::start("techniques");
+    for (i, &map_size) in args.shadow_map.iter().enumerate() {
+        if i > 0 {
+            current = renderer(map_size)?;
+        }
+        for choice in choices.iter().filter(|c| i == 0 || c.uses_map()) {
+            let map = choice.uses_map().then_some(map_size);
+            if choice.is_reference() {
+                let visibility = truth::reference(choice, &mut tracer, &mut current, Seed::NoiseFloor)?;
+                current.shade_with(&visibility)?;
+                let picture = view::picture(host, current.picture())?;
+                judged.push(judge(choice, map, several, &visibility, picture, &measure)?);
+            } else {
+                judged.push(run_technique(args, choice, map_size, host, &mut current, &measure)?);
+            }
+            progress.set(judged.len() as u64, total);
+        }
+    }
+    judged.sort_by_key(|j| j.row.shadow_map.is_none());
+    Ok((measure, judged, light))
+}
+
+fn row_count(args: &Args, choices: &[Choice]) -> usize {
+    choices.iter().map(|c| if c.uses_map() { args.shadow_map.len() } else { 1 }).sum()
+}
+
+/// Renders and times a real-time technique.
+fn run_technique(
+    args: &Args,
+    choice: &Choice,
+    map_size: u32,
+    host: &Host,
+    renderer: &mut Renderer<'_>,
+    measure: &Measure,
+) -> Result<Judged> {
+    let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
+    renderer.frame(technique.as_mut())?;
+    let frames = (0..args.frames).map(|_| renderer.frame(technique.as_mut())).collect::<Result<Vec<_>>>()?;
+    let visibility = renderer.visibility(technique.as_ref())?;
+    let picture = view::picture(host, renderer.picture())?;
+    let mut judged = judge(choice, Some(map_size), args.shadow_map.len() > 1, &visibility, picture, measure)?;
+    judged.row.gpu_ms = stats::technique(&frames).map(|s| s.median);
+    judged.row.frame_gpu_ms = stats::total(&frames).map(|s| s.median);
+    judged.row.passes = stats::passes(&frames);
+    judged.row.memory_bytes = technique.memory_bytes();
+    Ok(judged)
+}
+
+/// Makes or reads the reference, and lights the scene with it.
+fn measure(args: &Args, tracer: &mut Tracer<'_>, renderer: &mut Renderer<'_>, host: &Host) -> Result<Measure> {
+    let size = args.scene.size;
+    let started = Instant::now();
+    let kind = args.reference.as_str();
+    let (truth, visibility, about): (Truth, _, _) = if kind == "ray-traced" || kind == "area-samples" {
+        let settings: Vec<_> = args.truth.samples.map(|n| ("samples".into(), n.to_string())).into_iter().collect();
+        let choice = Choice::new(kind, &settings)?;
+        let samples = choice.params.int("samples");
+        let about = |samples, seconds, cached| Reference {
+            kind: kind.into(),
+            samples: Some(samples),
+            seconds: Some(seconds),
+            cached,
+        };
+        if kind == "ray-traced" {
+            let (truth, origin) = tracer.truth(samples, Seed::Truth)?;
+            if let Origin::TracedNotStored(why) = &origin {
+                console::note(format_args!("warning: the truth could not be kept for the next run: {why}"));
+            }
+            let about = about(truth.samples, truth.seconds, origin == Origin::Cached);
+            let visibility = truth.visibility.clone();
+            (truth, visibility, about)
+        } else {
+            let visibility = truth::reference(&choice, tracer, renderer, Seed::Truth)?;
+            let about = about(samples, started.elapsed().as_secs_f64(), false);
+            (tracer.hard()?, visibility, about)
+        }
+    } else {
+        let path = Path::new(kind);
+        if !path.exists() && path.extension().is_none() {
+            return usage(format!("--reference {kind}: it is ray-traced, area-samples, or an .exr or .png file"));
+        }
+        let visibility = read_visibility(path, size)?;
+        (tracer.hard()?, visibility, Reference { kind: kind.into(), samples: None, seconds: None, cached: false })
+    };
+    renderer.shade_with(&visibility)?;
+    let picture = view::picture(host, renderer.picture())?;
+    let mask = truth::judged(&truth, &host.read_image::<u32>(&renderer.gbuffer().triangle)?);
+    Ok(Measure { visibility, mask, picture, size, about })
+}
+
+fn judge(
+    choice: &Choice,
+    map_size: Option<u32>,
+    several: bool,
+    visibility: &[f32],
+    picture: Picture,
+    measure: &Measure,
+) -> Result<Judged> {
+    let Measure { visibility: truth, mask, size, .. } = measure;
+    let report = metrics::compare(visibility, truth, mask, *size)?;
+    // What is not judged shall not count here either.
+    let pixels = picture.rgb.iter().zip(&measure.picture.rgb).zip(mask);
+    let masked: Vec<_> = pixels.map(|((&test, &truth), &counts)| if counts { test } else { truth }).collect();
+    let (flip, _) = metrics::flip(&masked, &measure.picture.rgb, *size)?;
+    let error = Picture::from_error(visibility, truth, mask, *size)?;
+    let settings = choice.settings();
+    let mut label = choice.info.id.to_owned();
+    if settings != "-" {
+        label += &format!(" {settings}");
+    }
+    if let Some(n) = map_size.filter(|_| several) {
+        label += &format!(", map {n}");
+    }
+    let row = CompareRow {
+        technique: choice.info.id,
+        params: report::params(choice.info, &choice.params),
+        shadow_map: map_size,
+        flip,
+        report,
+        gpu_ms: None,
+        frame_gpu_ms: None,
+        passes: vec![],
+        memory_bytes: 0,
+    };
+    Ok(Judged { row, label, settings, picture, error })
+}
+
+/// What the figures are of, in one or two lines.
+fn note(figures: &report::Compare) -> String {
+    let [w, h] = figures.size;
+    let r = &figures.reference;
+    let samples = r.samples.map_or_else(String::new, |n| format!(" with {n} samples"));
+    let made = match (r.cached, r.seconds) {
+        (true, _) => ", from an earlier run".to_owned(),
+        (false, Some(s)) => format!(", made in {s:.1} s"),
+        (false, None) => String::new(),
+    };
+    let share = 100.0 * figures.pixels_judged as f64 / figures.pixels.max(1) as f64;
+    format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{samples}{made}", r.kind)
+}
+
+fn mib(bytes: u64) -> Option<f64> {
+    (bytes > 0).then_some(bytes as f64 / f64::from(1 << 20))
+}
+
+fn table(judged: &[Judged]) -> Table {
+    let mut table = Table::new([
+        "technique",
+        "params",
+        "map",
+        "rmse",
+        "mae",
+        "ssim",
+        "flip",
+        "mismatch",
+        "over",
+        "under",
+        "edge px",
+        "gpu ms",
+        "MiB",
+    ]);
+    for Judged { row, settings, .. } in judged {
+        let r = &row.report;
+        table.row([
+            row.technique.to_owned(),
+            settings.clone(),
+            number(row.shadow_map.map(f64::from), 0),
+            number(r.rmse, 4),
+            number(r.mae, 4),
+            number(r.ssim, 3),
+            number(row.flip, 4),
+            format!("{} %", number(100.0 * r.mismatch, 2)),
+            number(r.over, 4),
+            number(r.under, 4),
+            number(r.boundary.map(|b| b.mean), 2),
+            number(row.gpu_ms, 3),
+            number(mib(row.memory_bytes), 1),
+        ]);
+    }
+    table
+}
+
+fn sheet(stage: &Stage, measure: &Measure, judged: &[Judged], note: &str) -> Result<Picture> {
+    let caption = |j: &Judged| {
+        let r = &j.row.report;
+        format!(
+            "rmse {}  mae {}  ssim {}\nflip {}  mismatch {} %\ngpu {} ms  {} MiB",
+            number(r.rmse, 4),
+            number(r.mae, 4),
+            number(r.ssim, 3),
+            number(j.row.flip, 4),
+            number(100.0 * r.mismatch, 2),
+            number(j.row.gpu_ms, 3),
+            number(mib(j.row.memory_bytes), 1)
+        )
+    };
+    let captions: Vec<_> = judged.iter().map(caption).collect();
+    let kind = &measure.about.kind;
+    let about = measure.about.samples.map_or_else(String::new, |n| format!("{n} samples"));
+    let truth = sheet::Row { label: kind, caption: &about, full: &measure.picture, error: None };
+    let rows = judged.iter().zip(&captions);
+    let rows =
+        rows.map(|(j, caption)| sheet::Row { label: &j.label, caption, full: &j.picture, error: Some(&j.error) });
+    let rows: Vec<_> = std::iter::once(truth).chain(rows).collect();
+    let header = sheet::Header { title: &stage.describe(), note };
+    sheet::compose(&header, &rows, &sheet::Options::default())
+}

@@ -1,0 +1,125 @@
+//! The command line: a file a subcommand, and what they share.
+
+mod args;
+mod bench;
+mod compare;
+mod console;
+mod devices;
+mod list;
+mod progress;
+mod render;
+mod report;
+mod scenes;
+mod stage;
+mod stats;
+mod techniques;
+mod truth;
+mod view;
+
+use clap::{Parser, Subcommand};
+use edgeshade::{Error, host::Host};
+use std::process::ExitCode;
+use std::time::Instant;
+
+#[derive(Parser)]
+#[command(
+    name = "edgeshade",
+    version,
+    about = "Real-time shadows on Vulkan: render them, measure them against ray-traced truth, time every pass",
+    after_help = "Examples:
+  edgeshade render                   the default scene to shadow.png, and the
+                                     time of every pass
+  edgeshade render fence -t sm -o fence.png
+  edgeshade compare jenga -t sm,pcf -o out
+                                     figures against the truth, and a contact
+                                     sheet in out/
+  edgeshade list pcf                 what can be set on a technique
+
+Every subcommand explains itself: edgeshade render --help.
+Exit status: 0 fine, 1 the work failed, 2 wrong usage."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to a picture and print the GPU time of every pass
+    Render(Box<render::Args>),
+    /// Compare techniques with the truth: figures, a contact sheet, JSON
+    Compare(Box<compare::Args>),
+    /// Measure suites of variants, interleaved in one run
+    Bench(bench::Args),
+    /// List the techniques and their parameters
+    List(list::Args),
+    /// List the Vulkan devices
+    Devices(devices::Args),
+    /// List the scenes that come with Edgeshade, or write their files
+    Scenes(scenes::Args),
+}
+
+/// Why a run ended without success.
+enum Failure {
+    Error(Error),
+    /// The validation layer has found fault; its messages are printed already.
+    Validation(usize),
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self::Error(error)
+    }
+}
+
+impl Failure {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Error(Error::Parameter(_) | Error::Usage(_)) => 2,
+            _ => 1,
+        }
+    }
+}
+
+type Outcome = Result<(), Failure>;
+
+/// Runs the tool.
+pub fn main() -> ExitCode {
+    let started = Instant::now();
+    provide_runtime_folder();
+    let cli = Cli::try_parse().unwrap_or_else(|e| e.exit());
+    let outcome = match cli.command {
+        Command::Render(args) => render::run(&args, started),
+        Command::Compare(args) => compare::run(&args),
+        Command::Bench(args) => bench::run(&args),
+        Command::List(args) => list::run(&args),
+        Command::Devices(args) => devices::run(&args),
+        Command::Scenes(args) => scenes::run(&args),
+    };
+    let Err(failure) = outcome else { return ExitCode::SUCCESS };
+    match &failure {
+        Failure::Error(error) => console::complain(error),
+        Failure::Validation(1) => console::complain("the validation layer has reported a fault"),
+        Failure::Validation(n) => console::complain(format_args!("the validation layer has reported {n} faults")),
+    }
+    ExitCode::from(failure.exit_code())
+}
+
+/// Where `XDG_RUNTIME_DIR` is not set, Mesa's drivers complain about it on every start, though nothing here needs it.
+fn provide_runtime_folder() {
+    if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: the first statement of `main`: no other thread runs yet.
+        unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
+    }
+}
+
+/// Closes the device and prints what the validation layer has said, up to the very last object destroyed.
+fn close(host: Host) -> Outcome {
+    let messages = host.messages().clone();
+    drop(host);
+    let messages = messages.all();
+    for message in &messages {
+        console::note(message);
+    }
+    if messages.is_empty() { Ok(()) } else { Err(Failure::Validation(messages.len())) }
+}

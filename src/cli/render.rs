@@ -1,0 +1,333 @@
+//! `edgeshade render`.
+
+use super::args::{self, DeviceArgs, SceneArgs, TruthArgs, usage};
+use super::console::{self, Console};
+use super::report::{self, Seconds};
+use super::stage::Stage;
+use super::stats;
+use super::techniques::Choice;
+use super::truth::{self, Seed, Tracer};
+use super::view::{self, Shot};
+use super::{Outcome, close};
+use edgeshade::host::Host;
+use edgeshade::picture::Picture;
+use edgeshade::scene::{MAX_SIZE, RenderDesc, Renderer};
+use edgeshade::table::{Table, number};
+use edgeshade::technique::Technique;
+use edgeshade::timing::FrameTiming;
+use edgeshade::view::DepthRange;
+use edgeshade::{Error, Result};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+#[derive(clap::Args)]
+#[command(after_help = "Views:
+  shaded        the lit picture
+  visibility    1 lit, 0 in shadow: linear grey, 16 bits
+  depth         distance of what the camera sees; near is bright
+  shadow-map    distance of what the light sees; near is bright
+  normal        geometric normals
+  albedo        base colour
+  error         visibility less the ray-traced truth: red is too dark, blue too
+                light
+and the intermediate images of the technique, if it has some. An .exr file
+holds plain floats: distances in world units, normals, errors, visibility.
+
+Examples:
+  edgeshade render                   the default scene to shadow.png
+  edgeshade render knot -t pcf --set width=7 --set skip=off -o knot.png
+  edgeshade render model.glb --light sun:120,35 --camera 3,2,4:0,0.5,0
+  edgeshade render fence --view error -o error.png
+                                     where the shadow is wrong
+  edgeshade render jenga --frames 50 --json -
+                                     times of 50 frames, as JSON
+
+Times are of the GPU: medians over the frames, after a first one that is not
+counted.")]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The technique (see `edgeshade list`)
+    #[arg(short, long, value_name = "ID", default_value = "pcf")]
+    technique: String,
+    /// A parameter of the technique; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = args::setting)]
+    settings: Vec<(String, String)>,
+    /// The picture: .png, or .exr for plain floats
+    #[arg(short, long, value_name = "FILE", default_value = "shadow.png")]
+    output: PathBuf,
+    /// What to show: shaded, visibility, depth, normal, shadow-map, albedo, error, or an intermediate of the technique
+    #[arg(long, value_name = "VIEW", default_value = "shaded")]
+    view: String,
+    /// Side of the shadow map, texels
+    #[arg(long, value_name = "N", default_value = "1024", value_parser = args::map_size)]
+    shadow_map: u32,
+    /// Frames to measure
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Render N times as wide and high and average in linear light; the times are of the larger frame
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
+    supersample: u32,
+    /// Write all figures as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    truth: TruthArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// Seconds since the last look.
+struct Clock(Instant);
+
+impl Clock {
+    fn lap(&mut self) -> f64 {
+        let now = Instant::now();
+        let seconds = (now - std::mem::replace(&mut self.0, now)).as_secs_f64();
+        seconds.max(0.0)
+    }
+}
+
+/// What the frames gave.
+struct Rendered {
+    technique: Option<Box<dyn Technique>>,
+    /// Of a reference.
+    visibility: Option<Vec<f32>>,
+    frames: Vec<FrameTiming>,
+}
+
+/// Runs it; `started` is when the process did.
+pub fn run(args: &Args, started: Instant) -> Outcome {
+    let console = Console::new(args.json.as_deref());
+    let choice = choice(args)?;
+    check(args, &choice)?;
+    let mut clock = Clock(started);
+    let mut seconds = Seconds::default();
+    let size = args.scene.size.map(|s| s * args.supersample);
+    let stage = Stage::load(&args.scene, size)?;
+    seconds.load = clock.lap();
+    let host = args.device.open()?;
+    seconds.device = clock.lap();
+    console.say(format_args!("{} ({})", host.info().name, host.info().driver))?;
+    console.say(stage.describe())?;
+
+    let desc = RenderDesc { size, map_size: args.shadow_map, casters: args.scene.casters(), ..RenderDesc::default() };
+    let mut renderer = Renderer::new(&host, &stage.scene, stage.camera, &stage.light, desc)?;
+    let mut tracer = Tracer::new(&stage, renderer.light(), size, &args.truth);
+    let rendered = render(args, &choice, &mut renderer, &mut tracer, &mut clock, &mut seconds)?;
+    let shot = shoot(args, &host, &mut renderer, &mut tracer, &rendered)?;
+    shot.write(&args.output)?;
+    seconds.write = clock.lap();
+    seconds.total = started.elapsed().as_secs_f64();
+
+    let figures = report::Render {
+        origin: report::Origin::new(host.info()),
+        scene: stage.scene.name.clone(),
+        triangles: stage.scene.triangles(),
+        technique: choice.info.id,
+        params: report::params(choice.info, &choice.params),
+        size: args.scene.size,
+        shadow_map: args.shadow_map,
+        supersample: args.supersample,
+        frames: rendered.frames.len() as u32,
+        passes: stats::passes(&rendered.frames),
+        total_gpu_ms: stats::total(&rendered.frames).map(|s| s.median),
+        memory_bytes: rendered.technique.as_ref().map_or(0, |t| t.memory_bytes()),
+        scene_memory_bytes: renderer.memory_bytes(),
+        view: args.view.clone(),
+        output: args.output.display().to_string(),
+        seconds,
+        warnings: stage.scene.warnings.clone(),
+        validation_messages: host.messages().all(),
+    };
+    say(&console, args, &choice, &figures, &rendered.frames)?;
+    if let Some(path) = &args.json {
+        report::write(path, &figures)?;
+    }
+    drop((rendered, renderer));
+    close(host)
+}
+
+fn choice(args: &Args) -> Result<Choice> {
+    let mut settings = args.settings.clone();
+    let is_reference = Choice::new(&args.technique, &[])?.is_reference();
+    if let Some(n) = args.truth.samples.filter(|_| is_reference) {
+        settings.insert(0, ("samples".into(), n.to_string()));
+    }
+    Choice::new(&args.technique, &settings)
+}
+
+/// What can be refused before any work.
+fn check(args: &Args, choice: &Choice) -> Result<()> {
+    view::is_exr(&args.output)?;
+    for path in [Some(&args.output), args.json.as_ref().filter(|p| !console::is_stdout(p))].into_iter().flatten() {
+        check_folder(path)?;
+    }
+    let [w, h] = args.scene.size;
+    if w.max(h) * args.supersample > MAX_SIZE {
+        return usage(format!("--supersample {}: {w}x{h} times that is beyond {MAX_SIZE} a side", args.supersample));
+    }
+    if args.supersample > 1 && args.view != "shaded" {
+        return usage(format!("--supersample averages the shaded picture; it does not go with --view {}", args.view));
+    }
+    if choice.is_reference() && args.view == "shadow-map" {
+        return usage(format!("{} leaves no shadow map to look at; take a real-time technique", choice.info.id));
+    }
+    Ok(())
+}
+
+/// Better at once than after minutes of work.
+pub fn check_folder(path: &Path) -> Result<()> {
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => return Ok(()),
+    };
+    if folder.is_dir() {
+        return Ok(());
+    }
+    let text = format!("the folder {} does not exist; create it first", folder.display());
+    Err(Error::Io { path: path.into(), source: std::io::Error::new(std::io::ErrorKind::NotFound, text) })
+}
+
+fn render(
+    args: &Args,
+    choice: &Choice,
+    renderer: &mut Renderer<'_>,
+    tracer: &mut Tracer<'_>,
+    clock: &mut Clock,
+    seconds: &mut Seconds,
+) -> Result<Rendered> {
+    if choice.is_reference() {
+        seconds.prepare = clock.lap();
+        let visibility = truth::reference(choice, tracer, renderer, Seed::Truth)?;
+        renderer.shade_with(&visibility)?;
+        seconds.frames = clock.lap();
+        return Ok(Rendered { technique: None, visibility: Some(visibility), frames: vec![] });
+    }
+    let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
+    let intermediates = technique.intermediates().into_iter().map(|(name, _)| name);
+    let views: Vec<&str> = view::NAMES.into_iter().chain(intermediates).collect();
+    if !views.contains(&args.view.as_str()) {
+        let id = choice.info.id;
+        return usage(format!("{id} has no view {:?}; it has: {}", args.view, views.join(", ")));
+    }
+    seconds.prepare = clock.lap();
+    renderer.frame(technique.as_mut())?;
+    seconds.first_frame = clock.lap();
+    let frames = (0..args.frames).map(|_| renderer.frame(technique.as_mut())).collect::<Result<Vec<_>>>()?;
+    seconds.frames = clock.lap();
+    Ok(Rendered { technique: Some(technique), visibility: None, frames })
+}
+
+fn shoot(
+    args: &Args,
+    host: &Host,
+    renderer: &mut Renderer<'_>,
+    tracer: &mut Tracer<'_>,
+    rendered: &Rendered,
+) -> Result<Shot> {
+    let visibility = || match (&rendered.visibility, &rendered.technique) {
+        (Some(values), _) => Ok(values.clone()),
+        (None, Some(technique)) => renderer.visibility(technique.as_ref()),
+        (None, None) => usage("nothing was rendered"),
+    };
+    let size = renderer.picture().extent();
+    let gbuffer = renderer.gbuffer();
+    Ok(match args.view.as_str() {
+        "shaded" => {
+            let picture = view::picture(host, renderer.picture())?;
+            Shot::color(if args.supersample > 1 { view::box_filter(&picture, args.supersample) } else { picture })
+        }
+        "visibility" => Shot::visibility(visibility()?, size),
+        "depth" => Shot::depth(host, &gbuffer.depth, &renderer.camera().clip_from_view, DepthRange::Reversed)?,
+        "shadow-map" => {
+            Shot::depth(host, renderer.shadow_map(), &renderer.light().clip_from_view, DepthRange::Standard)?
+        }
+        "normal" => Shot::normal(host, &gbuffer.geometric_normal, &host.read_image::<u32>(&gbuffer.triangle)?)?,
+        "albedo" => {
+            let rgba: Vec<[u8; 4]> = host.read_image(&gbuffer.albedo)?;
+            Shot::color(Picture { size, rgb: rgba.into_iter().map(|[r, g, b, _]| [r, g, b]).collect() })
+        }
+        "error" => {
+            // The samples of --technique ray-traced are its own business; the truth has those of --samples.
+            let truth_args: Vec<_> =
+                args.truth.samples.map(|n| ("samples".into(), n.to_string())).into_iter().collect();
+            let samples = Choice::new("ray-traced", &truth_args)?.params.int("samples");
+            let (truth, _) = tracer.truth(samples, Seed::Truth)?;
+            let judged = truth::judged(&truth, &host.read_image::<u32>(&gbuffer.triangle)?);
+            Shot::error(&visibility()?, &truth.visibility, &judged, size)?
+        }
+        name => {
+            let intermediates = rendered.technique.as_ref().map(|t| t.intermediates()).unwrap_or_default();
+            let Some((_, image)) = intermediates.into_iter().find(|(n, _)| *n == name) else {
+                return usage(format!("there is no view {name:?}; there are: {}", view::NAMES.join(", ")));
+            };
+            Shot::of_image(host, image)?
+        }
+    })
+}
+
+fn say(
+    console: &Console,
+    args: &Args,
+    choice: &Choice,
+    figures: &report::Render,
+    frames: &[FrameTiming],
+) -> Result<()> {
+    let [w, h] = figures.size.map(|s| s * args.supersample);
+    let settings = choice.settings();
+    let settings = if settings == "-" { String::new() } else { format!(" {settings}") };
+    let (id, map) = (choice.info.id, args.shadow_map);
+    if !choice.uses_map() {
+        console.say(format_args!("{id}{settings}, {w}x{h}\n"))?;
+    } else if choice.is_reference() {
+        console.say(format_args!("{id}{settings}, {w}x{h}, shadow maps {map}x{map}\n"))?;
+    } else {
+        console.say(format_args!("{id}{settings}, {w}x{h}, shadow map {map}x{map}, {} frames\n", figures.frames))?;
+        console.say(pass_table(figures, frames))?;
+    }
+    let s = figures.seconds;
+    let mib = |bytes: u64| number(bytes as f64 / f64::from(1 << 20), 1);
+    console.say(format_args!(
+        "memory: {} MiB by the technique, {} MiB by scene and targets",
+        mib(figures.memory_bytes),
+        mib(figures.scene_memory_bytes)
+    ))?;
+    console.say(format_args!(
+        "{:.2} s from start to picture: scene {:.2}, device {:.2}, upload and pipelines {:.2}, first frame {:.2}, \
+         {} {:.2}, reading back and writing {:.2}",
+        s.total,
+        s.load,
+        s.device,
+        s.prepare,
+        s.first_frame,
+        if choice.is_reference() { "reference" } else { "frames" },
+        s.frames,
+        s.write
+    ))?;
+    console.say(format_args!("wrote {}", figures.output))
+}
+
+fn pass_table(figures: &report::Render, frames: &[FrameTiming]) -> String {
+    let Some(total) = stats::total(frames) else {
+        return "This device has no timestamps: no times.\n".into();
+    };
+    let mut table = Table::new(["pass", "gpu ms", "min", "max", "tiles"]);
+    for p in &figures.passes {
+        let tiles = match (p.tiles_active, p.tiles_total) {
+            (Some(active), Some(total)) => format!("{active} of {total}"),
+            _ => String::new(),
+        };
+        let [median, min, max] = [p.gpu_ms, p.gpu_ms_min, p.gpu_ms_max].map(|v| number(v, 3));
+        table.row([p.name.as_str(), &median, &min, &max, &tiles]);
+    }
+    let mut sum = |name: &str, span: stats::Span| {
+        let [median, min, max] = [span.median, span.min, span.max].map(|v| number(v, 3));
+        table.row([name, &median, &min, &max]);
+    };
+    if let Some(technique) = stats::technique(frames) {
+        sum("technique", technique);
+    }
+    sum("frame", total);
+    table.to_string()
+}

@@ -1,0 +1,199 @@
+//! The JSON that the subcommands write.
+
+use super::console;
+use super::stats::PassStats;
+use edgeshade::host::DeviceInfo;
+use edgeshade::picture::write_atomic;
+use edgeshade::technique::{Info, Param, ParamKind, Params};
+use edgeshade::{Error, Result, metrics};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// What every measurement starts with.
+#[derive(Clone, Debug, Serialize)]
+pub struct Origin {
+    pub device: String,
+    pub driver: String,
+    pub version: &'static str,
+}
+
+impl Origin {
+    pub fn new(device: &DeviceInfo) -> Self {
+        Self { device: device.name.clone(), driver: device.driver.clone(), version: env!("CARGO_PKG_VERSION") }
+    }
+}
+
+/// Seconds from the start of the process, step by step.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Seconds {
+    /// Reading the scene.
+    pub load: f64,
+    /// Opening the device.
+    pub device: f64,
+    /// Uploading the scene, allocating, making pipelines.
+    pub prepare: f64,
+    /// The first frame, which is not measured.
+    pub first_frame: f64,
+    /// The measured frames; for a reference the making of it.
+    pub frames: f64,
+    /// Reading the picture back and writing it.
+    pub write: f64,
+    pub total: f64,
+}
+
+/// What `render --json` writes.
+#[derive(Debug, Serialize)]
+pub struct Render {
+    #[serde(flatten)]
+    pub origin: Origin,
+    pub scene: String,
+    pub triangles: usize,
+    pub technique: &'static str,
+    pub params: Map<String, Value>,
+    pub size: [u32; 2],
+    pub shadow_map: u32,
+    pub supersample: u32,
+    pub frames: u32,
+    pub passes: Vec<PassStats>,
+    pub total_gpu_ms: Option<f64>,
+    /// Of the technique alone.
+    pub memory_bytes: u64,
+    /// Scene, shadow map, G-buffer and picture.
+    pub scene_memory_bytes: u64,
+    pub view: String,
+    pub output: String,
+    pub seconds: Seconds,
+    pub warnings: Vec<String>,
+    pub validation_messages: Vec<String>,
+}
+
+/// What `compare --json` writes.
+#[derive(Debug, Serialize)]
+pub struct Compare {
+    #[serde(flatten)]
+    pub origin: Origin,
+    pub scene: String,
+    pub triangles: usize,
+    pub light: Value,
+    pub size: [u32; 2],
+    pub reference: Reference,
+    /// Pixels of the image.
+    pub pixels: usize,
+    /// Pixels that count: a lit side, inside the light's frustum, the same triangle for rasteriser and ray tracer.
+    pub pixels_judged: usize,
+    pub frames: u32,
+    pub results: Vec<CompareRow>,
+}
+
+/// What the techniques were compared with.
+#[derive(Clone, Debug, Serialize)]
+pub struct Reference {
+    pub kind: String,
+    /// Rays a pixel or shadow maps; null for a file.
+    pub samples: Option<u32>,
+    /// Seconds it took to make, when it was made; null for a file.
+    pub seconds: Option<f64>,
+    /// True where a former run had made it.
+    pub cached: bool,
+}
+
+/// One line of a comparison.
+#[derive(Debug, Serialize)]
+pub struct CompareRow {
+    pub technique: &'static str,
+    pub params: Map<String, Value>,
+    /// Null for what needs no shadow map.
+    pub shadow_map: Option<u32>,
+    /// Mean FLIP difference of the shaded pictures.
+    pub flip: f64,
+    #[serde(flatten)]
+    pub report: metrics::Report,
+    /// The technique's own passes, median.
+    pub gpu_ms: Option<f64>,
+    /// The whole frame with shadow map, G-buffer and shading, median.
+    pub frame_gpu_ms: Option<f64>,
+    pub passes: Vec<PassStats>,
+    pub memory_bytes: u64,
+}
+
+/// What `bench` writes.
+#[derive(Debug, Serialize)]
+pub struct Bench {
+    pub suite: &'static str,
+    #[serde(flatten)]
+    pub origin: Origin,
+    pub size: [u32; 2],
+    pub frames: u32,
+    pub results: Vec<BenchRow>,
+}
+
+/// One variant of a suite.
+#[derive(Debug, Serialize)]
+pub struct BenchRow {
+    pub scene: &'static str,
+    pub technique: &'static str,
+    pub params: Map<String, Value>,
+    pub shadow_map: u32,
+    /// What the variant is set against the first of the same name.
+    pub group: String,
+    /// The technique's own passes: median and range over the frames.
+    pub gpu_ms: Option<f64>,
+    pub gpu_ms_min: Option<f64>,
+    pub gpu_ms_max: Option<f64>,
+    /// Median over the frames of this variant's `gpu_ms` by that of the group's first variant in the same round.
+    pub ratio: Option<f64>,
+    pub passes: Vec<PassStats>,
+    pub total_gpu_ms: Option<f64>,
+    pub memory_bytes: u64,
+}
+
+/// A technique's parameters with their types.
+pub fn params(info: &Info, params: &Params) -> Map<String, Value> {
+    info.params.iter().map(|p| (p.name.to_owned(), value(p, params.get(p.name)))).collect()
+}
+
+fn value(param: &Param, v: f64) -> Value {
+    match param.kind {
+        ParamKind::Float { .. } => json!(v),
+        ParamKind::Int { .. } => json!(v as i64),
+        ParamKind::Choice(_) => json!(param.show(v)),
+        ParamKind::Switch => json!(v != 0.0),
+    }
+}
+
+/// A technique for `list --json`.
+pub fn technique(info: &Info, kind: &str) -> Value {
+    let row = |p: &Param| {
+        let mut row = json!({
+            "name": p.name, "default": value(p, p.default), "unit": p.unit, "help": p.help, "range": p.range(),
+        });
+        let more = match p.kind {
+            ParamKind::Float { min, max } => json!({"type": "float", "min": min, "max": max}),
+            ParamKind::Int { min, max, odd } => json!({"type": "int", "min": min, "max": max, "odd": odd}),
+            ParamKind::Choice(words) => json!({"type": "choice", "choices": words}),
+            ParamKind::Switch => json!({"type": "switch"}),
+        };
+        if let (Value::Object(row), Value::Object(more)) = (&mut row, more) {
+            row.extend(more);
+        }
+        row
+    };
+    json!({
+        "id": info.id, "title": info.title, "paper": info.paper, "summary": info.summary, "kind": kind,
+        "params": info.params.iter().map(row).collect::<Vec<_>>(),
+    })
+}
+
+/// The text of an object, one value a line.
+pub fn text(value: &impl Serialize) -> Result<String> {
+    let text = serde_json::to_string_pretty(value);
+    let text = text.map_err(|e| Error::Io { path: "JSON".into(), source: e.into() })?;
+    Ok(text + "\n")
+}
+
+/// Writes an object to a file, or to standard output for `-`.
+pub fn write(path: &Path, value: &impl Serialize) -> Result<()> {
+    let text = text(value)?;
+    if console::is_stdout(path) { console::print(text) } else { write_atomic(path, text.as_bytes()) }
+}

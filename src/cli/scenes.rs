@@ -1,0 +1,54 @@
+//! `edgeshade scenes`.
+
+use super::{Outcome, console, report};
+use edgeshade::Result;
+use edgeshade::scene::{load_bytes, shipped};
+use edgeshade::table::Table;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  edgeshade scenes                  what there is
+  edgeshade render knot             renders one of them
+  edgeshade scenes --write assets   makes their .glb files anew")]
+pub struct Args {
+    /// Write JSON to standard output
+    #[arg(long)]
+    json: bool,
+    /// Make all scenes anew and write their .glb files into this folder
+    #[arg(long, value_name = "DIR")]
+    write: Option<PathBuf>,
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Outcome {
+    let written = args.write.as_ref().map(shipped::write_all).transpose()?;
+    if args.json {
+        let mut list = shipped::ALL.iter().map(entry).collect::<Result<Vec<_>>>()?;
+        for (entry, path) in list.iter_mut().zip(written.iter().flatten()) {
+            entry["path"] = json!(path.display().to_string());
+        }
+        return Ok(console::print(report::text(&list)?)?);
+    }
+    if let Some(paths) = written {
+        let lines: String = paths.iter().map(|p| format!("wrote {}\n", p.display())).collect();
+        return Ok(console::print(lines)?);
+    }
+    let mut table = Table::new(["scene", "triangles", "about"]);
+    for scene in shipped::ALL {
+        table.row([scene.name, &triangles(scene)?.to_string(), scene.about]);
+    }
+    Ok(console::print(format_args!("{table}\nThe default is {}.\n", shipped::DEFAULT))?)
+}
+
+fn triangles(scene: &shipped::Shipped) -> Result<usize> {
+    Ok(load_bytes(scene.name, scene.bytes)?.triangles())
+}
+
+fn entry(scene: &shipped::Shipped) -> Result<Value> {
+    Ok(json!({
+        "name": scene.name, "about": scene.about, "triangles": triangles(scene)?,
+        "default": scene.name == shipped::DEFAULT,
+    }))
+}

@@ -1,0 +1,236 @@
+//! From the arguments to a scene with one camera and one light.
+
+use super::args::{Ground, SceneArgs, numbers, usage};
+use super::console;
+use edgeshade::scene::{
+    Camera, Light, LightShape, Projection, Scene, fit, load_bytes, load_scene,
+    shipped::{self, Shipped},
+};
+use edgeshade::view::{CameraView, look_along, look_at};
+use edgeshade::{Error, Result};
+use glam::{DVec3, dvec3};
+use std::path::Path;
+
+/// Widest cone of a spot light, degrees: one shadow map reaches no farther.
+const MAX_SPOT_FOV_DEGREES: f64 = 160.0;
+
+/// Everything that is to be seen, before a device is needed.
+pub struct Stage {
+    pub scene: Scene,
+    pub camera: CameraView,
+    pub light: Light,
+}
+
+impl Stage {
+    /// Loads the scene and finds camera and light; `size` is the image's. Warnings go to standard error.
+    pub fn load(args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
+        let scene = load(args.scene.as_deref().unwrap_or(shipped::DEFAULT), args.scene_index)?;
+        for warning in &scene.warnings {
+            console::note(format_args!("warning: {}: {warning}", scene.name));
+        }
+        Self::of(scene, args, size)
+    }
+
+    fn of(mut scene: Scene, args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
+        let camera = camera(&scene, args.camera.as_deref(), size)?.view(size);
+        let mut light = light(&scene, args.light.as_deref())?;
+        if let Some(size) = args.light_size {
+            resize(&mut light, size)?;
+        }
+        let lone_object = scene.cameras.is_empty() && scene.lights.is_empty();
+        if args.ground == Ground::On || args.ground == Ground::Auto && lone_object {
+            fit::add_ground(&mut scene);
+        }
+        Ok(Self { scene, camera, light })
+    }
+
+    /// A shipped scene as its file has it.
+    pub fn shipped(shipped: &Shipped, size: [u32; 2]) -> Result<Self> {
+        let scene = load_bytes(shipped.name, shipped.bytes)?;
+        let camera = camera(&scene, None, size)?.view(size);
+        let light = light(&scene, None)?;
+        Ok(Self { scene, camera, light })
+    }
+
+    /// One line about it.
+    pub fn describe(&self) -> String {
+        let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+        let light = match self.light.shape {
+            LightShape::Spot { .. } => "spot light",
+            LightShape::Directional { .. } => "sun",
+        };
+        format!(
+            "{}: {} in {}, {} {:?}",
+            self.scene.name,
+            count(self.scene.triangles(), "triangle"),
+            count(self.scene.instances.len(), "object"),
+            light,
+            self.light.name
+        )
+    }
+}
+
+fn load(name: &str, index: Option<usize>) -> Result<Scene> {
+    let path = Path::new(name);
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let is_path =
+        name.contains(std::path::is_separator) || name.contains('/') || extension == "glb" || extension == "gltf";
+    if !is_path && let Some(shipped) = shipped::find(name) {
+        if let Some(n) = index.filter(|&n| n > 0) {
+            return usage(format!("there is no scene {n} in {name}: shipped scenes hold one, number 0"));
+        }
+        return load_bytes(shipped.name, shipped.bytes);
+    }
+    if is_path || path.exists() {
+        return load_scene(path, index);
+    }
+    let names: Vec<_> = shipped::ALL.iter().map(|s| s.name).collect();
+    usage(format!("there is no scene {name:?}; give the path of a .glb or .gltf file, or one of: {}", names.join(", ")))
+}
+
+/// The entry that `text` names: by its name, or by its number.
+fn pick<'a, T>(what: &str, list: &'a [T], name: impl Fn(&T) -> &str, text: &str) -> Result<&'a T> {
+    let found = list.iter().find(|item| name(item) == text);
+    let found = found.or_else(|| text.parse::<usize>().ok().and_then(|i| list.get(i)));
+    found.ok_or_else(|| {
+        let known: Vec<_> = list.iter().enumerate().map(|(i, item)| format!("{i} {:?}", name(item))).collect();
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        Error::Usage(format!(
+            "the scene has no {what} {text:?}; it has: {known}; see --help for other ways to give one"
+        ))
+    })
+}
+
+fn point(text: &str) -> Option<DVec3> {
+    match numbers(text)?.as_slice() {
+        [x, y, z] => Some(dvec3(*x, *y, *z)),
+        _ => None,
+    }
+}
+
+fn camera(scene: &Scene, text: Option<&str>, size: [u32; 2]) -> Result<Camera> {
+    let usual = || scene.cameras.first().cloned().unwrap_or_else(|| fit::camera(scene, size));
+    let Some(text) = text else { return Ok(usual()) };
+    let Some((eye, target)) = text.split_once(':').and_then(|(a, b)| Some((point(a)?, point(b)?))) else {
+        return pick("camera", &scene.cameras, |c| &c.name, text).cloned();
+    };
+    if eye == target {
+        return usage("--camera: the two points are the same: no direction to look in");
+    }
+    let mut camera = usual();
+    camera.name = "given".into();
+    camera.world_from_camera = look_at(eye, target);
+    if let Projection::Perspective { near, .. } = &mut camera.projection {
+        // The scene's own near plane fits its own eye; with reversed depth a nearer one costs nothing.
+        *near = near.min(1e-3 * scene.bounds().radius().max((target - eye).length()));
+    }
+    Ok(camera)
+}
+
+fn light(scene: &Scene, text: Option<&str>) -> Result<Light> {
+    let usual = || scene.lights.first().cloned().unwrap_or_else(|| fit::light(scene));
+    let Some(text) = text else { return Ok(usual()) };
+    if let Some(angles) = text.strip_prefix("sun:") {
+        return sun(scene, angles);
+    }
+    if let Some(places) = text.strip_prefix("spot:") {
+        return spot(places);
+    }
+    pick("light", &scene.lights, |l| &l.name, text).cloned()
+}
+
+fn sun(scene: &Scene, text: &str) -> Result<Light> {
+    let Some([azimuth, elevation]) = numbers(text).and_then(|n| <[f64; 2]>::try_from(n).ok()) else {
+        return usage(format!("--light sun:{text}: it is sun:AZIMUTH,ELEVATION in degrees, such as sun:30,45"));
+    };
+    if !(-90.0..=90.0).contains(&elevation) {
+        return usage(format!("--light sun:{text}: the elevation is -90 to 90 degrees"));
+    }
+    let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+    let towards = dvec3(a.sin() * e.cos(), e.sin(), -a.cos() * e.cos());
+    let mut light = fit::light(scene);
+    let bounds = scene.bounds();
+    let (center, radius) = if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), bounds.radius()) };
+    light.name = "given sun".into();
+    light.world_from_light = look_along(center + towards * 2.0 * radius, -towards);
+    Ok(light)
+}
+
+fn spot(text: &str) -> Result<Light> {
+    let parts: Vec<_> = text.split(':').collect();
+    let read = || match parts.as_slice() {
+        [from, to, fov] => Some((point(from)?, point(to)?, fov.trim().parse::<f64>().ok()?)),
+        _ => None,
+    };
+    let Some((from, to, fov)) = read() else {
+        return usage(format!("--light spot:{text}: it is spot:x,y,z:x,y,z:FOV, such as spot:0,5,0:0,0,0:60"));
+    };
+    if !(fov > 0.0 && fov <= MAX_SPOT_FOV_DEGREES) {
+        return usage(format!("--light spot:{text}: the angle is above 0, up to {MAX_SPOT_FOV_DEGREES} degrees"));
+    }
+    if from == to {
+        return usage(format!("--light spot:{text}: the two points are the same: no direction to shine in"));
+    }
+    Ok(Light {
+        name: "given spot".into(),
+        world_from_light: look_at(from, to),
+        shape: LightShape::Spot { outer: 0.5 * fov.to_radians(), size: None },
+        color: [1.0; 3],
+    })
+}
+
+fn resize(light: &mut Light, value: f64) -> Result<()> {
+    let largest = if matches!(light.shape, LightShape::Spot { .. }) { f64::MAX } else { 90.0 };
+    if !(0.0..=largest).contains(&value) {
+        return usage(format!(
+            "--light-size {value} is not allowed: a spot's width is 0 or more world units, a sun's angle 0 to 90 degrees"
+        ));
+    }
+    match &mut light.shape {
+        LightShape::Spot { size, .. } => *size = Some(value),
+        LightShape::Directional { angle } => *angle = Some(value.to_radians()),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sun_stands_where_its_angles_say() {
+        let towards = |text| -sun(&Scene::default(), text).unwrap().world_from_light.transform_vector3(DVec3::NEG_Z);
+        for (text, expected) in [
+            ("0,0", DVec3::NEG_Z),
+            ("90,0", DVec3::X),
+            ("180,0", DVec3::Z),
+            ("0,90", DVec3::Y),
+            ("-90,0", DVec3::NEG_X),
+        ] {
+            assert!((towards(text) - expected).length() < 1e-12, "{text}: {}", towards(text));
+        }
+        for bad in ["", "1", "1,2,3", "0,91", "NaN,0", "0,inf"] {
+            assert!(sun(&Scene::default(), bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_spot_looks_at_its_target() {
+        let light = spot("0,5,0:0,5,3:60").unwrap();
+        assert!((light.world_from_light.transform_vector3(DVec3::NEG_Z) - DVec3::Z).length() < 1e-12);
+        assert_eq!(light.shape, LightShape::Spot { outer: 30f64.to_radians(), size: None });
+        for bad in ["0,5,0:0,5,0:60", "0,5,0:0,0,0", "0,5,0:0,0,0:0", "0,5,0:0,0,0:161", "0,5:0,0,0:60", "a"] {
+            assert!(spot(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_out_of_range_are_refused() {
+        let mut sun = fit::light(&Scene::default());
+        assert!(
+            resize(&mut sun, 91.0).is_err() && resize(&mut sun, -1.0).is_err() && resize(&mut sun, f64::NAN).is_err()
+        );
+        resize(&mut sun, 90.0).unwrap();
+        assert_eq!(sun.shape, LightShape::Directional { angle: Some(90f64.to_radians()) });
+    }
+}

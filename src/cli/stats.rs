@@ -1,0 +1,118 @@
+//! From the times of single frames to medians a pass.
+
+use edgeshade::timing::{FrameTiming, Tiles};
+use serde::Serialize;
+
+/// Passes that every frame has, whatever the technique.
+const FRAME_PASSES: [&str; 3] = ["shadow map", "g-buffer", "shade"];
+
+/// Median and range of some milliseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    pub median: f64,
+    pub min: f64,
+    pub max: f64,
+}
+
+impl Span {
+    /// `None` of nothing.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut sorted: Vec<f64> = values.into_iter().collect();
+        sorted.sort_by(f64::total_cmp);
+        let (&min, &max) = (sorted.first()?, sorted.last()?);
+        let (low, high) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
+        Some(Self { median: 0.5 * (low + high), min, max })
+    }
+}
+
+/// One pass over all measured frames: an entry of `passes` in the JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassStats {
+    pub name: String,
+    pub gpu_ms: f64,
+    pub gpu_ms_min: f64,
+    pub gpu_ms_max: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tiles_total: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tiles_active: Option<u32>,
+}
+
+/// The passes in recording order. A name that comes twice in a frame gives two entries; a pass that some frames
+/// skip is measured over those that have it.
+pub fn passes(frames: &[FrameTiming]) -> Vec<PassStats> {
+    let mut found: Vec<(&str, usize, Vec<f64>, Option<Tiles>)> = vec![];
+    for frame in frames {
+        for (i, pass) in frame.passes.iter().enumerate() {
+            let repeat = frame.passes[..i].iter().filter(|p| p.name == pass.name).count();
+            let at = found.iter().position(|f| f.0 == pass.name && f.1 == repeat).unwrap_or_else(|| {
+                found.push((&pass.name, repeat, vec![], None));
+                found.len() - 1
+            });
+            found[at].2.push(pass.gpu_ms);
+            found[at].3 = pass.tiles.or(found[at].3);
+        }
+    }
+    let entry = |(name, _, times, tiles): (&str, usize, Vec<f64>, Option<Tiles>)| {
+        let span = Span::of(times)?;
+        Some(PassStats {
+            name: name.into(),
+            gpu_ms: span.median,
+            gpu_ms_min: span.min,
+            gpu_ms_max: span.max,
+            tiles_total: tiles.map(|t| t.total),
+            tiles_active: tiles.map(|t| t.active),
+        })
+    };
+    found.into_iter().filter_map(entry).collect()
+}
+
+/// The whole frames; `None` where the device has no timestamps.
+pub fn total(frames: &[FrameTiming]) -> Option<Span> {
+    Span::of(timed(frames).map(|f| f.total_gpu_ms))
+}
+
+/// What the technique's own passes take a frame, without shadow map, G-buffer and shading.
+pub fn technique(frames: &[FrameTiming]) -> Option<Span> {
+    Span::of(timed(frames).map(technique_ms))
+}
+
+/// [`technique`] of one frame.
+pub fn technique_ms(frame: &FrameTiming) -> f64 {
+    frame.passes.iter().filter(|p| !FRAME_PASSES.contains(&p.name.as_str())).map(|p| p.gpu_ms).sum()
+}
+
+fn timed(frames: &[FrameTiming]) -> impl Iterator<Item = &FrameTiming> {
+    frames.iter().filter(|f| !f.passes.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use edgeshade::timing::PassTiming;
+
+    fn frame(passes: &[(&str, f64)]) -> FrameTiming {
+        let pass = |&(name, gpu_ms): &(&str, f64)| PassTiming { name: name.into(), gpu_ms, tiles: None };
+        FrameTiming { passes: passes.iter().map(pass).collect(), total_gpu_ms: passes.iter().map(|p| p.1).sum() }
+    }
+
+    #[test]
+    fn medians_are_of_the_middle() {
+        assert_eq!(Span::of([]), None);
+        assert_eq!(Span::of([3.0, 1.0, 2.0]), Some(Span { median: 2.0, min: 1.0, max: 3.0 }));
+        assert_eq!(Span::of([4.0, 1.0, 2.0, 8.0]).map(|s| s.median), Some(3.0));
+    }
+
+    #[test]
+    fn passes_keep_order_and_repeats() {
+        let frames = [
+            frame(&[("g-buffer", 5.0), ("blur", 1.0), ("blur", 3.0), ("shade", 1.0)]),
+            frame(&[("g-buffer", 7.0), ("blur", 2.0), ("blur", 5.0), ("extra", 9.0), ("shade", 1.0)]),
+        ];
+        let found: Vec<_> = passes(&frames).into_iter().map(|p| (p.name, p.gpu_ms)).collect();
+        let expected = [("g-buffer", 6.0), ("blur", 1.5), ("blur", 4.0), ("shade", 1.0), ("extra", 9.0)];
+        assert_eq!(found, expected.map(|(n, t)| (n.to_owned(), t)));
+        assert_eq!(technique(&frames).map(|s| (s.min, s.max)), Some((4.0, 16.0)));
+        assert_eq!(total(&[FrameTiming::default()]), None);
+    }
+}

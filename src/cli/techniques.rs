@@ -1,0 +1,120 @@
+//! Techniques as the user names them: `pcf:width=7,skip=off`.
+
+use super::args::{setting, usage};
+use edgeshade::technique::{self, Info, Kind, Params};
+use edgeshade::{Error, Result};
+
+/// A technique with its settings.
+#[derive(Clone)]
+pub struct Choice {
+    pub info: &'static Info,
+    pub params: Params,
+}
+
+impl Choice {
+    /// Checks id, names and values.
+    pub fn new(id: &str, settings: &[(String, String)]) -> Result<Self> {
+        let info = technique::find(id)?;
+        let params = Params::parse(info, settings.iter().map(|(n, v)| (n.as_str(), v.as_str())))?;
+        Ok(Self { info, params })
+    }
+
+    /// True for what is made from the scene, not from a shadow map.
+    pub fn is_reference(&self) -> bool {
+        matches!(self.info.kind, Kind::Reference)
+    }
+
+    /// True if the result depends on the shadow map's size.
+    pub fn uses_map(&self) -> bool {
+        self.info.id != "ray-traced"
+    }
+
+    /// The settings that differ from the defaults; `-` for none.
+    pub fn settings(&self) -> String {
+        let usual = Params::new(self.info).show();
+        let changed = self.params.show().into_iter().zip(usual).filter(|(mine, usual)| mine.1 != usual.1);
+        let changed: Vec<_> = changed.map(|((name, value), _)| format!("{name}={value}")).collect();
+        if changed.is_empty() { "-".into() } else { changed.join(" ") }
+    }
+}
+
+/// Reads the values of `-t`; `samples` goes to the references that do not say their own.
+pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
+    let mut found: Vec<(&str, Vec<(String, String)>)> = vec![];
+    for text in texts {
+        let mut goes_on = false;
+        for item in text.split(',').map(str::trim) {
+            let (id, first) = match item.split_once(':') {
+                Some((id, first)) => (id.trim(), Some(first)),
+                None if item.contains('=') => ("", Some(item)),
+                None => (item, None),
+            };
+            if id.is_empty() && (!goes_on || !item.contains('=') || item.starts_with(':')) {
+                return usage(format!("-t {text}: {item:?} names no technique; it is ID or ID:name=value,name=value"));
+            }
+            if !id.is_empty() {
+                found.push((id, vec![]));
+                goes_on = true;
+            }
+            if let (Some(setting_text), Some((_, settings))) = (first, found.last_mut()) {
+                settings.push(setting(setting_text).map_err(|e| Error::Usage(format!("-t {text}: {e}")))?);
+            }
+        }
+    }
+    let mut choices = vec![];
+    for (id, mut settings) in found {
+        if id == "all" {
+            for info in technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))) {
+                choices.push(Choice { info, params: Params::new(info) });
+            }
+            if !settings.is_empty() {
+                return usage("-t all takes no settings: techniques have different ones");
+            }
+            continue;
+        }
+        let is_reference = matches!(technique::find(id)?.kind, Kind::Reference);
+        if let Some(n) = samples.filter(|_| is_reference) {
+            settings.insert(0, ("samples".into(), n.to_string()));
+        }
+        choices.push(Choice::new(id, &settings)?);
+    }
+    Ok(choices)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(text: &str) -> Vec<String> {
+        let choices = parse(&[text.into()], Some(64)).unwrap();
+        choices.iter().map(|c| format!("{} {}", c.info.id, c.settings())).collect()
+    }
+
+    #[test]
+    fn settings_belong_to_the_technique_before_them() {
+        assert_eq!(shown("sm,pcf"), ["sm -", "pcf -"]);
+        assert_eq!(shown("pcf:width=7,skip=off,sm"), ["pcf width=7 skip=off", "sm -"]);
+        assert_eq!(shown("pcf:width=7,pcf:width=9"), ["pcf width=7", "pcf width=9"]);
+        assert_eq!(shown("ray-traced,ray-traced:samples=16"), ["ray-traced samples=64", "ray-traced samples=16"]);
+        assert!(shown("all").len() >= 2 && !shown("all").iter().any(|t| t.contains("ray-traced")));
+    }
+
+    #[test]
+    fn wrong_ones_are_refused() {
+        for bad in [
+            "",
+            ",",
+            "width=7",
+            "pcf:",
+            "pcf:width",
+            "pcf:width=8",
+            "sm,",
+            "sm,:a=1",
+            "all:width=7",
+            "all,width=7",
+            "nope",
+        ] {
+            assert!(parse(&[bad.into()], None).is_err(), "{bad:?}");
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The references: made once, kept on disk, and which pixels may be judged by them.
+
+use super::args::{TruthArgs, usage};
+use super::progress::Progress;
+use super::stage::Stage;
+use super::techniques::Choice;
+use edgeshade::Result;
+use edgeshade::reference::ray_traced::{
+    Cache, MIN_N_DOT_L, Method, Origin, RayScene, SoftSettings, Truth, cache_key, trace,
+};
+use edgeshade::scene::{Light, Renderer, Scene};
+use edgeshade::view::{CameraView, LightKind, LightView};
+
+/// Seed of the truth, and of a second one that is compared with it.
+#[derive(Clone, Copy)]
+pub enum Seed {
+    Truth = 0,
+    NoiseFloor = 1,
+}
+
+/// Traces one view of one scene; the hierarchy is built only if something is not cached.
+pub struct Tracer<'a> {
+    scene: &'a Scene,
+    lamp: &'a Light,
+    camera: CameraView,
+    light: LightView,
+    size: [u32; 2],
+    cache: Cache,
+    rays: Option<RayScene>,
+}
+
+impl<'a> Tracer<'a> {
+    /// `light` is the view that the stage's shadow map is rendered from.
+    pub fn new(stage: &'a Stage, light: &LightView, size: [u32; 2], args: &TruthArgs) -> Tracer<'a> {
+        let cache = match &args.cache {
+            Some(folder) if folder.as_os_str() == "off" => Cache::disabled(),
+            folder => Cache::open(folder.as_deref()),
+        };
+        Self { scene: &stage.scene, lamp: &stage.light, camera: stage.camera, light: *light, size, cache, rays: None }
+    }
+
+    /// Soft shadows with so many rays a pixel; hard ones for one ray, or a light without size.
+    pub fn truth(&mut self, samples: u32, seed: Seed) -> Result<(Truth, Origin)> {
+        let is_point = match self.light.kind {
+            LightKind::Spot { size } => size == 0.0,
+            LightKind::Directional { angle } => angle == 0.0,
+        };
+        if is_point || samples == 1 {
+            return self.trace(&Method::Hard);
+        }
+        self.trace(&Method::Soft(SoftSettings { samples, adaptive: true, seed: seed as u64 }))
+    }
+
+    /// Which pixels count does not depend on the light's size: the cheap truth says it, too.
+    pub fn hard(&mut self) -> Result<Truth> {
+        Ok(self.trace(&Method::Hard)?.0)
+    }
+
+    fn trace(&mut self, method: &Method) -> Result<(Truth, Origin)> {
+        let Self { scene, camera, light, size, cache, rays, .. } = self;
+        let key = cache_key(scene, camera, light, *size, method);
+        cache.get_or_trace(&key, *size, || {
+            let [w, h] = *size;
+            let progress = Progress::start(match method {
+                Method::Hard => format!("tracing the truth, {w}x{h}, a ray a pixel"),
+                Method::Soft(s) => format!("tracing the truth, {w}x{h}, {} rays a pixel", s.samples),
+            });
+            let rays = match rays {
+                Some(rays) => rays,
+                None => rays.insert(RayScene::build(scene)?),
+            };
+            trace(rays, camera, light, *size, method, &|done, total| progress.set(done, total))
+        })
+    }
+}
+
+/// Visibility by one of the registry's references.
+pub fn reference(
+    choice: &Choice,
+    tracer: &mut Tracer<'_>,
+    renderer: &mut Renderer<'_>,
+    seed: Seed,
+) -> Result<Vec<f32>> {
+    let samples = choice.params.int("samples");
+    match choice.info.id {
+        "ray-traced" => Ok(tracer.truth(samples, seed)?.0.visibility),
+        "area-samples" => {
+            let progress = Progress::start(format!("averaging {samples} shadow maps"));
+            let mut done = |done: u32, total: u32| progress.set(done.into(), total.into());
+            renderer.area_samples(tracer.scene, tracer.lamp, samples, &mut done)
+        }
+        id => usage(format!("{id}: this reference cannot be made here")),
+    }
+}
+
+/// Pixels that a comparison may use: what the truth says, and both see the same triangle there.
+pub fn judged(truth: &Truth, triangle_ids: &[u32]) -> Vec<bool> {
+    let valid = truth.valid(MIN_N_DOT_L).into_iter();
+    valid.zip(&truth.triangle).zip(triangle_ids).map(|((valid, traced), seen)| valid && traced == seen).collect()
+}

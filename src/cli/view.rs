@@ -1,0 +1,247 @@
+//! What `--view` shows, as a picture for PNG and as channels for OpenEXR.
+
+use super::args::usage;
+use ash::vk;
+use edgeshade::Result;
+use edgeshade::gpu::Image;
+use edgeshade::host::Host;
+use edgeshade::picture::{Picture, linear_from_srgb, srgb_from_linear, write_exr, write_png, write_png_gray};
+use edgeshade::view::DepthRange;
+use glam::{DMat4, dvec4};
+use std::path::Path;
+
+/// The views that every technique has.
+pub const NAMES: [&str; 7] = ["shaded", "visibility", "depth", "normal", "shadow-map", "albedo", "error"];
+
+/// How a PNG shows it.
+pub enum Look {
+    /// Colours for the eye, 8 bits a channel.
+    Color(Picture),
+    /// Values in `[0, 1]`, linear, 16 bits: they can be read back.
+    Linear(Vec<f32>),
+}
+
+/// A view of a frame.
+pub struct Shot {
+    pub size: [u32; 2],
+    pub look: Look,
+    /// Name and values of each channel of an OpenEXR file.
+    pub channels: Vec<(&'static str, Vec<f32>)>,
+}
+
+/// True if the name ends as OpenEXR files do, false for PNG; anything else is an error.
+pub fn is_exr(path: &Path) -> Result<bool> {
+    match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("exr") => Ok(true),
+        Some("png") => Ok(false),
+        _ => usage(format!("-o {}: the name must end in .png or .exr", path.display())),
+    }
+}
+
+impl Shot {
+    /// Writes it as the name says.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        if is_exr(path)? {
+            let channels: Vec<_> = self.channels.iter().map(|(n, v)| (*n, v.as_slice())).collect();
+            return write_exr(path, self.size, &channels);
+        }
+        match &self.look {
+            Look::Color(picture) => write_png(path, picture),
+            Look::Linear(values) => write_png_gray(path, self.size, values),
+        }
+    }
+
+    /// A picture; OpenEXR gets it in linear light.
+    pub fn color(picture: Picture) -> Self {
+        let plane = |c: usize| picture.rgb.iter().map(|p| linear_from_srgb(p[c])).collect();
+        let channels = vec![("R", plane(0)), ("G", plane(1)), ("B", plane(2))];
+        Self { size: picture.size, look: Look::Color(picture), channels }
+    }
+
+    /// Visibility.
+    pub fn visibility(values: Vec<f32>, size: [u32; 2]) -> Self {
+        Self { size, channels: vec![("V", values.clone())], look: Look::Linear(values) }
+    }
+
+    /// `test - truth`; not judged pixels are NaN in OpenEXR.
+    pub fn error(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Result<Self> {
+        let picture = Picture::from_error(test, truth, mask, size)?;
+        let value = |i: usize| if mask[i] { test[i] - truth[i] } else { f32::NAN };
+        let values = (0..test.len()).map(value).collect();
+        Ok(Self { size, look: Look::Color(picture), channels: vec![("V", values)] })
+    }
+
+    /// A depth buffer of any projection: near is bright, nothing is black; OpenEXR gets the distance along the view
+    /// axis in world units, infinite for nothing.
+    pub fn depth(host: &Host, image: &Image, clip_from_view: &DMat4, range: DepthRange) -> Result<Self> {
+        let view_from_clip = clip_from_view.inverse();
+        let far = if range == DepthRange::Reversed { 0.0 } else { 1.0 };
+        let distance = |d: f32| {
+            if d == far {
+                return f32::INFINITY;
+            }
+            let p = view_from_clip * dvec4(0.0, 0.0, d.into(), 1.0);
+            (-p.z / p.w) as f32
+        };
+        let distances: Vec<f32> = host.read_values(image)?.into_iter().map(distance).collect();
+        let size = image.extent();
+        // Perspective spreads distances over orders of magnitude, a parallel view does not.
+        let logarithmic = clip_from_view.row(3).z != 0.0;
+        let picture = by_distance(&distances, size, logarithmic);
+        Ok(Self { size, look: Look::Color(picture), channels: vec![("Z", distances)] })
+    }
+
+    /// Octahedral world-space normals; where `depth` holds nothing there is no normal.
+    pub fn normal(host: &Host, image: &Image, triangle_ids: &[u32]) -> Result<Self> {
+        let (planes, size) = (planes(host, image)?, image.extent());
+        let normal = |i: usize| {
+            if triangle_ids[i] == u32::MAX { [0.0; 3] } else { octahedral_decode([planes[0][i], planes[1][i]]) }
+        };
+        let normals: Vec<[f32; 3]> = (0..triangle_ids.len()).map(normal).collect();
+        let code = |v: f32| (127.5 * (v + 1.0)).round() as u8;
+        let rgb = normals.iter().map(|n| if *n == [0.0; 3] { [0; 3] } else { n.map(code) }).collect();
+        let plane = |c: usize| normals.iter().map(|n| n[c]).collect();
+        let channels = vec![("X", plane(0)), ("Y", plane(1)), ("Z", plane(2))];
+        Ok(Self { size, look: Look::Color(Picture { size, rgb }), channels })
+    }
+
+    /// Any image of a technique: one channel as grey, more as colours; values beyond `[0, 1]` are scaled to it.
+    pub fn of_image(host: &Host, image: &Image) -> Result<Self> {
+        let (planes, size) = (planes(host, image)?, image.extent());
+        let finite = || planes.iter().flatten().copied().filter(|v| v.is_finite());
+        let (low, high) = finite().fold((0f32, 1f32), |(low, high), v| (low.min(v), high.max(v)));
+        let shown = |v: f32| if v.is_nan() { 0.0 } else { ((v - low) / (high - low)).clamp(0.0, 1.0) };
+        let look = if let [plane] = planes.as_slice() {
+            Look::Linear(plane.iter().map(|&v| shown(v)).collect())
+        } else {
+            let code = |c: usize, i: usize| planes.get(c).map_or(0, |p| (255.0 * shown(p[i])).round() as u8);
+            let rgb = (0..planes[0].len()).map(|i| std::array::from_fn(|c| code(c, i))).collect();
+            Look::Color(Picture { size, rgb })
+        };
+        Ok(Self { size, look, channels: ["R", "G", "B", "A"].into_iter().zip(planes).collect() })
+    }
+}
+
+/// The first three of four 8-bit channels.
+pub fn picture(host: &Host, image: &Image) -> Result<Picture> {
+    let rgba: Vec<[u8; 4]> = host.read_image(image)?;
+    Ok(Picture { size: image.extent(), rgb: rgba.into_iter().map(|[r, g, b, _]| [r, g, b]).collect() })
+}
+
+/// The mean of `factor x factor` pixels in linear light.
+pub fn box_filter(source: &Picture, factor: u32) -> Picture {
+    let decode: Vec<f32> = (0..=255).map(linear_from_srgb).collect();
+    let size = source.size.map(|s| s / factor);
+    let weight = 1.0 / (factor * factor) as f32;
+    let pixel = |x: u32, y: u32| {
+        let mut sum = [0f32; 3];
+        for (sx, sy) in (0..factor).flat_map(|j| (0..factor).map(move |i| (x * factor + i, y * factor + j))) {
+            let p = source.rgb[sy as usize * source.size[0] as usize + sx as usize];
+            (0..3).for_each(|c| sum[c] += decode[usize::from(p[c])]);
+        }
+        sum.map(|v| srgb_from_linear(v * weight))
+    };
+    let rgb = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
+    Picture { size, rgb }
+}
+
+/// Grey by the distance, or its logarithm: the nearest is bright, the farthest dark, nothing is black.
+fn by_distance(distances: &[f32], size: [u32; 2], logarithmic: bool) -> Picture {
+    let scale = |d: f32| if logarithmic { d.max(f32::MIN_POSITIVE).ln() } else { d };
+    let finite = || distances.iter().filter(|d| d.is_finite()).map(|&d| scale(d));
+    let (low, high) = finite().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
+    let code = |&d: &f32| {
+        if !d.is_finite() {
+            return [0; 3];
+        }
+        let t = if high > low { (scale(d) - low) / (high - low) } else { 0.0 };
+        [(255.0 - 215.0 * t).round() as u8; 3]
+    };
+    Picture { size, rgb: distances.iter().map(code).collect() }
+}
+
+fn octahedral_decode([x, y]: [f32; 2]) -> [f32; 3] {
+    let z = 1.0 - x.abs() - y.abs();
+    let t = (-z).max(0.0);
+    let fold = |v: f32| if v >= 0.0 { v - t } else { v + t };
+    let n = glam::vec3(fold(x), fold(y), z);
+    n.normalize_or_zero().to_array()
+}
+
+/// A channel out of its bytes.
+type Decode = fn(&[u8]) -> f32;
+
+/// Reads the channels of an image of one of the usual formats.
+fn planes(host: &Host, image: &Image) -> Result<Vec<Vec<f32>>> {
+    use vk::Format as F;
+    let unorm8 = |b: &[u8]| f32::from(b[0]) / 255.0;
+    let uint8 = |b: &[u8]| f32::from(b[0]);
+    let snorm16 = |b: &[u8]| (f32::from(i16::from_le_bytes([b[0], b[1]])) / 32767.0).max(-1.0);
+    let uint16 = |b: &[u8]| f32::from(u16::from_le_bytes([b[0], b[1]]));
+    let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
+    let float = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    let uint32 = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32;
+    let (count, bytes, decode): (usize, usize, Decode) = match image.format() {
+        F::R8_UNORM => (1, 1, unorm8),
+        F::R8G8_UNORM => (2, 1, unorm8),
+        F::R8G8B8A8_UNORM | F::R8G8B8A8_SRGB => (4, 1, unorm8),
+        F::R8_UINT => (1, 1, uint8),
+        F::R16_UINT => (1, 2, uint16),
+        F::R16G16_UINT => (2, 2, uint16),
+        F::R16G16_SNORM => (2, 2, snorm16),
+        F::R16_SFLOAT => (1, 2, half),
+        F::R16G16_SFLOAT => (2, 2, half),
+        F::R16G16B16A16_SFLOAT => (4, 2, half),
+        F::R32_UINT => (1, 4, uint32),
+        F::R32_SFLOAT | F::D32_SFLOAT => (1, 4, float),
+        F::R32G32_SFLOAT => (2, 4, float),
+        F::R32G32B32A32_SFLOAT => (4, 4, float),
+        format => return usage(format!("an image of the format {format:?} cannot be shown")),
+    };
+    let raw: Vec<u8> = match count * bytes {
+        1 => host.read_image::<u8>(image)?,
+        2 => host.read_image::<[u8; 2]>(image)?.into_flattened(),
+        4 => host.read_image::<[u8; 4]>(image)?.into_flattened(),
+        8 => host.read_image::<[u8; 8]>(image)?.into_flattened(),
+        _ => host.read_image::<[u8; 16]>(image)?.into_flattened(),
+    };
+    let plane = |c: usize| raw.chunks_exact(count * bytes).map(|t| decode(&t[c * bytes..])).collect();
+    Ok((0..count).map(plane).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_box_filter_means_in_linear_light() {
+        let checker = Picture { size: [4, 2], rgb: [[0; 3], [255; 3], [7; 3], [7; 3]].repeat(2) };
+        assert_eq!(box_filter(&checker, 2), Picture { size: [2, 1], rgb: vec![[188; 3], [7; 3]] });
+        assert_eq!(box_filter(&checker, 1), checker);
+    }
+
+    #[test]
+    fn octahedral_corners_decode_to_axes() {
+        for (code, axis) in [
+            ([0.0, 0.0], [0.0, 0.0, 1.0]),
+            ([1.0, 0.0], [1.0, 0.0, 0.0]),
+            ([0.0, -1.0], [0.0, -1.0, 0.0]),
+            ([1.0, 1.0], [0.0, 0.0, -1.0]),
+            ([-1.0, 1.0], [0.0, 0.0, -1.0]),
+        ] {
+            assert_eq!(octahedral_decode(code), axis);
+        }
+    }
+
+    #[test]
+    fn near_is_bright_and_nothing_is_black() {
+        let grey = |distances: &[f32], logarithmic| {
+            let size = [distances.len() as u32, 1];
+            by_distance(distances, size, logarithmic).rgb.into_iter().map(|c| c[0]).collect::<Vec<_>>()
+        };
+        assert_eq!(grey(&[1.0, 10.0, 100.0, f32::INFINITY], true), [255, 148, 40, 0]);
+        assert_eq!(grey(&[-1.0, 0.0, 1.0, f32::INFINITY], false), [255, 148, 40, 0]);
+        assert_eq!(grey(&[f32::INFINITY], true), [0]);
+        assert_eq!(grey(&[-3.0, -3.0], false), [255, 255]);
+    }
+}

@@ -1,0 +1,358 @@
+//! The built tool, run as a user runs it.
+#![cfg(feature = "app")]
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A folder of its own for a test, with a cache of truths inside.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_edgeshade"));
+        command.args(args).current_dir(self.0.path()).env("EDGESHADE_CACHE", self.0.path().join("cache"));
+        command
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        let output = self.command(args).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(!stderr.contains("panicked") && !stderr.contains("RUST_BACKTRACE"), "{args:?}: {stderr}");
+        output
+    }
+
+    /// Runs what must succeed; gives standard output.
+    fn good(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn json(&self, args: &[&str]) -> Value {
+        serde_json::from_str(&self.good(args)).unwrap()
+    }
+
+    /// Runs what must fail with this status and with each of these texts in its message.
+    fn bad(&self, args: &[&str], status: i32, texts: &[&str]) {
+        let output = self.run(args);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{args:?}: {stderr}");
+        for text in texts {
+            assert!(stderr.contains(text), "{args:?}: {text:?} is not in: {stderr}");
+        }
+    }
+
+    fn path(&self, name: &str) -> std::path::PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn png_size(&self, name: &str) -> (u32, u32) {
+        image_size(&self.path(name))
+    }
+}
+
+/// Width and height out of a PNG's header.
+fn image_size(path: &Path) -> (u32, u32) {
+    let bytes = std::fs::read(path).unwrap();
+    assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
+    let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+    (number(16), number(20))
+}
+
+#[test]
+fn help_shows_examples_and_bare_calls_are_usage_errors() {
+    let place = Place::new();
+    for sub in ["render", "compare", "bench", "list", "devices", "scenes"] {
+        let help = place.good(&[sub, "--help"]);
+        assert!(help.contains("Example") && help.contains(&format!("edgeshade {sub}")), "{help}");
+    }
+    assert!(place.good(&["--help"]).contains("Exit status"));
+    assert!(place.good(&["--version"]).contains(env!("CARGO_PKG_VERSION")));
+    place.bad(&[], 2, &["Usage"]);
+    place.bad(&["paint"], 2, &["paint"]);
+}
+
+#[test]
+fn lists_are_text_and_json() {
+    let place = Place::new();
+    let techniques = place.json(&["list", "--json"]);
+    let ids: Vec<_> = techniques.as_array().unwrap().iter().map(|t| t["id"].as_str().unwrap().to_owned()).collect();
+    let table = place.good(&["list"]);
+    for id in &ids {
+        assert!(table.lines().any(|l| l.starts_with(id.as_str())), "{table}");
+    }
+    let pcf = place.json(&["list", "pcf", "--json"]);
+    assert_eq!((&pcf["params"][0]["name"], &pcf["params"][0]["default"]), (&"width".into(), &3.into()));
+    assert!(place.good(&["list", "pcf"]).contains("width=3"));
+    place.bad(&["list", "pfc"], 2, &["pfc", "sm, pcf"]);
+
+    let scenes = place.json(&["scenes", "--json"]);
+    assert!(scenes.as_array().unwrap().iter().all(|s| s["triangles"].as_u64().unwrap() > 1000));
+    assert!(place.good(&["scenes"]).contains("jenga"));
+    let devices = place.json(&["devices", "--json"]);
+    let name = devices[0]["name"].as_str().unwrap();
+    assert!(place.good(&["devices"]).contains(name));
+}
+
+const SMALL: [&str; 4] = ["--size", "256x144", "--frames", "2"];
+
+#[test]
+fn render_writes_picture_and_figures() {
+    let place = Place::new();
+    let args = ["render", "jenga", "-o", "a.png", "--json", "-", "--set", "width=5", "--validate"];
+    let figures = place.json(&[&args[..], &SMALL].concat());
+    assert_eq!(place.png_size("a.png"), (256, 144));
+    for name in ["device", "driver", "version", "scene", "technique", "params", "passes", "memory_bytes"] {
+        assert!(!figures[name].is_null(), "{name}: {figures}");
+    }
+    assert_eq!((&figures["scene"], &figures["technique"]), (&"jenga".into(), &"pcf".into()));
+    assert_eq!((&figures["params"]["width"], &figures["params"]["skip"]), (&5.into(), &"auto".into()));
+    assert_eq!((&figures["size"], &figures["shadow_map"]), (&serde_json::json!([256, 144]), &1024.into()));
+    assert_eq!((&figures["frames"], figures["memory_bytes"].as_u64() > Some(256 * 144)), (&2.into(), true));
+    assert_eq!(figures["validation_messages"], serde_json::json!([]));
+    let passes = figures["passes"].as_array().unwrap();
+    let names: Vec<_> = passes.iter().map(|p| p["name"].as_str().unwrap()).collect();
+    assert!(names.contains(&"shadow map") && names.contains(&"g-buffer") && names.contains(&"shade"), "{names:?}");
+    for p in passes {
+        let [min, median, max] = ["gpu_ms_min", "gpu_ms", "gpu_ms_max"].map(|k| p[k].as_f64().unwrap());
+        assert!(0.0 <= min && min <= median && median <= max, "{p}");
+    }
+    let tiled = passes.iter().find(|p| p["tiles_total"].is_u64()).expect("a pass that skips");
+    assert!(tiled["tiles_active"].as_u64() <= tiled["tiles_total"].as_u64());
+    assert!(figures["total_gpu_ms"].as_f64().unwrap() >= passes[0]["gpu_ms_min"].as_f64().unwrap());
+
+    let text = place.good(&[&["render", "jenga", "-o", "b.png", "--json", "b.json"][..], &SMALL].concat());
+    for part in ["jenga: 7200 triangles", "shadow map", "gpu ms", "wrote b.png", "from start to picture"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let file: Value = serde_json::from_slice(&std::fs::read(place.path("b.json")).unwrap()).unwrap();
+    assert_eq!(file["output"], "b.png");
+}
+
+#[test]
+fn every_view_is_a_picture_of_its_own() {
+    let place = Place::new();
+    let mut seen: Vec<Vec<u8>> = vec![];
+    for view in ["shaded", "visibility", "depth", "normal", "shadow-map", "albedo", "error"] {
+        for file in ["a.png", "a.exr"] {
+            let args = ["render", "jenga", "--view", view, "-o", file, "--frames", "1", "--size", "96x54"];
+            place.good(&[&args[..], &["--samples", "16", "--shadow-map", "256"]].concat());
+            let bytes = std::fs::read(place.path(file)).unwrap();
+            assert!(!seen.contains(&bytes), "{view} {file}");
+            seen.push(bytes);
+        }
+    }
+    // The same again gives the same; more samples a pixel give another picture of the same size.
+    let shaded = ["render", "jenga", "-o", "a.png", "--frames", "1", "--size", "96x54", "--shadow-map", "256"];
+    place.good(&shaded);
+    assert_eq!(std::fs::read(place.path("a.png")).unwrap(), seen[0]);
+    place.good(&[&shaded[..], &["--supersample", "2"]].concat());
+    assert_eq!(place.png_size("a.png"), (96, 54));
+    assert_ne!(std::fs::read(place.path("a.png")).unwrap(), seen[0]);
+}
+
+/// A standing triangle and nothing else.
+const LONE_TRIANGLE: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0,
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],
+    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+
+#[test]
+fn scenes_come_by_name_and_by_path_and_views_can_be_given() {
+    let place = Place::new();
+    place.good(&["scenes", "--write", "made"]);
+    let picture = |args: &[&str]| {
+        place.good(&[&["render", "-o", "a.png", "--frames", "1", "--size", "96x54"], args].concat());
+        std::fs::read(place.path("a.png")).unwrap()
+    };
+    let plain = picture(&["jenga"]);
+    assert_eq!(picture(&["made/jenga.glb"]), plain);
+    assert_eq!(picture(&["jenga", "--camera", "0", "--light", "0", "--scene-index", "0"]), plain);
+    for other in [
+        &["jenga", "--camera", "-0.6,0.5,0.9:0,0.2,0"][..],
+        &["jenga", "--light", "sun:-40,30"],
+        &["jenga", "--light", "spot:1,2,1:0,0.2,0:50"],
+        &["jenga", "-t", "sm"],
+        &["jenga", "-t", "ray-traced", "--samples", "16"],
+        &["jenga", "-t", "area-samples", "--samples", "4"],
+        &["jenga", "--caster-bias", "0,80"],
+    ] {
+        assert_ne!(picture(other), plain, "{other:?}");
+    }
+    // A lone object gets camera, light and ground.
+    std::fs::write(place.path("lone.gltf"), LONE_TRIANGLE).unwrap();
+    assert_ne!(picture(&["lone.gltf"]), picture(&["lone.gltf", "--ground", "off"]));
+    // A file without anything in it is still a picture: of the sky.
+    std::fs::write(place.path("empty.gltf"), r#"{"asset":{"version":"2.0"}}"#).unwrap();
+    picture(&["empty.gltf"]);
+}
+
+#[test]
+fn wrong_usage_is_status_2_and_says_what_is_allowed() {
+    let place = Place::new();
+    for (args, texts) in [
+        (&["-t", "pfc"][..], &["edgeshade: ", "pfc", "sm, pcf"][..]),
+        (&["--set", "widht=3"], &["widht", "it has: width"]),
+        (&["--set", "width=4"], &["width=4", "odd, 1 to 63"]),
+        (&["--set", "width"], &["name=value"]),
+        (&["castle"], &["castle", "courtyard", ".glb"]),
+        (&["--size", "12"], &["WxH"]),
+        (&["--size", "99999x2"], &["16384"]),
+        (&["--shadow-map", "0"], &["16384"]),
+        (&["-o", "a.jpg"], &["a.jpg", ".png or .exr"]),
+        (&["--view", "blur"], &["blur", "shaded, visibility"]),
+        (&["--camera", "nobody"], &["nobody", "it has: 0"]),
+        (&["--camera", "1,2,3:1,2,3"], &["--camera"]),
+        (&["--light", "moon"], &["moon", "it has: 0"]),
+        (&["--light", "sun:1"], &["AZIMUTH"]),
+        (&["--light", "spot:0,0,0:0,0,0:10"], &["same"]),
+        (&["--light-size", "-1"], &["light-size"]),
+        (&["--scene-index", "3", "jenga"], &["scene 3"]),
+        (&["--supersample", "5"], &["supersample"]),
+        (&["--supersample", "2", "--view", "depth"], &["depth"]),
+        (&["--frames", "0"], &["frames"]),
+    ] {
+        let small = ["render", "--size", "32x18"];
+        let args = if args[0] == "--size" { [&["render"], args].concat() } else { [&small, args].concat() };
+        place.bad(&args, 2, texts);
+    }
+    place.bad(&["compare", "-t", "sm,nope"], 2, &["nope"]);
+    place.bad(&["compare", "-t", "pcf:width"], 2, &["name=value"]);
+    place.bad(&["compare", "--reference", "guess"], 2, &["guess", "ray-traced"]);
+    place.bad(&["bench", "--suite", "nope"], 2, &["nope", "techniques, map-sizes, pcf"]);
+}
+
+#[test]
+fn failed_work_is_status_1_and_names_the_file() {
+    let place = Place::new();
+    std::fs::write(place.path("broken.glb"), b"glTF\x02\0\0\0 but no more").unwrap();
+    place.bad(&["render", "broken.glb"], 1, &["edgeshade: ", "broken.glb"]);
+    place.bad(&["render", "missing.glb"], 1, &["missing.glb"]);
+    place.bad(&["render", "-o", "no/such/a.png"], 1, &["no/such", "create it first"]);
+    place.bad(&["render", "--json", "no/such/a.json"], 1, &["no/such", "create it first"]);
+    std::fs::write(place.path("file"), b"").unwrap();
+    place.bad(&["compare", "-o", "file"], 1, &["file"]);
+    place.bad(&["render", "--device", "no such device"], 1, &["no such device", "0: "]);
+    assert!(!place.path("shadow.png").exists());
+}
+
+#[test]
+fn without_a_driver_the_message_says_what_to_install() {
+    let place = Place::new();
+    std::fs::write(place.path("none.json"), b"").unwrap();
+    for args in [&["render"][..], &["devices"]] {
+        let mut command = place.command(args);
+        for name in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
+            command.env(name, place.path("none.json"));
+        }
+        let output = command.output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains("mesa-vulkan-drivers"), "{stderr}");
+    }
+}
+
+#[test]
+fn a_closed_pipe_is_no_fault_and_a_full_disk_is() {
+    let place = Place::new();
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = place.command(&["list"]).stdout(writer).output().unwrap();
+    assert_eq!((output.status.code(), output.stderr.len()), (Some(0), 0));
+    if let Ok(full) = std::fs::File::options().write(true).open("/dev/full") {
+        let output = place.command(&["list"]).stdout(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(1));
+        assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+    }
+}
+
+fn row<'a>(figures: &'a Value, technique: &str, map: Option<u64>) -> &'a Value {
+    let rows = figures["results"].as_array().unwrap();
+    let found = rows.iter().find(|r| r["technique"] == technique && r["shadow_map"].as_u64() == map);
+    found.unwrap_or_else(|| panic!("no {technique} in {figures}"))
+}
+
+#[test]
+fn compare_measures_and_draws_a_sheet() {
+    let place = Place::new();
+    let base = ["compare", "jenga", "--size", "96x54", "--samples", "16", "--frames", "1", "--validate"];
+    let more = [
+        "-t",
+        "sm,pcf:width=7,skip=off,ray-traced,area-samples",
+        "--shadow-map",
+        "128,1024",
+        "-o",
+        "out",
+        "--json",
+        "-",
+    ];
+    let figures = place.json(&[&base[..], &more].concat());
+    assert_eq!(figures["results"].as_array().unwrap().len(), 7);
+    for r in figures["results"].as_array().unwrap() {
+        for name in ["rmse", "mae", "ssim", "flip", "mismatch", "over", "under"] {
+            let v = r[name].as_f64().unwrap_or(f64::NAN);
+            assert!((0.0..=1.0).contains(&v), "{name}: {r}");
+        }
+    }
+    let sm = row(&figures, "sm", Some(1024));
+    assert!(sm["gpu_ms"].as_f64().unwrap() > 0.0 && sm["memory_bytes"].as_u64().unwrap() > 0);
+    assert_eq!(row(&figures, "pcf", Some(1024))["params"]["width"], 7);
+    // Fewer texels err more, and a second truth less than any map.
+    let rmse = |technique, map| row(&figures, technique, map)["rmse"].as_f64().unwrap();
+    assert!(rmse("sm", Some(128)) > rmse("sm", Some(1024)));
+    assert!(rmse("sm", Some(1024)) > rmse("area-samples", Some(1024)));
+    assert!(rmse("sm", Some(1024)) > rmse("ray-traced", None) && rmse("ray-traced", None) > 0.0);
+    assert!(figures["pixels_judged"].as_u64() < figures["pixels"].as_u64());
+
+    let (w, h) = place.png_size("out/sheet.png");
+    assert!(w > 500 && h > 300);
+    let written: Value = serde_json::from_slice(&std::fs::read(place.path("out/results.json")).unwrap()).unwrap();
+    assert_eq!(written, figures);
+    assert!(std::fs::read_to_string(place.path("out/table.txt")).unwrap().contains("width=7 skip=off"));
+
+    // The truth is there already, and the result the same.
+    let again = place.json(&[&base[..], &["-t", "sm", "--json", "-"]].concat());
+    assert_eq!((&figures["reference"]["cached"], &again["reference"]["cached"]), (&false.into(), &true.into()));
+    assert_eq!(again["results"][0]["rmse"], sm["rmse"]);
+    let averaged =
+        place.json(&[&base[..], &["-t", "sm,ray-traced", "--reference", "area-samples", "--json", "-"]].concat());
+    assert_eq!(averaged["reference"]["samples"], 16);
+    assert!(row(&averaged, "sm", Some(1024))["rmse"].as_f64() > row(&averaged, "ray-traced", None)["rmse"].as_f64());
+}
+
+#[test]
+fn a_file_serves_as_the_truth() {
+    let place = Place::new();
+    let size = ["--size", "96x54", "--light-size", "0"];
+    for file in ["truth.exr", "truth.png"] {
+        let render = ["render", "jenga", "-t", "ray-traced", "--view", "visibility", "-o", file];
+        place.good(&[&render[..], &size].concat());
+        let compare = ["compare", "jenga", "-t", "ray-traced,sm", "--frames", "1", "--reference", file, "--json", "-"];
+        let figures = place.json(&[&compare[..], &size].concat());
+        assert_eq!(row(&figures, "ray-traced", None)["rmse"], 0.0, "{file}");
+        assert!(row(&figures, "sm", Some(1024))["rmse"].as_f64().unwrap() > 0.01, "{file}");
+        assert_eq!(figures["reference"]["kind"], file);
+    }
+    place.bad(&["compare", "jenga", "--reference", "truth.exr", "--size", "32x18"], 1, &["truth.exr", "96x54"]);
+}
+
+#[test]
+fn bench_writes_json_and_markdown() {
+    let place = Place::new();
+    let text = place.good(&["bench", "--suite", "pcf", "--size", "64x36", "--frames", "1", "-o", "out"]);
+    let files: Vec<_> = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path()).collect();
+    let with = |extension: &str| files.iter().find(|p| p.extension().is_some_and(|e| e == extension)).unwrap();
+    let figures: Value = serde_json::from_slice(&std::fs::read(with("json")).unwrap()).unwrap();
+    let rows = figures["results"].as_array().unwrap();
+    assert_eq!((files.len(), rows.len(), &figures["suite"]), (2, 16, &"pcf".into()));
+    assert!(rows.iter().all(|r| r["gpu_ms"].as_f64().unwrap() > 0.0 && r["ratio"].as_f64().unwrap() > 0.0));
+    assert!(rows.iter().step_by(4).all(|r| r["ratio"] == 1.0));
+    assert!(text.contains(&std::fs::read_to_string(with("md")).unwrap()));
+}

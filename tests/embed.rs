@@ -1,0 +1,160 @@
+//! The example engine under the validation layer with synchronization validation: no message, no wrong pixel.
+#![allow(missing_docs)]
+
+#[path = "../examples/embed/engine.rs"]
+mod engine;
+#[path = "../examples/embed/gpu.rs"]
+mod gpu;
+#[path = "../examples/embed/scene.rs"]
+mod scene;
+
+use ash::vk;
+use edgeshade::view::DepthRange;
+use engine::{Engine, Options, VIEWS};
+use gpu::{Gpu, Messages};
+use std::path::Path;
+use std::process::Command;
+use std::sync::OnceLock;
+
+const EXTENT: [u32; 2] = [320, 240];
+const FRAMES: u32 = 8;
+
+/// Has the layer compare submissions too, not command buffers alone. True where that had to be asked for: layers
+/// from 1.3.281 on have their own default. Every test calls this before anything else of Vulkan.
+fn check_across_submissions() -> bool {
+    static ASKED: OnceLock<bool> = OnceLock::new();
+    *ASKED.get_or_init(|| {
+        let entry = unsafe { ash::Entry::load() }.unwrap();
+        let layers = unsafe { entry.enumerate_instance_layer_properties() }.unwrap();
+        let is_old = |l: &vk::LayerProperties| {
+            l.layer_name_as_c_str() == Ok(c"VK_LAYER_KHRONOS_validation")
+                && l.spec_version < vk::make_api_version(0, 1, 3, 281)
+        };
+        let asked = layers.iter().any(is_old);
+        if asked {
+            let check = "VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT";
+            // SAFETY: every test waits here before it calls Vulkan, so nothing reads the environment meanwhile.
+            unsafe { std::env::set_var("VK_LAYER_ENABLES", check) };
+        }
+        asked
+    })
+}
+
+fn run(technique: &str, params: &[(&str, &str)], depth: DepthRange, normals: bool) {
+    check_across_submissions();
+    let messages = Messages::default();
+    let validation = Some(messages.clone());
+    let mut engine = Engine::new(&Options { technique, params, extent: EXTENT, depth, normals, validation }).unwrap();
+    // Not every picture is read back: the barriers of the copy would stand in for missing ones between frames.
+    let mut pictures = vec![];
+    for frame in 0..FRAMES {
+        let views = std::array::from_fn(|view| scene::moment(frame, view, EXTENT, depth));
+        pictures.extend(engine.draw(views, frame % 2 == 1).unwrap());
+    }
+    pictures.extend(engine.finish().unwrap());
+    let times = engine.times.clone();
+    drop(engine);
+
+    assert_eq!(*messages.lock().unwrap(), [""; 0], "messages of the validation layer");
+    assert_eq!(pictures.len(), VIEWS * FRAMES as usize / 2);
+    for (i, (moment, pixels)) in pictures.iter().enumerate() {
+        let frame = i / VIEWS * 2 + 1;
+        let verdict = moment.check(pixels, EXTENT);
+        assert_eq!(verdict.wrong, 0, "{technique}, frame {frame}: {verdict:?}");
+        let all = (EXTENT[0] * EXTENT[1]) as usize;
+        let enough = verdict.lit > all / 4 && verdict.shadow > all / 100 && verdict.unsure < all / 10;
+        assert!(enough && verdict.sky > all / 10, "{technique}, frame {frame}: {verdict:?}");
+    }
+    // The comparison can fail: no other view's or frame's picture will do.
+    assert!((1..pictures.len()).all(|other| pictures[0].0.check(&pictures[other].1, EXTENT).wrong > 100));
+
+    assert_eq!(times.len(), VIEWS * FRAMES as usize, "views with times");
+    for (i, time) in times.iter().enumerate() {
+        let names: Vec<_> = time.passes.iter().map(|p| p.name.as_str()).collect();
+        // The blocks depend on the light alone, which moves every third frame and is the same for all views.
+        let skipping: &[_] =
+            if i % (3 * VIEWS) == 0 { &["min/max blocks", "pcf classify", "pcf"] } else { &["pcf classify", "pcf"] };
+        assert_eq!(names, if technique == "sm" { &["shadow test"] } else { skipping }, "view {i}");
+        assert!(time.passes.iter().all(|p| p.gpu_ms > 0.0 && p.gpu_ms <= time.total_gpu_ms), "{time:?}");
+        let tiles = time.passes.last().and_then(|p| p.tiles);
+        assert!(technique == "sm" || tiles.is_some_and(|t| 0 < t.active && t.active < t.total), "{time:?}");
+    }
+}
+
+#[test]
+fn sm_with_standard_depth() {
+    run("sm", &[], DepthRange::Standard, false);
+}
+
+#[test]
+fn sm_with_reversed_depth_and_normals() {
+    run("sm", &[], DepthRange::Reversed, true);
+}
+
+#[test]
+fn pcf_with_standard_depth_and_normals() {
+    run("pcf", &[("width", "5")], DepthRange::Standard, true);
+}
+
+#[test]
+fn pcf_with_reversed_depth() {
+    run("pcf", &[("width", "5")], DepthRange::Reversed, false);
+}
+
+/// The layer is there, checks synchronization, within a command buffer and across submissions, and is heard.
+#[test]
+fn a_missing_barrier_is_noticed() {
+    let must = check_across_submissions();
+    for submissions in [1, 2] {
+        let messages = Messages::default();
+        let gpu = Gpu::new(Some(messages.clone())).unwrap();
+        let (buffer, _) = gpu.readback(64).unwrap();
+        let d = &gpu.device;
+        unsafe {
+            let info = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.family);
+            let pool = d.create_command_pool(&info, None).unwrap();
+            gpu.at_exit(move |d| d.destroy_command_pool(pool, None));
+            let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(submissions);
+            let cmds = d.allocate_command_buffers(&info).unwrap();
+            for &cmd in &cmds {
+                d.begin_command_buffer(cmd, &vk::CommandBufferBeginInfo::default()).unwrap();
+                (submissions..=2).for_each(|i| d.cmd_fill_buffer(cmd, buffer, 0, 64, i));
+                d.end_command_buffer(cmd).unwrap();
+                let submit = vk::SubmitInfo::default().command_buffers(std::slice::from_ref(&cmd));
+                d.queue_submit(gpu.queue, &[submit], vk::Fence::null()).unwrap();
+            }
+            d.device_wait_idle().unwrap();
+        }
+        drop(gpu);
+        let heard = messages.lock().unwrap().iter().any(|m| m.contains("SYNC-HAZARD-WRITE-AFTER-WRITE"));
+        if submissions == 1 || must {
+            assert!(heard, "{submissions} submissions: {:?}", messages.lock().unwrap());
+        } else if !heard {
+            eprintln!("this validation layer does not check across submissions: hazards between frames go unseen");
+        }
+    }
+}
+
+/// Each `.spv` fits its source, by hash. `EDGESHADE_BLESS=1` compiles them anew, with glslangValidator.
+#[test]
+fn the_shaders_fit_their_sources() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/embed");
+    let bless = std::env::var_os("EDGESHADE_BLESS").is_some();
+    let mut hashes = String::new();
+    for (name, _) in engine::SHADERS {
+        let [source, spirv] = [name.to_owned(), format!("{name}.spv")].map(|f| folder.join(f));
+        if bless {
+            let mut compile = Command::new("glslangValidator");
+            compile.args(["-V", "--target-env", "vulkan1.3", "-g0", "-o"]).args([&spirv, &source]);
+            assert!(compile.status().expect("glslangValidator (Debian: glslang-tools)").success(), "{name}");
+        }
+        let [source, spirv] = [source, spirv].map(|f| blake3::hash(&std::fs::read(f).unwrap()).to_hex());
+        hashes += &format!("{source} {spirv} {name}\n");
+    }
+    let record = folder.join("HASHES");
+    if bless {
+        std::fs::write(&record, &hashes).unwrap();
+    }
+    let remedy = "run EDGESHADE_BLESS=1 cargo test --test embed shaders, and commit what it wrote";
+    assert_eq!(std::fs::read_to_string(&record).unwrap(), hashes, "{remedy}");
+}
