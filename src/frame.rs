@@ -1,7 +1,7 @@
 //! One frame's recording: labels, barriers, timestamps, bindings, dispatches. Nothing else records.
 
 use crate::context::Context;
-use crate::gpu::{Buffer, ComputePipeline, Image, RasterPipeline, ResourceAccess, ResourceKind};
+use crate::gpu::{Binding, Buffer, ComputePipeline, Image, RasterPipeline, ResourceAccess, ResourceKind};
 use crate::hazard::{Barrier, Hazards, Use};
 use crate::inputs::{Handoff, ImageRef};
 use crate::timing::Timings;
@@ -74,7 +74,9 @@ const OWN_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
         | vk::PipelineStageFlags2::ALL_TRANSFER.as_raw(),
 );
 const RASTER_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
-    vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
+    // Vertex and index buffers come from an upload, which nothing else makes visible to their fetch.
+    vk::PipelineStageFlags2::VERTEX_INPUT.as_raw()
+        | vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
         | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw()
         | vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
         | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw()
@@ -139,6 +141,10 @@ impl<'a> Frame<'a> {
         if pass.bind.len() != reflection.bindings.len() {
             let names: Vec<_> = reflection.bindings.iter().map(|b| b.name.as_str()).collect();
             return Err(shader_error(format!("{} resources were bound; it declares {names:?}", pass.bind.len())));
+        }
+        let unfit = |(b, bound): &(&Binding, &Bind<'_>)| b.kind.is_buffer() != matches!(bound, Bind::Buffer(_));
+        if let Some((b, _)) = reflection.bindings.iter().zip(pass.bind).find(unfit) {
+            return Err(shader_error(format!("binding {} ({}) wants {:?}", b.binding, b.name, b.kind)));
         }
         if pass.push.len() != pass.pipeline.interface.push_size as usize {
             return Err(shader_error(format!("got {} bytes of push constants", pass.push.len())));

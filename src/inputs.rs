@@ -44,7 +44,8 @@ pub struct Inputs<'a> {
     pub depth: ImageRef,
     /// World-space normals of the same size as `depth`. Without them the techniques derive the
     /// geometric normal from neighbouring depths, which is right except at one-pixel features.
-    /// Hand in *geometric* normals where you can: a bent shading normal tilts the receiver plane.
+    /// Hand in *geometric* normals where you can: a bent shading normal tilts the receiver plane. They point to the
+    /// viewer's side of the surface, for the back of a two-sided one too: what faces away from the light is dark.
     pub normal: Option<(ImageRef, NormalEncoding)>,
     /// The shadow map: a `2D_ARRAY` view, one layer for each light view, depth 0 near to 1 far.
     pub shadow_map: ImageRef,

@@ -139,6 +139,10 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
         let problem = format!("{id} is a reference: it is made from the scene, not recorded into a frame");
         return Err(Error::Parameter(problem));
     };
+    if !setup.params.are_for(info) {
+        let problem = format!("the parameters are another technique's: make them with Params::new or parse for {id}");
+        return Err(Error::Parameter(problem));
+    }
     let largest = context.device().limits.max_image_dimension2_d.min(16384);
     for (what, size) in [("image", setup.extent), ("shadow map", setup.map_size)] {
         if size.contains(&0) || size.iter().any(|&n| n > largest) {

@@ -96,7 +96,14 @@ fn pcf() -> Result<Vec<Variant>> {
     let scene = default_scene()?;
     let mut variants = vec![];
     for width in [3, 7, 15, 31] {
-        for (fetch, skip) in [("loop", "off"), ("loop", "on"), ("gather", "off"), ("gather", "on")] {
+        for (fetch, skip) in [
+            ("loop", "off"),
+            ("gather", "off"),
+            ("loop", "pixels"),
+            ("gather", "pixels"),
+            ("loop", "tiles"),
+            ("gather", "tiles"),
+        ] {
             let settings = [("width", width.to_string()), ("fetch", fetch.into()), ("skip", skip.into())];
             let choice = Choice::new("pcf", &settings.map(|(n, v)| (n.to_owned(), v)))?;
             variants.push(Variant { scene, choice, map_size: 1024, group: format!("width {width}") });

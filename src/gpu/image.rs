@@ -1,9 +1,9 @@
 //! Images that own their memory. They live in `GENERAL`: only the hand-over to the caller leaves it.
 
 use super::Device;
-use crate::Result;
 use crate::error::VkContext;
 use crate::inputs::ImageRef;
+use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
@@ -90,8 +90,19 @@ pub struct Image {
 
 impl Image {
     /// Allocates; the first use in a frame takes it out of `UNDEFINED`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an image larger than the device allows, which not every driver refuses by itself.
     pub fn new(device: &Arc<Device>, desc: &ImageDesc<'_>) -> Result<Self> {
         let extent = desc.extent.map(|e| e.max(1));
+        let largest = device.limits.max_image_dimension2_d;
+        if extent.iter().any(|&e| e > largest) {
+            let [w, h] = extent;
+            return Err(Error::Usage(format!(
+                "{}: {w}x{h} is not possible: this device has 1 to {largest} a side",
+                desc.name
+            )));
+        }
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(desc.format)

@@ -49,6 +49,11 @@ pub enum ResourceKind {
 }
 
 impl ResourceKind {
+    /// True for blocks, false for images.
+    pub fn is_buffer(self) -> bool {
+        matches!(self, Self::UniformBuffer | Self::StorageBuffer)
+    }
+
     /// The Vulkan descriptor type.
     pub fn descriptor_type(self) -> vk::DescriptorType {
         match self {

@@ -159,6 +159,8 @@ fn create_device(
         // The host's raster passes: casters in front of the light's near plane, triangle ids.
         depth_clamp: available.depth_clamp,
         geometry_shader: available.geometry_shader,
+        // All meshes share one vertex buffer: without it, indices end at 2^24 - 1 on any device.
+        full_draw_index_uint32: available.full_draw_index_uint32,
         ..needed.features
     };
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);

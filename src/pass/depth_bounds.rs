@@ -20,8 +20,11 @@ shader_struct! {
 pub struct DepthBounds {
     pipeline: Arc<ComputePipeline>,
     blocks: Image,
-    version: Option<u64>,
+    made_from: Option<Source>,
 }
+
+/// Version, image and view of a shadow map: two lights may count their versions alike.
+type Source = (u64, vk::Image, vk::ImageView);
 
 impl DepthBounds {
     /// Allocates for a shadow map of the given size.
@@ -35,7 +38,7 @@ impl DepthBounds {
         Ok(Self {
             pipeline: context.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[])?,
             blocks: Image::new(context.device(), &desc)?,
-            version: None,
+            made_from: None,
         })
     }
 
@@ -46,7 +49,9 @@ impl DepthBounds {
 
     /// Recomputes the blocks, unless the light has not changed since.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
-        if self.version.is_some() && self.version == inputs.light_version {
+        let map = &inputs.shadow_map;
+        let source = inputs.light_version.map(|version| (version, map.image, map.view));
+        if source.is_some() && self.made_from == source {
             return Ok(());
         }
         let [width, height] = self.blocks.extent();
@@ -66,7 +71,7 @@ impl DepthBounds {
             }),
             threads: Threads::Count([width, height, 1]),
         })?;
-        self.version = inputs.light_version;
+        self.made_from = source;
         Ok(())
     }
 }

@@ -78,7 +78,8 @@ impl DrawList {
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh];
             let first = first_triangle;
-            first_triangle += mesh.triangles() as u32;
+            // Ids are for the G-buffer only, whose renderer refuses a scene with too many.
+            first_triangle = first_triangle.wrapping_add(mesh.triangles() as u32);
             let clip_from_object = viewer.clip_from_object(&instance.world_from_object);
             if mesh.bounds.is_empty() || is_outside(&mesh.bounds.corners(), &clip_from_object) {
                 continue;

@@ -1,9 +1,9 @@
 //! A scene's meshes and textures on the GPU.
 
 use super::{Scene, Texture, Wrap};
-use crate::Result;
 use crate::gpu::{Buffer, Image, ImageDesc, shader_struct};
 use crate::host::Host;
+use crate::{Error, Result};
 use ash::vk;
 
 shader_struct! {
@@ -51,8 +51,28 @@ pub struct GpuScene {
 
 impl GpuScene {
     /// Uploads.
+    ///
+    /// # Errors
+    /// Beside those of the device: if the scene has more vertices or triangles than an index or an id can name.
     pub fn new(host: &Host, scene: &Scene) -> Result<Self> {
         let vertices = scene.meshes.iter().map(|m| m.positions.len()).sum();
+        let largest_index = host.context().device().limits.max_draw_indexed_index_value;
+        if vertices as u64 > u64::from(largest_index) {
+            let problem =
+                format!("scene {}: {vertices} vertices; this device draws {largest_index} at most", scene.name);
+            return Err(Error::Usage(problem));
+        }
+        let indices: usize = scene.meshes.iter().map(|m| m.indices.len()).sum();
+        // The last id stands for the sky.
+        if scene.triangles() as u64 >= u64::from(u32::MAX) || indices as u64 > u64::from(u32::MAX) {
+            let problem = format!(
+                "scene {}: {} triangles, instances counted; {} can be told apart: split the scene",
+                scene.name,
+                scene.triangles(),
+                u32::MAX - 1
+            );
+            return Err(Error::Usage(problem));
+        }
         let mut positions: Vec<[f32; 3]> = Vec::with_capacity(vertices);
         let mut normals: Vec<[f32; 3]> = Vec::with_capacity(vertices);
         let mut uvs: Vec<[f32; 2]> = Vec::with_capacity(vertices);

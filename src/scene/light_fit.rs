@@ -102,7 +102,8 @@ fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
     let mut world_from_view = light.world_from_light;
     let rotation = world_from_view.matrix3.transpose();
     // Box in the light's axes but around the scene's own middle, so that it holds far from the origin.
-    let center = scene.bounds().center();
+    let bounds = scene.bounds();
+    let center = bounds.center();
     let around = |i: &Instance| {
         let mut moved = i.world_from_object;
         moved.translation -= center;
@@ -114,7 +115,10 @@ fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
         return LightView::directional(world_from_view, [1.0; 2], 0.0, 1.0, angle);
     }
     let towards = -light.world_from_light.transform_vector3(DVec3::NEG_Z);
-    let casting = scene.instances.iter().filter(|i| can_shadow(scene, i, towards));
+    // Once a mesh and once a scene: thousands of instances may share a mesh.
+    let convex: Vec<bool> = scene.meshes.iter().map(is_convex).collect();
+    let slack = 1e-6 * bounds.radius();
+    let casting = scene.instances.iter().filter(|i| !convex[i.mesh] || can_shadow(scene, i, towards, slack));
     let casters = casting.map(around).fold(Bounds::EMPTY, Bounds::union);
     let sides = if casters.is_empty() { all } else { casters };
     // A little air: nothing lies exactly on the border, and a single point still has a box.
@@ -127,18 +131,16 @@ fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
     LightView::directional(world_from_view, [half.x, half.y], 0.0, far, angle)
 }
 
-/// False only where an instance surely casts no shadow on anything: it is convex, and all other
-/// instances lie beyond one face of its box that looks towards the light.
-fn can_shadow(scene: &Scene, instance: &Instance, towards: DVec3) -> bool {
-    let mesh = &scene.meshes[instance.mesh];
-    let b = &mesh.bounds;
-    if b.is_empty() || !is_convex(mesh) {
-        return !b.is_empty();
+/// False only where an instance of a convex mesh surely casts no shadow on anything: all other instances lie
+/// beyond one face of its box that looks towards the light, up to `slack`.
+fn can_shadow(scene: &Scene, instance: &Instance, towards: DVec3, slack: f64) -> bool {
+    let b = &scene.meshes[instance.mesh].bounds;
+    if b.is_empty() {
+        return false;
     }
     let m = instance.world_from_object.matrix3;
     let cofactors = [m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)];
     let mirrored = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-    let slack = 1e-6 * scene.bounds().radius();
     (0..6).all(|face| {
         let (axis, up) = (face / 2, face % 2 == 1);
         let mut normal = cofactors[axis] * if up { mirrored } else { -mirrored };

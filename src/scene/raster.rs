@@ -70,9 +70,15 @@ struct InstanceBuffer {
 
 impl InstanceBuffer {
     fn new(host: &Host, name: &str, capacity: usize) -> Result<Self> {
+        let each = size_of::<GpuInstance>() as u64;
+        let most = u64::from(host.context().device().limits.max_storage_buffer_range) / each;
+        if capacity as u64 > most {
+            let problem = format!("{name}: the scene has {capacity} instances; this device takes {most}");
+            return Err(Error::Usage(problem));
+        }
         let desc = BufferDesc {
             name,
-            size: (capacity.max(1) * size_of::<GpuInstance>()) as u64,
+            size: capacity.max(1) as u64 * each,
             usage: vk::BufferUsageFlags::STORAGE_BUFFER,
             memory: MemoryKind::Upload,
         };

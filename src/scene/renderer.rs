@@ -8,7 +8,7 @@ use crate::pass::accumulate::Accumulate;
 use crate::reference::ray_traced::Stratified;
 use crate::technique::{self, OutputFormat, Params, Setup, Technique};
 use crate::timing::{FrameTiming, Timings};
-use crate::view::{CameraView, LightKind, LightView, look_along};
+use crate::view::{CameraView, DepthRange, LightKind, LightView, look_along};
 use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
 
 /// Largest side of an image or a map.
@@ -93,6 +93,11 @@ impl<'h> Renderer<'h> {
                 let problem = format!("a side of {n} is not possible for the {what}: 1 to {MAX_SIZE}");
                 return Err(Error::Usage(problem));
             }
+        }
+        if camera.depth != DepthRange::Reversed {
+            let problem =
+                "the renderer draws with reversed depth: make the camera with CameraView::perspective or orthographic";
+            return Err(Error::Usage(problem.into()));
         }
         let gpu = GpuScene::new(host, scene)?;
         let view = light_view(scene, light);

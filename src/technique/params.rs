@@ -155,6 +155,12 @@ impl Params {
         Ok(params)
     }
 
+    /// True if the rows are those of the technique.
+    pub fn are_for(&self, info: &Info) -> bool {
+        let names = |table: &'static [Param]| table.iter().map(|p| (p.name, p.kind));
+        self.values.len() == self.table.len() && names(self.table).eq(names(info.params))
+    }
+
     /// Sets one value from text.
     pub fn set(&mut self, technique: &str, name: &str, text: &str) -> Result<()> {
         let Some(i) = self.table.iter().position(|p| p.name == name) else {
@@ -223,6 +229,13 @@ mod tests {
                 assert!(!p.help.is_empty());
             }
         }
+    }
+
+    #[test]
+    fn parameters_know_their_technique() {
+        let (sm, pcf) = (find("sm").unwrap(), find("pcf").unwrap());
+        assert!(Params::new(sm).are_for(sm) && Params::new(pcf).are_for(pcf));
+        assert!(!Params::new(sm).are_for(pcf) && !Params::default().are_for(sm));
     }
 
     #[test]
