@@ -14,7 +14,7 @@ const SIZE: [u32; 2] = [256, 144];
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Agreement {
     pixels: usize,
-    /// Pixels whose value rounding may change by more than the tolerance, and how many of them it did change.
+    /// Pixels whose value rounding may change by more than the tolerance, and in how many it shows: by 1 % or more.
     ties: usize,
     ties_differing: usize,
     /// Pixels beyond the tolerance and beyond what rounding explains: errors.
@@ -33,7 +33,7 @@ fn compare(gpu: &[f32], mirror: &Mirror, tolerance: f64) -> Agreement {
         let is_tie = doubt > tolerance;
         a.ties += usize::from(is_tie);
         if is_tie {
-            a.ties_differing += usize::from(difference > tolerance);
+            a.ties_differing += usize::from(difference >= tolerance.max(0.01));
             a.largest_tie = a.largest_tie.max(difference);
         } else {
             a.largest = a.largest.max(difference);
