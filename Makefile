@@ -26,13 +26,13 @@ demo: setup ## Render the default scene to shadow.png and print the time of ever
 test: setup ## Run all tests
 	$(CARGO) test $(CARGO_FLAGS)
 
-# The bare library is enough to run build.rs, which compiles the shaders; always the same profile, so that shaderc
+# Checking the library runs build.rs, which compiles the shaders; the same features and profile as the tests, so that shaderc
 # itself is compiled once (5 to 10 minutes on two cores) and then kept.
 spv: setup-shaders ## Compile all shaders and refresh spv/ (the first time takes minutes)
-	EDGESHADE_SPV=write $(CARGO) check --lib --no-default-features --features shaderc $(CARGO_FLAGS)
+	EDGESHADE_SPV=write $(CARGO) check --lib --features shaderc $(CARGO_FLAGS)
 
 check-spv: setup-shaders ## Fail when spv/ differs from a fresh compile of glsl/
-	EDGESHADE_SPV=check $(CARGO) check --lib --no-default-features --features shaderc $(CARGO_FLAGS)
+	EDGESHADE_SPV=check $(CARGO) check --lib --features shaderc $(CARGO_FLAGS)
 
 lint: ## Check formatting, and all code with clippy
 	$(CARGO) fmt --check

@@ -1,7 +1,15 @@
 //! One frame's recording: labels, barriers, timestamps, bindings, dispatches. Nothing else records.
 
+#[cfg(feature = "app")]
+mod raster;
+#[cfg(feature = "app")]
+mod transfer;
+
+#[cfg(feature = "app")]
+pub(crate) use raster::{Draw, Target};
+
 use crate::context::Context;
-use crate::gpu::{Binding, Buffer, ComputePipeline, Image, RasterPipeline, ResourceAccess, ResourceKind};
+use crate::gpu::{Binding, Buffer, ComputePipeline, Image, ResourceAccess, ResourceKind};
 use crate::hazard::{Barrier, Hazards, Use};
 use crate::inputs::{Handoff, ImageRef};
 use crate::timing::Timings;
@@ -18,8 +26,6 @@ pub enum Bind<'a> {
     Mip(&'a Image, u32),
     /// Somebody else's image, in the layout that it states; read only.
     Input(&'a ImageRef),
-    /// Somebody else's image, read through a sampler other than the nearest one.
-    Sampled(&'a ImageRef, vk::Sampler),
     /// A buffer.
     Buffer(&'a Buffer),
 }
@@ -47,15 +53,6 @@ pub struct Pass<'a> {
     pub threads: Threads<'a>,
 }
 
-/// A target of a raster pass, cleared at its start.
-#[derive(Clone, Copy)]
-pub struct Target<'a> {
-    /// The image.
-    pub image: &'a Image,
-    /// What it is cleared to.
-    pub clear: vk::ClearValue,
-}
-
 /// Records into the caller's command buffer, from [`Frame::begin`] to [`Frame::finish`].
 pub struct Frame<'a> {
     context: &'a Context,
@@ -64,6 +61,8 @@ pub struct Frame<'a> {
     timings: Option<&'a mut Timings>,
     hazards: Hazards,
     groups: u32,
+    /// A raster pass of this frame has waited for those of the frame before.
+    #[cfg(feature = "app")]
     rastered: bool,
 }
 
@@ -72,15 +71,6 @@ const OWN_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
     vk::PipelineStageFlags2::COMPUTE_SHADER.as_raw()
         | vk::PipelineStageFlags2::DRAW_INDIRECT.as_raw()
         | vk::PipelineStageFlags2::ALL_TRANSFER.as_raw(),
-);
-const RASTER_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
-    // Vertex and index buffers come from an upload, which nothing else makes visible to their fetch.
-    vk::PipelineStageFlags2::VERTEX_INPUT.as_raw()
-        | vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
-        | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw()
-        | vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
-        | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw()
-        | vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT.as_raw(),
 );
 const MEMORY: vk::AccessFlags2 =
     vk::AccessFlags2::from_raw(vk::AccessFlags2::MEMORY_READ.as_raw() | vk::AccessFlags2::MEMORY_WRITE.as_raw());
@@ -101,8 +91,16 @@ impl<'a> Frame<'a> {
         handoff: Handoff,
         timings: Option<&'a mut Timings>,
     ) -> Self {
-        let mut frame =
-            Self { context, cmd, handoff, timings, hazards: Hazards::default(), groups: 0, rastered: false };
+        let mut frame = Self {
+            context,
+            cmd,
+            handoff,
+            timings,
+            hazards: Hazards::default(),
+            groups: 0,
+            #[cfg(feature = "app")]
+            rastered: false,
+        };
         if let Some(timings) = &mut frame.timings {
             timings.begin(cmd);
         }
@@ -135,7 +133,7 @@ impl<'a> Frame<'a> {
     }
 
     /// Runs a compute pass, after the barrier that it needs, if it needs one.
-    pub fn dispatch(&mut self, pass: &Pass<'_>) -> Result<()> {
+    pub(crate) fn dispatch(&mut self, pass: &Pass<'_>) -> Result<()> {
         let reflection = &pass.pipeline.reflection;
         let shader_error = |problem: String| Error::Shader { shader: pass.pipeline.shader.into(), problem };
         if pass.bind.len() != reflection.bindings.len() {
@@ -182,109 +180,15 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
-    /// Runs a raster pass over `targets` and `depth`; `draw` records the draws.
-    pub fn raster(
-        &mut self,
-        name: &str,
-        targets: &[Target<'_>],
-        depth: &Target<'_>,
-        reads: &[&Buffer],
-        draw: impl FnOnce(&mut Draw<'_>) -> Result<()>,
-    ) -> Result<()> {
-        let read = |b: &&Buffer| (b.handle().as_raw(), VERTEX_USE);
-        let mut uses: Vec<_> = reads.iter().map(read).collect();
-        uses.extend(targets.iter().map(|t| (t.image.as_ref().image.as_raw(), COLOR_USE)));
-        uses.push((depth.image.as_ref().image.as_raw(), DEPTH_USE));
-        if !std::mem::replace(&mut self.rastered, true) {
-            // The frame before may still read or write these targets.
-            self.memory_barrier(&Barrier {
-                src_stage: OWN_STAGES | RASTER_STAGES,
-                src_access: vk::AccessFlags2::MEMORY_WRITE,
-                dst_stage: RASTER_STAGES,
-                dst_access: MEMORY,
-            });
-        }
-        self.transition(targets.iter().chain([depth]).map(|t| t.image), RASTER_STAGES);
-        self.hazard(&uses);
-        let query = self.begin_pass(name);
-        let attachment = |t: &Target<'_>| {
-            vk::RenderingAttachmentInfo::default()
-                .image_view(t.image.as_ref().view)
-                .image_layout(vk::ImageLayout::GENERAL)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
-                .store_op(vk::AttachmentStoreOp::STORE)
-                .clear_value(t.clear)
-        };
-        let colors: Vec<_> = targets.iter().map(attachment).collect();
-        let depth_attachment = attachment(depth);
-        let [width, height] = depth.image.extent();
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
-        let info = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&colors)
-            .depth_attachment(&depth_attachment);
-        let viewport =
-            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
-        let (raw, cmd) = (&self.context.device().raw, self.cmd);
-        // SAFETY: the targets are in GENERAL after `transition` and large enough for the area.
-        unsafe {
-            raw.cmd_begin_rendering(cmd, &info);
-            raw.cmd_set_viewport(cmd, 0, &[viewport]);
-            raw.cmd_set_scissor(cmd, 0, &[area]);
-        }
-        let drawn = draw(&mut Draw { frame: self });
-        // SAFETY: begun above.
-        unsafe { raw.cmd_end_rendering(cmd) };
-        self.end_pass(query);
-        drawn
-    }
-
     /// Writes up to 65536 bytes (a multiple of 4) into a buffer, in stream order: no CPU copy to keep.
-    pub fn update(&mut self, buffer: &Buffer, bytes: &[u8]) {
+    pub(crate) fn update(&mut self, buffer: &Buffer, bytes: &[u8]) {
         self.hazard(&[(buffer.handle().as_raw(), TRANSFER_USE)]);
         // SAFETY: `begin`'s contract; the sizes are constants of the callers within Vulkan's limit.
         unsafe { self.context.device().raw.cmd_update_buffer(self.cmd, buffer.handle(), 0, bytes) };
     }
 
-    /// Copies a whole buffer.
-    pub fn copy(&mut self, source: &Buffer, target: &Buffer, bytes: u64) {
-        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
-        self.hazard(&[(source.handle().as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);
-        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes.min(source.size()).min(target.size()) };
-        // SAFETY: the region lies within both buffers.
-        unsafe { self.context.device().raw.cmd_copy_buffer(self.cmd, source.handle(), target.handle(), &[region]) };
-    }
-
-    /// Copies level 0 of layer 0 of an image into a mapped buffer, rows tightly packed.
-    pub fn read_back(&mut self, source: &Image, target: &Buffer) {
-        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
-        self.transition([source].into_iter(), TRANSFER_USE.stage);
-        self.hazard(&[(source.as_ref().image.as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);
-        let (raw, image) = (&self.context.device().raw, source.as_ref());
-        // SAFETY: the target holds the image's rows (the callers size it from the same extent).
-        unsafe {
-            let regions = [whole_image(&image)];
-            raw.cmd_copy_image_to_buffer(self.cmd, image.image, image.layout, target.handle(), &regions);
-        }
-        self.memory_barrier(&TO_HOST);
-    }
-
-    /// Copies tightly packed rows into level 0 of layer 0 of an image.
-    pub fn write_image(&mut self, source: &Buffer, target: &Image) {
-        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
-        self.transition([target].into_iter(), TRANSFER_USE.stage);
-        self.hazard(&[(source.handle().as_raw(), read), (target.as_ref().image.as_raw(), TRANSFER_USE)]);
-        let (raw, image) = (&self.context.device().raw, target.as_ref());
-        // SAFETY: the source holds the image's rows (the callers size it from the same extent).
-        unsafe {
-            let regions = [whole_image(&image)];
-            raw.cmd_copy_buffer_to_image(self.cmd, source.handle(), image.image, image.layout, &regions);
-        }
-    }
-
     /// Notes how many tiles the pass recorded last worked on: a `u32` at `offset` of `counter`.
-    pub fn count_tiles(&mut self, tiles_total: u32, counter: &Buffer, offset: u64) {
+    pub(crate) fn count_tiles(&mut self, tiles_total: u32, counter: &Buffer, offset: u64) {
         if self.timings.is_none() {
             return;
         }
@@ -423,11 +327,7 @@ impl<'a> Frame<'a> {
         let sampler = self.context.nearest();
         let images: Vec<_> = (kinds.iter().zip(bind))
             .map(|((_, kind), b)| {
-                let sampler = match (kind, b) {
-                    (ResourceKind::SampledImage, Bind::Sampled(_, other)) => *other,
-                    (ResourceKind::SampledImage, _) => sampler,
-                    _ => vk::Sampler::null(),
-                };
+                let sampler = if *kind == ResourceKind::SampledImage { sampler } else { vk::Sampler::null() };
                 let image = b.image();
                 [vk::DescriptorImageInfo {
                     sampler,
@@ -462,66 +362,6 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// The draws of one raster pass.
-pub struct Draw<'f> {
-    frame: &'f Frame<'f>,
-}
-
-impl Draw<'_> {
-    /// Binds a pipeline and its resources, in ascending order of the shaders' bindings.
-    pub fn bind(&mut self, pipeline: &RasterPipeline, bind: &[Bind<'_>]) {
-        let cmd = self.frame.cmd;
-        let interface = &pipeline.interface;
-        // SAFETY: recording inside the rendering that `Frame::raster` began.
-        unsafe {
-            self.frame.context.device().raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, pipeline.handle);
-        }
-        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, interface.layout, &interface.kinds, bind);
-    }
-
-    /// Binds the vertex buffers of the pipeline's attributes, and the index buffer (`u32`).
-    pub fn buffers(&mut self, vertices: &[(&Buffer, u64)], indices: &Buffer) {
-        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
-        let handles: Vec<_> = vertices.iter().map(|v| v.0.handle()).collect();
-        let offsets: Vec<_> = vertices.iter().map(|v| v.1).collect();
-        // SAFETY: as in `bind`.
-        unsafe {
-            raw.cmd_bind_vertex_buffers(cmd, 0, &handles, &offsets);
-            raw.cmd_bind_index_buffer(cmd, indices.handle(), 0, vk::IndexType::UINT32);
-        }
-    }
-
-    /// Sets which faces are culled and which winding faces the viewer.
-    pub fn faces(&mut self, cull: vk::CullModeFlags, front: vk::FrontFace) {
-        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
-        // SAFETY: as in `bind`.
-        unsafe {
-            raw.cmd_set_cull_mode(cmd, cull);
-            raw.cmd_set_front_face(cmd, front);
-        }
-    }
-
-    /// Pushes constants and draws indexed triangles.
-    pub fn indexed(
-        &mut self,
-        pipeline: &RasterPipeline,
-        push: &[u8],
-        indices: std::ops::Range<u32>,
-        instances: std::ops::Range<u32>,
-    ) {
-        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
-        let interface = &pipeline.interface;
-        // SAFETY: as in `bind`; `push` is the struct the pipeline was made with.
-        unsafe {
-            if !push.is_empty() {
-                raw.cmd_push_constants(cmd, interface.layout, interface.push_stages, 0, push);
-            }
-            let count = indices.end - indices.start;
-            raw.cmd_draw_indexed(cmd, count, instances.end - instances.start, indices.start, 0, instances.start);
-        }
-    }
-}
-
 impl<'a> Bind<'a> {
     fn owned(&self) -> Option<&'a Image> {
         match *self {
@@ -534,7 +374,7 @@ impl<'a> Bind<'a> {
         match *self {
             Self::Image(i) => Some(i.as_ref()),
             Self::Mip(i, level) => Some(i.mip(level)),
-            Self::Input(i) | Self::Sampled(i, _) => Some(*i),
+            Self::Input(i) => Some(*i),
             Self::Buffer(_) => None,
         }
     }
@@ -557,17 +397,6 @@ const TO_HOST: Barrier = Barrier {
     dst_access: vk::AccessFlags2::HOST_READ,
 };
 
-fn whole_image(image: &ImageRef) -> vk::BufferImageCopy {
-    vk::BufferImageCopy::default()
-        .image_subresource(vk::ImageSubresourceLayers {
-            aspect_mask: crate::gpu::aspect(image.format),
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        })
-        .image_extent(vk::Extent3D { width: image.extent[0], height: image.extent[1], depth: 1 })
-}
-
 const INDIRECT_USE: Use = Use {
     stage: vk::PipelineStageFlags2::DRAW_INDIRECT,
     access: vk::AccessFlags2::INDIRECT_COMMAND_READ,
@@ -575,23 +404,6 @@ const INDIRECT_USE: Use = Use {
 };
 const TRANSFER_USE: Use =
     Use { stage: vk::PipelineStageFlags2::ALL_TRANSFER, access: vk::AccessFlags2::TRANSFER_WRITE, writes: true };
-const COLOR_USE: Use = Use {
-    stage: vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
-    access: vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
-    writes: true,
-};
-const DEPTH_USE: Use = Use {
-    stage: vk::PipelineStageFlags2::from_raw(
-        vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw() | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw(),
-    ),
-    access: vk::AccessFlags2::from_raw(
-        vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
-            | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
-    ),
-    writes: true,
-};
-const VERTEX_USE: Use =
-    Use { stage: vk::PipelineStageFlags2::VERTEX_SHADER, access: vk::AccessFlags2::SHADER_STORAGE_READ, writes: false };
 
 fn compute_use(kind: ResourceKind, access: ResourceAccess) -> Use {
     let read = match kind {

@@ -101,5 +101,6 @@ pub mod view;
 
 pub use context::{Context, ContextDesc, Requirements, requirements};
 pub use error::{Error, Result};
-pub use frame::{Bind, Draw, Frame, Pass, Target, Threads};
+pub use frame::Frame;
+pub(crate) use frame::{Bind, Pass, Threads};
 pub use inputs::{Handoff, ImageRef, Inputs, NormalEncoding};

@@ -1,5 +1,5 @@
 // From the camera's view space to the shadow map: position, depth, and the receiver plane.
-// Binding-free: include it anywhere. Spaces and formulas: README, "Conventions".
+// Binding-free: include it anywhere. World and view spaces are right-handed; the map has depth 0 near to 1 far, v down.
 #ifndef EDGESHADE_LIGHT_SPACE
 #define EDGESHADE_LIGHT_SPACE
 
@@ -13,8 +13,8 @@ struct LightPoint {
 };
 
 LightPoint lightPoint(mat4 light_clip_from_view, vec3 p) {
-  vec4 q = light_clip_from_view * vec4(p, 1.0);
-  LightPoint l;
+  precise vec4 q = light_clip_from_view * vec4(p, 1.0);
+  precise LightPoint l;
   l.w = q.w;
   // Never divide by a w that is not in front of the light.
   l.inside = q.w > 0.0 && q.z >= 0.0 && q.z <= q.w && all(lessThanEqual(abs(q.xy), vec2(q.w)));

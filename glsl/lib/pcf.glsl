@@ -15,8 +15,8 @@ struct PcfKernel {
 };
 
 PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, float bias, int w, vec2 map_size) {
-  PcfKernel k;
-  vec2 x = uv * map_size - 0.5;
+  precise PcfKernel k;
+  precise vec2 x = uv * map_size - 0.5;
   vec2 first = floor(x);
   k.f = x - first;
   k.base = ivec2(first) - (w - 1) / 2;
@@ -26,7 +26,10 @@ PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, float bias, int w, vec2 ma
   return k;
 }
 
-float pcfReference(PcfKernel k, int i, int j) { return k.reference + (float(i) * k.slope.x + float(j) * k.slope.y); }
+float pcfReference(PcfKernel k, int i, int j) {
+  precise float reference = k.reference + (float(i) * k.slope.x + float(j) * k.slope.y);
+  return reference;
+}
 
 // Weight of column (or row) i of w+1.
 float pcfWeight(int i, float f, int w) { return i == 0 ? 1.0 - f : i == w ? f : 1.0; }

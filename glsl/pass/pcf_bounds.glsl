@@ -27,10 +27,13 @@ int decideKernel(sampler2D blocks, PcfKernel k, int w, ivec2 map_size) {
       float depth = k.reference + dot(k.slope, middle - vec2(first));
       float stored = dot(bounds.slope, from_block);
       // References are summed in another order in the kernel: stay on the safe side of the rounding.
-      float slack = dot(turn, half_size) + 2.5e-7 * (1.0 + dot(abs(k.slope) + reach, vec2(size)));
+      float rounding = 2.5e-7 + 5e-7 * dot(abs(k.slope) + reach, vec2(size));
+      float slack = dot(turn, half_size) + rounding;
       lit = lit && depth + slack <= stored + bounds.low;
       // A texel at the far end of the range never shadows, whatever the reference.
-      dark = dark && depth - slack > stored + bounds.high && stored + bounds.high + dot(reach, half_size) < 1.0;
+      float farthest = stored + bounds.high + dot(reach, half_size);
+      bool empty_texels = reach == vec2(0.0) ? farthest >= 1.0 : farthest + rounding >= 1.0;
+      dark = dark && depth - slack > stored + bounds.high && !empty_texels;
     }
   }
   return lit ? 1 : dark ? 0 : UNDECIDED;

@@ -42,7 +42,9 @@ vec3 normalFromDepth(ivec2 pixel, vec3 p) {
   float l = length(n);
   if (!(l > 0.0)) return vec3(0.0, 0.0, 1.0);
   n /= l;
-  return dot(n, p) > 0.0 ? -n : n;
+  // A parallel projection looks along -Z everywhere.
+  vec3 ray = view.view_from_clip[2][3] == 0.0 ? vec3(0.0, 0.0, -1.0) : p;
+  return dot(n, ray) > 0.0 ? -n : n;
 }
 
 vec3 normalAt(ivec2 pixel, vec3 p) {

@@ -24,8 +24,11 @@ layout(binding = 0, scalar) uniform ViewBlock {
 // Camera view space of a pixel with the given depth.
 vec3 viewPosition(ivec2 pixel, float depth) {
   vec2 ndc = (2.0 * vec2(pixel) + 1.0) / vec2(view.size) - 1.0;
-  vec4 p = view.view_from_clip * vec4(ndc, depth, 1.0);
-  return p.xyz / p.w;
+  // `precise` here and along the way to a shadow test: the same arithmetic in every pipeline, so that skipping
+  // changes no bit.
+  precise vec4 p = view.view_from_clip * vec4(ndc, depth, 1.0);
+  precise vec3 position = p.xyz / p.w;
+  return position;
 }
 
 LightPoint lightSpace(vec3 p, int layer) { return lightPoint(view.light_clip_from_view[layer], p); }

@@ -9,8 +9,10 @@ mod shader_struct;
 
 pub use buffer::{Buffer, BufferDesc, MemoryKind};
 pub use device::Device;
+#[cfg(feature = "app")]
+pub(crate) use image::aspect;
+pub(crate) use image::full_aspect;
 pub use image::{Image, ImageDesc};
-pub(crate) use image::{aspect, full_aspect};
 pub use pipeline::{ComputePipeline, RasterPipeline, RasterState};
 pub use reflect::{Binding, Block, Member, Reflection, ResourceAccess, ResourceKind};
 pub use shader_struct::ShaderStruct;

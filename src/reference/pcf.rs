@@ -235,12 +235,19 @@ fn is_open(view: &View<'_>, levels: &[depth_bounds::Level], k: &Kernel, width: i
             let (depth, error) = reference(k, middle - vector(k.base));
             let stored = bounds.slope.dot(from_block);
             let all = (k.slope.abs() + bounds.slope.abs()).dot(DVec2::splat(size as f64));
-            let slack = (k.slope - bounds.slope).abs().dot(half) + 2.5e-7 * (1.0 + all);
+            let rounding = 2.5e-7 + 5e-7 * all;
+            let slack = (k.slope - bounds.slope).abs().dot(half) + rounding;
             // The bounds themselves are rounded, once a level.
             let error = error + k.slope_error.dot(half) + 2.0 * ROUNDING * (1.0 + all);
             lit = both(lit, Decision::positive(stored + bounds.low - depth - slack, error));
             dark = both(dark, Decision::positive(depth - slack - stored - bounds.high, error));
-            dark = both(dark, Decision::positive(1.0 - (stored + bounds.high + reach), error));
+            dark = both(
+                dark,
+                Decision::positive(
+                    1.0 - (stored + bounds.high + reach + if reach > 0.0 { rounding } else { 0.0 }),
+                    error,
+                ),
+            );
         }
     }
     let open = !lit.is_yes() && !dark.is_yes();

@@ -294,6 +294,8 @@ impl<'a> View<'a> {
     }
 
     fn normal_from_depth(&self, pixel: [usize; 2], p: DVec3, p_error: DVec3) -> (DVec3, f64) {
+        // A parallel projection looks along -Z everywhere.
+        let ray = if self.view_from_clip.z_axis.w == 0.0 { DVec3::NEG_Z } else { p };
         let vertical = self.tangents(pixel, 1, p, p_error);
         let horizontal = self.tangents(pixel, 0, p, p_error);
         let mut chosen: Option<DVec3> = None;
@@ -306,10 +308,10 @@ impl<'a> View<'a> {
                     return (DVec3::Z, 2.0);
                 }
                 let n = c / length;
-                let n = if n.dot(p) > 0.0 { -n } else { n };
+                let n = if n.dot(ray) > 0.0 { -n } else { n };
                 let off = (v.length() * h_error.length() + h.length() * v_error.length()) / length + 3.0 * ROUNDING;
                 // Seen edge-on, the side that faces the viewer is a matter of rounding.
-                let off = if n.dot(p).abs() <= off * p.length() + p_error.length() { 2.0 } else { off };
+                let off = if n.dot(ray).abs() <= off * ray.length() + p_error.length() { 2.0 } else { off };
                 match chosen {
                     None => (chosen, error) = (Some(n), off),
                     Some(first) => error = error.max((n - first).length() + off),

@@ -2,9 +2,10 @@
 
 use super::cull::{DrawList, GpuInstance};
 use super::gpu_scene::{GpuScene, MaterialPush};
+use crate::frame::{Draw, Target};
 use crate::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState};
 use crate::host::Host;
-use crate::{Bind, Draw, Error, Frame, Result, Target};
+use crate::{Bind, Error, Frame, Result};
 use ash::vk;
 
 /// How casters are drawn into the shadow map.

@@ -48,7 +48,8 @@ impl ShadePush {
             ambient: options.ambient,
             reference_distance: reference_distance as f32,
             cos_outer: outer.cos() as f32,
-            cos_inner: (0.85 * outer).cos() as f32,
+            // The two ends of a smoothstep must differ, however narrow the cone.
+            cos_inner: ((0.85 * outer).cos() as f32).max(outer.cos() as f32 + 1e-6),
         }
     }
 }

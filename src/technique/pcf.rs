@@ -26,7 +26,12 @@ pub const INFO: Info = Info {
             "texel slopes",
             "taken off the receiver's depth on top, in slopes of its plane a texel",
         ),
-        Param::choice("fetch", &["loop", "gather"], 1, "one texel a fetch, or 2 x 2 texels a gather: the same image"),
+        Param::choice(
+            "fetch",
+            &["loop", "gather"],
+            1,
+            "one texel a fetch, or 2 x 2 texels a gather: the same image up to rounding",
+        ),
         Param::choice(
             "skip",
             &["auto", "off", "pixels", "tiles"],
