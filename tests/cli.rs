@@ -105,14 +105,15 @@ const SMALL: [&str; 4] = ["--size", "256x144", "--frames", "2"];
 #[test]
 fn render_writes_picture_and_figures() {
     let place = Place::new();
-    let args = ["render", "jenga", "-o", "a.png", "--json", "-", "--set", "width=5", "--validate"];
+    let args =
+        ["render", "jenga", "-o", "a.png", "--json", "-", "--set", "width=5", "--set", "skip=tiles", "--validate"];
     let figures = place.json(&[&args[..], &SMALL].concat());
     assert_eq!(place.png_size("a.png"), (256, 144));
     for name in ["device", "driver", "version", "scene", "technique", "params", "passes", "memory_bytes"] {
         assert!(!figures[name].is_null(), "{name}: {figures}");
     }
     assert_eq!((&figures["scene"], &figures["technique"]), (&"jenga".into(), &"pcf".into()));
-    assert_eq!((&figures["params"]["width"], &figures["params"]["skip"]), (&5.into(), &"auto".into()));
+    assert_eq!((&figures["params"]["width"], &figures["params"]["skip"]), (&5.into(), &"tiles".into()));
     assert_eq!((&figures["size"], &figures["shadow_map"]), (&serde_json::json!([256, 144]), &1024.into()));
     assert_eq!((&figures["frames"], figures["memory_bytes"].as_u64() > Some(256 * 144)), (&2.into(), true));
     assert_eq!(figures["validation_messages"], serde_json::json!([]));
@@ -351,8 +352,8 @@ fn bench_writes_json_and_markdown() {
     let with = |extension: &str| files.iter().find(|p| p.extension().is_some_and(|e| e == extension)).unwrap();
     let figures: Value = serde_json::from_slice(&std::fs::read(with("json")).unwrap()).unwrap();
     let rows = figures["results"].as_array().unwrap();
-    assert_eq!((files.len(), rows.len(), &figures["suite"]), (2, 16, &"pcf".into()));
+    assert_eq!((files.len(), rows.len(), &figures["suite"]), (2, 24, &"pcf".into()));
     assert!(rows.iter().all(|r| r["gpu_ms"].as_f64().unwrap() > 0.0 && r["ratio"].as_f64().unwrap() > 0.0));
-    assert!(rows.iter().step_by(4).all(|r| r["ratio"] == 1.0));
+    assert!(rows.iter().step_by(6).all(|r| r["ratio"] == 1.0));
     assert!(text.contains(&std::fs::read_to_string(with("md")).unwrap()));
 }
