@@ -22,7 +22,7 @@ fn main() -> gpu::Result<()> {
     let messages = gpu::Messages::default();
     let mut engine = engine::Engine::new(&engine::Options {
         technique: if has("sm") { "sm" } else { "pcf" },
-        params: if has("sm") { &[] } else { &[("width", "5")] },
+        params: if has("sm") { &[] } else { &[("width", "5"), ("skip", "tiles")] },
         extent: EXTENT,
         depth,
         normals: has("normals"),
