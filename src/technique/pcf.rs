@@ -7,7 +7,7 @@ use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
 /// Narrower kernels cost less than asking whether they can be skipped (see `results/`).
-const SKIP_FROM_WIDTH: u32 = 23;
+const SKIP_FROM_WIDTH: u32 = 31;
 
 /// The registry entry.
 pub const INFO: Info = Info {
