@@ -19,7 +19,7 @@ runtime | build-shaders) ;;
 esac
 
 # ldconfig lies in sbin, which is not on every user's path; rustup installs into the home directory.
-PATH=$PATH:/usr/sbin:/sbin:${HOME:-/root}/.cargo/bin
+PATH=$PATH:/usr/sbin:/sbin:${HOME:-/}/.cargo/bin
 
 has() { command -v "$1" >/dev/null 2>&1; }
 
@@ -33,9 +33,9 @@ has_any() {
 # Every folder where the Vulkan loader looks for .../vulkan/<kind>, a line each.
 vulkan_folders() {
     {
-        echo "${XDG_CONFIG_HOME:-${HOME:-/root}/.config}"
+        echo "${XDG_CONFIG_HOME:-${HOME:-/}/.config}"
         echo "${XDG_CONFIG_DIRS:-/etc/xdg}" | tr ':' '\n'
-        printf '%s\n' /etc /usr/local/etc "${XDG_DATA_HOME:-${HOME:-/root}/.local/share}"
+        printf '%s\n' /etc /usr/local/etc "${XDG_DATA_HOME:-${HOME:-/}/.local/share}"
         echo "${XDG_DATA_DIRS:-/usr/local/share:/usr/share}" | tr ':' '\n'
         printf '%s\n' /usr/local/share /usr/share /opt/homebrew/share /opt/homebrew/etc /run/opengl-driver/share
         if [ -n "${VULKAN_SDK:-}" ]; then printf '%s\n' "$VULKAN_SDK/share" "$VULKAN_SDK/etc"; fi
