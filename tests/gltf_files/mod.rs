@@ -8,6 +8,5 @@ mod geometry;
 mod hierarchy;
 mod outside;
 mod poses;
-mod speed;
 mod surfaces;
 mod views;

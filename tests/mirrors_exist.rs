@@ -1,0 +1,41 @@
+//! Every file of `glsl/pass` has a CPU mirror of its own stem, or a stated one.
+
+use std::path::Path;
+
+/// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
+const COVERED: &[(&str, Option<&str>)] = &[
+    ("pcf_bounds", Some("pcf")),
+    ("pcf_classify", Some("pcf")),
+    ("pcf_receiver", Some("pcf")),
+    ("receiver", Some("view")),
+    ("tiles", None),
+];
+
+/// Stems that no mirror covers.
+fn uncovered(stems: &[String], has_mirror: impl Fn(&str) -> bool) -> Vec<String> {
+    let covered = |stem: &str| match COVERED.iter().find(|c| c.0 == stem) {
+        Some((_, Some(mirror))) => has_mirror(mirror),
+        Some((_, None)) => true,
+        None => has_mirror(stem),
+    };
+    stems.iter().filter(|s| !covered(s)).cloned().collect()
+}
+
+#[test]
+fn every_pass_has_a_mirror() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let has_mirror = |stem: &str| root.join("src/reference").join(format!("{stem}.rs")).is_file();
+    let files = std::fs::read_dir(root.join("glsl/pass")).expect("glsl/pass");
+    let stem = |path: &Path| path.file_stem().and_then(|s| s.to_str()).expect("a name").to_owned();
+    let mut stems: Vec<_> = files.map(|f| stem(&f.expect("glsl/pass").path())).collect();
+    assert!(stems.len() > COVERED.len());
+    assert_eq!(
+        uncovered(&stems, has_mirror),
+        [""; 0],
+        "write src/reference/<stem>.rs, or state which mirror covers it"
+    );
+    // No line of the table is left over, and a new shader is noticed.
+    assert!(COVERED.iter().all(|c| stems.iter().any(|s| s == c.0)));
+    stems.push("new_pass".into());
+    assert_eq!(uncovered(&stems, has_mirror), ["new_pass"]);
+}
