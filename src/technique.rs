@@ -2,6 +2,11 @@
 
 mod params;
 pub mod pcf;
+pub mod rbsm;
+pub mod rbsm_filtered;
+pub mod rbsm_profile;
+pub mod rbsm_star;
+mod revectorized;
 pub mod sm;
 
 pub use params::{Param, ParamKind, Params};
@@ -99,6 +104,10 @@ pub struct Info {
 pub const ALL: &[Info] = &[
     sm::INFO,
     pcf::INFO,
+    rbsm::INFO,
+    rbsm_filtered::INFO,
+    rbsm_star::INFO,
+    rbsm_profile::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

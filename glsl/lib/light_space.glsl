@@ -33,6 +33,12 @@ float texelSize(mat4 light_clip_from_view, LightPoint l, vec2 map_size) {
   return 2.0 * l.w / min(scale.x, scale.y);
 }
 
+// Change of the stored depth over a texel's world size along the light's axis.
+float texelDepth(mat4 light_clip_from_view, float depth_scale, LightPoint l, vec2 map_size) {
+  float depth_per_unit = depth_scale > 0.0 ? depth_scale / (l.w * l.w) : length(rowOf(light_clip_from_view, 2));
+  return depth_per_unit * texelSize(light_clip_from_view, l, map_size);
+}
+
 // How far a point of a plane must move along its normal `n` so that it lies in front of the plane's own depth in
 // the texel it then falls into, in units of texelSize: at a texel's centre, at most half a texel away on either
 // axis, the plane is deeper by at most (|n_u| + |n_v|)/2 over the plane's slope along the ray, which cancels.

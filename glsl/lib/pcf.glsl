@@ -14,7 +14,8 @@ struct PcfKernel {
   vec2 slope;      // receiver depth a texel
 };
 
-PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, float bias, int w, vec2 map_size) {
+// `depth` has its bias taken off.
+PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, int w, vec2 map_size) {
   precise PcfKernel k;
   precise vec2 x = uv * map_size - 0.5;
   vec2 first = floor(x);
@@ -22,7 +23,7 @@ PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, float bias, int w, vec2 ma
   k.base = ivec2(first) - (w - 1) / 2;
   k.slope = plane / map_size;
   // From the point to the centre of base, in texels.
-  k.reference = depth - bias + dot(k.slope, vec2(k.base) - x);
+  k.reference = depth + dot(k.slope, vec2(k.base) - x);
   return k;
 }
 

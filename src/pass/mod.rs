@@ -3,6 +3,8 @@
 pub mod accumulate;
 pub mod depth_bounds;
 pub mod pcf;
+pub mod pixels;
+pub mod rbsm;
 pub mod sm;
 pub mod tiles;
 pub mod view;

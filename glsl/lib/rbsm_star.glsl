@@ -1,0 +1,29 @@
+// Improved revectorization, RBSM*: [CG] Macedo, Apolinario, "Improved anti-aliasing for Euclidean distance transform shadow
+// mapping", eq. 5 to 7. Include as lib/rbsm.glsl.
+//
+// A step of length L is cut by a straight line from half a texel up at its one end, through the edge in mid-run, to half
+// a texel down at its other, so that neighbouring steps meet. Each side measures from the corner where its own run meets
+// the other visibility. Where the paper is silent (U, O and I shapes) the shadow test stays.
+#ifndef EDGESHADE_RBSM_STAR
+#define EDGESHADE_RBSM_STAR
+#include "lib/rbsm.glsl"
+
+// Eq. 7 for a fragment at an edge, on either side.
+float computeRBSMStarVisibility(vec3 d, vec4 nrd) {
+  float s = 1.0 - d.z;
+  if (nrd.z != 0.0 || nrd.w != 0.0) return s;
+  precise float v = d.z + (2.0 * s - 1.0) * (nrd.x + nrd.y);
+  return v < 0.5 ? 0.0 : 1.0;
+}
+
+float revectorizeStar(ShadowPoint p, vec3 d) {
+  return computeRBSMStarVisibility(d, normalizeFragmentDistanceToSE(computeFragmentDistanceToSE(p, d)));
+}
+
+float RBSMStar(ShadowPoint p) {
+  float s = shadowTest(p, p.texel);
+  vec3 d = computeDiscontinuity(p, s);
+  return d.x > 0.0 || d.y > 0.0 ? revectorizeStar(p, d) : s;
+}
+
+#endif

@@ -1,0 +1,131 @@
+//! Revectorized visibility: every pixel by its texel's neighbourhood, those at an edge by the edge's shape.
+
+use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::pass::pixels::PixelList;
+use crate::pass::view::ViewConstants;
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use std::sync::Arc;
+
+shader_struct! {
+    /// Push constants of the revectorization passes (`glsl/pass/rbsm_receiver.glsl`).
+    pub struct RbsmPush {
+        /// Multiples of what a plane needs.
+        normal_offset: f32,
+        /// Fraction of a texel's slope, along both axes.
+        depth_bias: f32,
+        /// Texels of depth a texel of distance that a curved receiver may lie before its plane.
+        slack: f32,
+    }
+}
+
+/// What becomes of a fragment at an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Revectorization {
+    /// Listing 4: a lit fragment is shadowed below the line from the edge's corner to its other end.
+    Silhouette,
+    /// Listing 5: a ramp across the edge, on both sides.
+    Filtered,
+    /// RBSM*, eq. 7: lines that meet from step to step.
+    Star,
+    /// The edge profile.
+    Profile(ProfileQuality),
+}
+
+/// How far the edge profile looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileQuality {
+    /// Along the run itself.
+    Run,
+    /// Along the runs next door too.
+    Neighbours,
+    /// Along several more where a run is short, through which a line is laid.
+    Line,
+}
+
+impl Revectorization {
+    /// Specialization constants `FUNCTION` and `QUALITY`.
+    pub(crate) fn constants(self) -> [u32; 2] {
+        match self {
+            Self::Silhouette => [0, 0],
+            Self::Filtered => [1, 0],
+            Self::Star => [2, 0],
+            Self::Profile(quality) => [3, quality as u32],
+        }
+    }
+}
+
+/// What of the pass is fixed at its making.
+#[derive(Clone, Copy, Debug)]
+pub struct RbsmConfig {
+    /// What becomes of a fragment at an edge.
+    pub revectorization: Revectorization,
+    /// Compare with the fragment's own depth everywhere, as the listings do, not with its plane.
+    pub fixed_depth: bool,
+    /// `MAXDIST`, texels: 1 to 64.
+    pub max_distance: u32,
+    /// Fragments at an edge are listed and worked on by a second dispatch, instead of where they are found.
+    pub listed: bool,
+}
+
+/// The pass with its pipelines.
+pub struct Rbsm {
+    pixels: Arc<ComputePipeline>,
+    /// The list with the pipeline that works on it.
+    edges: Option<Arc<ComputePipeline>>,
+    list: PixelList,
+}
+
+impl Rbsm {
+    /// Allocates for a camera image.
+    pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
+        let RbsmConfig { revectorization, fixed_depth, max_distance, listed } = config;
+        let [function, quality] = revectorization.constants();
+        let pipeline = |step| -> Result<_> {
+            let constants = [fixed_depth.into(), max_distance, function, quality, step];
+            let pipeline = context.pipeline::<RbsmPush>("pass/rbsm.comp", &constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        let (pixels, edges) = if listed { (pipeline(1)?, Some(pipeline(2)?)) } else { (pipeline(0)?, None) };
+        // Where nothing is listed the shader's binding still wants a buffer.
+        let list = PixelList::new(context.device(), "edge pixels", if listed { extent } else { [0; 2] })?;
+        Ok(Self { pixels, edges, list })
+    }
+
+    /// Bytes of device memory that the pass holds.
+    pub fn memory_bytes(&self) -> u64 {
+        self.list.buffer().size()
+    }
+
+    /// Writes the visibility of every pixel into `output`.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        output: &Image,
+    ) -> Result<()> {
+        let [width, height] = output.extent();
+        let bind = &[
+            Bind::Buffer(view),
+            Bind::Input(&inputs.depth),
+            Bind::Input(inputs.normal_or_depth()),
+            Bind::Input(&inputs.shadow_map),
+            Bind::Image(output),
+            Bind::Buffer(self.list.buffer()),
+        ];
+        let push = bytemuck::bytes_of(&push);
+        if self.edges.is_some() {
+            self.list.clear(frame);
+        }
+        let threads = Threads::Count([width, height, 1]);
+        frame.dispatch(&Pass { name: "revectorize", pipeline: &self.pixels, bind, push, threads })?;
+        if let Some(edges) = &self.edges {
+            let threads = self.list.threads();
+            frame.dispatch(&Pass { name: "revectorize edges", pipeline: edges, bind, push, threads })?;
+            self.list.count(frame);
+        }
+        Ok(())
+    }
+}
