@@ -1,17 +1,40 @@
 // The edge profile: each side of a texel whose neighbour differs has a run, the run a height over the side, and the
 // fragments below that height take the other visibility. This project's own; it handles every shape of edge (Z steps,
-// U ends, corners, gaps, bars) with fetches along at most two runs a fragment. Include as lib/rbsm.glsl.
+// U ends, corners, gaps, bars). Include as lib/rbsm.glsl; it wants lib/rbsm_line.glsl next to it.
 //
-// Heights are in texels, at most 0.5, along a run of L texels at u in [0, L]:
+// Heights are in texels into the fragment's texel, along a run of L texels at u in [0, L]:
 //   Z, the ends turn different ways: the line between the middles of the steps at both ends.
-//   U, they turn the same way: a parabola through both, its peak as high as the area of a disc of that chord would say.
+//   U, they turn the same way: a parabola through both, as high as the run's length lets expect of a disc.
 //   Corners, whose crossing edge is two texels or longer, stay.
+// Qualities: RUN_ONLY looks no further; NEIGHBOURS also follows the runs next door, which tilt a Z and say how high a U
+// is; LINE also lays a line through the edge at both ends of a short Z.
 #ifndef EDGESHADE_RBSM_PROFILE
 #define EDGESHADE_RBSM_PROFILE
-#include "lib/rbsm.glsl"
+#include "lib/rbsm_line.glsl"
+
+const int RUN_ONLY = 0, NEIGHBOURS = 1, LINE = 2;
 
 // How a run ends: the boundary turns away from the fragment's texel, towards it, or crosses another; or MAXDIST is reached.
 const int END_AWAY = -1, END_UNKNOWN = 0, END_TOWARD = 1, END_SADDLE = 2;
+
+const float FLAT_RUN = 6.0;            // U runs as long, big at both ends, are the ends of boxes
+const float TILT = 0.33;               // how much the runs next door tilt a Z
+const float BOW_FROM_NEIGHBOURS = 0.7; // how much they say about the height of a U
+const float LINE_RUN = 2.0;            // Z runs up to this length get lines
+
+// Texels that a run goes on for beyond `texel` in direction `along`, and how it ends there. Texels of test `s` are
+// inside; `across` is the way out.
+int followRun(ShadowPoint p, float s, ivec2 texel, ivec2 along, ivec2 across, out int turn) {
+  turn = END_UNKNOWN;
+  for (int i = 0; i < MAXDIST; ++i) {
+    texel += along;
+    bool inside = shadowTest(p, texel) == s, outside = shadowTest(p, texel + across) != s;
+    if (inside && outside) continue;
+    turn = inside ? END_AWAY : outside ? END_TOWARD : END_SADDLE;
+    return i;
+  }
+  return MAXDIST;
+}
 
 struct RunEnd {
   int texels; // from the fragment's texel, not counting it
@@ -19,93 +42,136 @@ struct RunEnd {
   bool big;   // the crossing edge is at least two texels long
 };
 
-// Follows the side `across` of the fragment's texel in direction `along`.
-RunEnd followRun(ShadowPoint p, float s, ivec2 along, ivec2 across) {
-  RunEnd end = RunEnd(MAXDIST, END_UNKNOWN, false);
-  for (int i = 1; i <= MAXDIST; ++i) {
-    ivec2 texel = p.texel + i * along;
-    bool inside = shadowTest(p, texel) == s, outside = shadowTest(p, texel + across) != s;
-    if (inside && outside) continue;
-    end.texels = i - 1;
-    if (inside) {
-      end.turn = END_AWAY;
-      end.big = shadowTest(p, texel - along + 2 * across) != s && shadowTest(p, texel + 2 * across) == s;
-    } else if (outside) {
-      end.turn = END_TOWARD;
-      end.big = shadowTest(p, texel - along - across) == s && shadowTest(p, texel - across) != s;
-    } else {
-      end.turn = END_SADDLE;
-    }
-    break;
+RunEnd runEnd(ShadowPoint p, float s, ivec2 along, ivec2 across) {
+  RunEnd end;
+  end.texels = followRun(p, s, p.texel, along, across, end.turn);
+  end.big = false;
+  ivec2 last = p.texel + end.texels * along;
+  if (end.turn == END_TOWARD) {
+    end.big = shadowTest(p, last - across) == s && shadowTest(p, last + along - across) != s;
+  } else if (end.turn == END_AWAY) {
+    end.big = shadowTest(p, last + 2 * across) != s && shadowTest(p, last + along + 2 * across) == s;
   }
   return end;
 }
 
-// A run with what its height is made of.
-struct Profile {
-  float before;       // texels before the fragment's
-  float length_;      // texels in all
-  float from, to;     // height at u = 0 and at u = length_
-  float bulge;        // height in the middle, over the line between both
-  int fade;           // -1: falls off from `from` within MAXDIST, 1: from `to`, 0: neither
+// The run beyond an end.
+struct NextDoor {
+  float texels; // 0: none, or the boundary turns back
+  int turn;
 };
 
-Profile runProfile(RunEnd a, RunEnd b) {
-  Profile f = Profile(float(a.texels), float(a.texels + b.texels + 1), 0.0, 0.0, 0.0, 0);
+NextDoor nextDoor(ShadowPoint p, float s, ivec2 along, ivec2 across, RunEnd end, int turn) {
+  NextDoor next = NextDoor(0.0, END_UNKNOWN);
+  if (end.big || abs(turn) != 1) return next;
+  ivec2 first = p.texel + (end.texels + 1) * along - turn * across;
+  if (shadowTest(p, first) != s || shadowTest(p, first + across) == s) return next;
+  next.texels = 1.0 + float(followRun(p, s, first, along, across, next.turn));
+  return next;
+}
+
+// Height of a line through the edge around an end of the fragment's run, where there is one.
+bool lineAtEnd(ShadowPoint p, float s, ivec2 along, ivec2 across, RunEnd end, out float height) {
+  height = 0.0;
+  ivec2 last = p.texel + end.texels * along;
+  // The edge that crosses there.
+  Crack crack;
+  if (end.turn == END_TOWARD) crack = Crack(last, along);
+  else if (end.turn == END_AWAY) crack = Crack(last + along + across, -along);
+  else return false;
+  FittedLine line;
+  if (!fittedLine(p, s, crack, line)) return false;
+  // The crossing edge is half a texel beyond the last texel's centre.
+  return heightOver(line, Crack(p.texel, across), float(end.texels) + 0.5, along, height);
+}
+
+// A run with what its height is made of.
+struct Profile {
+  float before;   // texels before the fragment's
+  float texels;   // in all
+  vec2 heights;   // at u = 0 and at u = texels
+  float bow;      // height in the middle, over the line between both
+  int fade;       // 0: neither; -1: heights.x falls off to 0 within MAXDIST; 1: heights.y
+};
+
+Profile edgeProfile(ShadowPoint p, float s, ivec2 across, int quality) {
+  ivec2 along = abs(across.yx);
+  RunEnd a = runEnd(p, s, -along, across), b = runEnd(p, s, along, across);
+  Profile f = Profile(float(a.texels), float(a.texels + b.texels + 1), vec2(0.0), 0.0, 0);
+  if (a.turn == END_SADDLE && b.turn == END_SADDLE) return f;
   // At a saddle the boundary is taken to go on as at the other end.
   int A = a.turn == END_SADDLE ? -b.turn : a.turn, B = b.turn == END_SADDLE ? -a.turn : b.turn;
-  if (a.turn == END_SADDLE && b.turn == END_SADDLE || A == 0 && B == 0) return f;
-  if (A == 0) {
-    if (!b.big) f.to = 0.5 * float(B), f.fade = 1;
-  } else if (B == 0) {
-    if (!a.big) f.from = 0.5 * float(A), f.fade = -1;
-  } else if (A != B) {
-    f.from = 0.5 * float(A);
-    f.to = 0.5 * float(B);
-  } else if (f.length_ < 6.0 || !a.big || !b.big) {
-    f.from = f.to = 0.5 * float(A);
-    f.bulge = -float(A) * (0.75 - 0.5 / f.length_);
+  if (A == 0 || B == 0) {
+    if (A == 0 && B != 0 && !b.big) f.heights.y = 0.5 * float(B), f.fade = 1;
+    if (B == 0 && A != 0 && !a.big) f.heights.x = 0.5 * float(A), f.fade = -1;
+    return f;
+  }
+  float L = f.texels;
+  bool is_u = A == B, any_big = a.big || b.big, all_big = a.big && b.big;
+  if (is_u && L >= FLAT_RUN && all_big) return f;
+  if (quality >= NEIGHBOURS && !is_u && L == 1.0 && any_big) return f;
+  f.heights = 0.5 * vec2(float(A), float(B));
+
+  NextDoor na = NextDoor(0.0, 0), nb = na;
+  if (quality >= NEIGHBOURS) {
+    na = nextDoor(p, s, -along, across, a, A);
+    nb = nextDoor(p, s, along, across, b, B);
+  }
+  bool a_turns_on = na.texels > 0.0 && na.turn == A, b_turns_on = nb.texels > 0.0 && nb.turn == B;
+  if (is_u) {
+    precise float peak = 0.25 - 0.5 / L;
+    if (a_turns_on && b_turns_on) {
+      float ratio = 1.0 + (na.texels + nb.texels) / L;
+      float circle = clamp(1.0 / (ratio * ratio - 1.0) - 0.5, -0.5, 0.5);
+      peak += BOW_FROM_NEIGHBOURS * (circle - peak);
+    }
+    f.bow = -float(A) * (0.5 + peak);
+    return f;
+  }
+  vec2 base = f.heights;
+  if (a_turns_on && abs(na.texels - L) <= 1.0) f.heights.x += float(A) * TILT * 2.0 * (L - na.texels) / (L + na.texels);
+  if (b_turns_on && abs(nb.texels - L) <= 1.0) f.heights.y += float(B) * TILT * 2.0 * (L - nb.texels) / (L + nb.texels);
+  if (quality == LINE && L <= LINE_RUN) {
+    float h;
+    if (lineAtEnd(p, s, -along, across, a, h)) f.heights.x = clamp(h, base.x - 0.5, base.x + 0.5);
+    if (lineAtEnd(p, s, along, across, b, h)) f.heights.y = clamp(h, base.y - 0.5, base.y + 0.5);
   }
   return f;
 }
 
-// Height of the boundary over the side, towards the fragment; `place` is the fragment's along the run in its texel.
+// Height of the boundary over the side; `place` is the fragment's along the run in its texel.
 float profileHeight(Profile f, float place) {
-  float u = f.before + place;
-  if (f.fade < 0) return f.from * max(0.0, 1.0 - u / float(MAXDIST));
-  if (f.fade > 0) return f.to * max(0.0, 1.0 - (f.length_ - u) / float(MAXDIST));
-  float w = 1.0 - 2.0 * u / f.length_;
-  precise float h = f.from + (f.to - f.from) * (u / f.length_) + f.bulge * (1.0 - w * w);
+  precise float u = f.before + place;
+  if (f.fade < 0) return f.heights.x * max(0.0, 1.0 - u / float(MAXDIST));
+  if (f.fade > 0) return f.heights.y * max(0.0, 1.0 - (f.texels - u) / float(MAXDIST));
+  float w = 1.0 - 2.0 * u / f.texels;
+  precise float h = f.heights.x + (f.heights.y - f.heights.x) * (u / f.texels) + f.bow * (1.0 - w * w);
   return h;
 }
 
-// Whether the fragment lies between the side `across` and the boundary over it; v is its distance from the side.
-bool crossesProfile(ShadowPoint p, float s, ivec2 across, float v, int quality) {
-  ivec2 along = abs(across.yx);
-  float place = across.x != 0 ? p.fraction.y : p.fraction.x;
-  return v < profileHeight(runProfile(followRun(p, s, -along, across), followRun(p, s, along, across)), place);
+// Whether the fragment lies between the side `across` of its texel and the boundary over it.
+bool crossesProfile(ShadowPoint p, float s, ivec2 across, int quality) {
+  vec2 c = p.fraction;
+  float from_side = across.x < 0 ? c.x : across.x > 0 ? 1.0 - c.x : across.y < 0 ? c.y : 1.0 - c.y;
+  return from_side < profileHeight(edgeProfile(p, s, across, quality), across.x != 0 ? c.y : c.x);
 }
 
-// No height exceeds half a texel: of two opposite sides only the nearer can be crossed.
-ivec2 nearSides(ShadowPoint p) { return mix(ivec2(-1), ivec2(1), greaterThanEqual(p.fraction, vec2(0.5))); }
-
-// Whether there is a discontinuity on the nearer side of each axis.
-bvec2 nearDiscontinuities(ShadowPoint p, vec3 d) {
+// Sides on which the fragment may lie below a height: left, right, +v, -v.
+bvec4 sidesInReach(ShadowPoint p, vec3 d, int quality) {
   bvec4 sides = discontinuitySides(d);
-  ivec2 near = nearSides(p);
-  return bvec2(near.x < 0 ? sides.x : sides.y, near.y < 0 ? sides.w : sides.z);
+  if (quality != RUN_ONLY) return sides;
+  vec2 c = p.fraction;
+  return bvec4(sides.x && c.x < 0.5, sides.y && c.x > 0.5, sides.z && c.y > 0.5, sides.w && c.y < 0.5);
 }
-
-bool nearSideDiffers(ShadowPoint p, vec3 d) { return any(nearDiscontinuities(p, d)); }
 
 // The visibility of a fragment at an edge, on either side of it.
 float revectorizeProfile(ShadowPoint p, vec3 d, int quality) {
   float s = 1.0 - d.z;
-  ivec2 near = nearSides(p);
-  bvec2 differs = nearDiscontinuities(p, d);
-  vec2 v = min(p.fraction, 1.0 - p.fraction);
-  bool flips = differs.x && crossesProfile(p, s, ivec2(near.x, 0), v.x, quality);
-  flips = flips || differs.y && crossesProfile(p, s, ivec2(0, near.y), v.y, quality);
+  bvec4 sides = sidesInReach(p, d, quality);
+  bool flips = sides.x && crossesProfile(p, s, ivec2(-1, 0), quality);
+  flips = flips || sides.y && crossesProfile(p, s, ivec2(1, 0), quality);
+  flips = flips || sides.z && crossesProfile(p, s, ivec2(0, 1), quality);
+  flips = flips || sides.w && crossesProfile(p, s, ivec2(0, -1), quality);
   return flips ? d.z : s;
 }
 

@@ -42,7 +42,7 @@ bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v) {
     case STAR:
       return d.x == 0.75 || d.y == 0.75;
     default:
-      return !nearSideDiffers(p, d);
+      return !any(sidesInReach(p, d, QUALITY));
   }
 }
 
