@@ -8,6 +8,7 @@ pub mod accumulate;
 pub mod depth_bounds;
 pub mod pcf;
 pub mod ray_traced;
+pub mod revectorize;
 pub mod shade;
 pub mod sm;
 mod view;
