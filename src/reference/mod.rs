@@ -10,6 +10,7 @@ pub mod pcf;
 pub mod ray_traced;
 pub mod revectorize;
 pub mod shade;
+pub mod shapes;
 pub mod sm;
 mod view;
 
