@@ -19,18 +19,7 @@ use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
-#[command(after_help = "Suites:
-  techniques   every real-time technique at its defaults on every shipped scene
-  map-sizes    every real-time technique, shadow maps of 512 to 4096 texels
-  pcf          widths 3, 7, 15, 31, loop and gather, with and without skipping
-
-Examples:
-  edgeshade bench                    everything, into results/
-  edgeshade bench --suite pcf --frames 40 -o out
-
-A suite becomes <suite>-<device>.json and .md. Within a group of variants a
-frame of each is drawn in turn; times are medians over the frames, ratios
-medians over the turns.")]
+#[command(after_help = help())]
 pub struct Args {
     /// The suite, or `all`
     #[arg(long, value_name = "NAME", default_value = "all")]
@@ -57,16 +46,52 @@ struct Variant {
     group: String,
 }
 
+/// Variants of techniques, timed in turns.
 struct Suite {
     name: &'static str,
+    about: &'static str,
     variants: fn() -> Result<Vec<Variant>>,
 }
 
 const SUITES: [Suite; 3] = [
-    Suite { name: "techniques", variants: techniques },
-    Suite { name: "map-sizes", variants: map_sizes },
-    Suite { name: "pcf", variants: pcf },
+    Suite {
+        name: "techniques",
+        about: "every real-time technique at its defaults on every shipped scene",
+        variants: techniques,
+    },
+    Suite {
+        name: "map-sizes",
+        about: "every real-time technique, shadow maps of 512 to 4096 texels",
+        variants: map_sizes,
+    },
+    Suite { name: "pcf", about: "widths 3, 7, 15, 31, loop and gather, with and without skipping", variants: pcf },
 ];
+
+/// A suite that is something else than timed variants: it writes its own files into the output folder.
+#[allow(dead_code)] // The list is filled by the suites to come.
+struct Custom {
+    name: &'static str,
+    about: &'static str,
+    run: fn(&Args, &Host) -> Result<()>,
+}
+
+const CUSTOM: &[Custom] = &[];
+
+fn help() -> String {
+    let suites = SUITES.iter().map(|s| (s.name, s.about)).chain(CUSTOM.iter().map(|s| (s.name, s.about)));
+    let suites: String = suites.map(|(name, about)| format!("  {name:<12} {about}\n")).collect();
+    format!(
+        "Suites:
+{suites}
+Examples:
+  edgeshade bench                    everything, into results/
+  edgeshade bench --suite pcf --frames 40 -o out
+
+A suite of timed variants becomes <suite>-<device>.json and .md. Within a
+group of variants a frame of each is drawn in turn; times are medians over the
+frames, ratios medians over the turns."
+    )
+}
 
 fn real_time() -> impl Iterator<Item = &'static str> {
     technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))).map(|t| t.id)
@@ -114,10 +139,12 @@ fn pcf() -> Result<Vec<Variant>> {
 
 /// Runs it.
 pub fn run(args: &Args) -> Outcome {
-    let wanted: Vec<_> = SUITES.iter().filter(|s| args.suite == "all" || args.suite == s.name).collect();
-    if wanted.is_empty() {
-        let names = SUITES.map(|s| s.name).join(", ");
-        usage(format!("there is no suite {:?}; there are: {names}, all", args.suite))?;
+    let is_wanted = |name: &str| args.suite == "all" || args.suite == name;
+    let wanted: Vec<_> = SUITES.iter().filter(|s| is_wanted(s.name)).collect();
+    let wanted_custom: Vec<_> = CUSTOM.iter().filter(|s| is_wanted(s.name)).collect();
+    if wanted.is_empty() && wanted_custom.is_empty() {
+        let names: Vec<_> = SUITES.iter().map(|s| s.name).chain(CUSTOM.iter().map(|s| s.name)).collect();
+        usage(format!("there is no suite {:?}; there are: {}, all", args.suite, names.join(", ")))?;
     }
     std::fs::create_dir_all(&args.output).map_err(|source| Error::Io { path: args.output.clone(), source })?;
     let host = args.device.open()?;
@@ -141,6 +168,9 @@ pub fn run(args: &Args) -> Outcome {
         report::write(&json_path, &figures)?;
         write_atomic(&json_path.with_file_name(format!("{stem}.md")), markdown.as_bytes())?;
         console::print(format_args!("{markdown}\nwrote {} and .md\n", shown(&json_path)))?;
+    }
+    for suite in wanted_custom {
+        (suite.run)(args, &host)?;
     }
     close(host)
 }

@@ -8,7 +8,9 @@ pub mod accumulate;
 pub mod depth_bounds;
 pub mod pcf;
 pub mod ray_traced;
+pub mod revectorize;
 pub mod shade;
+pub mod shapes;
 pub mod sm;
 mod view;
 

@@ -1,0 +1,89 @@
+//! A straight line through a piece of the boundary.
+
+use super::{Crack, Side, Texels, add, scaled};
+use glam::DVec2;
+
+/// Cracks walked to either side of the first: with it, a line has twice as many and one.
+pub const FITTED_CRACKS: usize = 8;
+
+/// A line that runs less than this across the side asked for has no height over it worth using.
+const LEAST_ACROSS: f64 = 0.3;
+
+/// A line between the inside and the outside texels of a piece of the boundary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FittedLine {
+    /// Places are measured from the centre of this texel.
+    pub origin: [i64; 2],
+    /// Unit length, from inside to outside.
+    pub normal: DVec2,
+    /// Places on the line have this product with the normal, texels.
+    pub offset: f64,
+}
+
+impl FittedLine {
+    /// Height of the line above the side of `crack`, into its texel, `along` texels from the texel's centre in the
+    /// direction `step` along that side. `None` where the line is too steep over it.
+    pub fn height_over(&self, crack: Crack, along: f64, step: [i64; 2]) -> Option<f64> {
+        let side = vector(crack.side.step());
+        let center = vector(add(crack.texel, scaled(self.origin, -1)));
+        let across = self.normal.dot(side);
+        let height = (self.normal.dot(center + 0.5 * side + along * vector(step)) - self.offset) / across;
+        (across.abs() > LEAST_ACROSS).then_some(height)
+    }
+}
+
+/// The crack that follows in the direction `step` along the boundary, and the direction there; `None` where four texels
+/// meet like a chess board, so that there are two ways on.
+fn follow(texels: &impl Texels, crack: Crack, step: [i64; 2]) -> Option<(Crack, [i64; 2])> {
+    let normal = crack.side.step();
+    let ahead = add(crack.texel, step);
+    let across = add(ahead, normal);
+    match (texels.lit(ahead) == crack.lit, texels.lit(across) == crack.lit) {
+        (true, false) => Some((Crack { texel: ahead, ..crack }, step)),
+        (true, true) => Some((Crack { texel: across, side: Side::of(scaled(step, -1)), ..crack }, normal)),
+        (false, false) => Some((Crack { side: Side::of(step), ..crack }, scaled(normal, -1))),
+        (false, true) => None,
+    }
+}
+
+/// The line with the least squares of distances to the midpoints of [`FITTED_CRACKS`] cracks to either side of `crack` and
+/// its own, moved into the middle of the gap between the centres of the inside and of the outside texels there.
+///
+/// `None` where the boundary cannot be followed that far, or no such line separates them.
+pub fn fitted_line(texels: &impl Texels, crack: Crack) -> Option<FittedLine> {
+    let origin = crack.texel;
+    // Centres of the texels inside, and the ways out of them.
+    let mut pieces = Vec::with_capacity(2 * FITTED_CRACKS + 1);
+    let mut record = |c: Crack| pieces.push((vector(add(c.texel, scaled(origin, -1))), vector(c.side.step())));
+    record(crack);
+    for step in [crack.side.along(), scaled(crack.side.along(), -1)] {
+        let (mut at, mut step) = (crack, step);
+        for _ in 0..FITTED_CRACKS {
+            (at, step) = follow(texels, at, step)?;
+            record(at);
+        }
+    }
+    let count = pieces.len() as f64;
+    let mean = pieces.iter().map(|(p, n)| *p + 0.5 * *n).sum::<DVec2>() / count;
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (p, n) in &pieces {
+        let d = *p + 0.5 * *n - mean;
+        xx += d.x * d.x;
+        xy += d.x * d.y;
+        yy += d.y * d.y;
+    }
+    // Principal axis of the midpoints.
+    let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
+    let outwards: DVec2 = pieces.iter().map(|(_, n)| *n).sum();
+    let mut normal = DVec2::new(-angle.sin(), angle.cos());
+    if normal.dot(outwards) < 0.0 {
+        normal = -normal;
+    }
+    let inside = pieces.iter().map(|(p, _)| normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
+    let outside = pieces.iter().map(|(p, n)| normal.dot(*p + *n)).fold(f64::INFINITY, f64::min);
+    (inside < outside).then(|| FittedLine { origin, normal, offset: 0.5 * (inside + outside) })
+}
+
+fn vector(v: [i64; 2]) -> DVec2 {
+    DVec2::new(v[0] as f64, v[1] as f64)
+}

@@ -1,0 +1,367 @@
+//! The edge profile: over each side of a texel whose neighbour differs, the boundary is a height above that side, as a
+//! function of the place along the run of such sides. A point closer to a side than that height takes the other test.
+
+use super::{Outcome, Quality, Side, Texels, add, fitted_line, scaled};
+use glam::DVec2;
+
+/// Runs this long with big crossings at both ends are the flat ends of boxes, texels.
+const FLAT_RUN: f64 = 6.0;
+/// How far the runs next door tilt a Z.
+const TILT: f64 = 0.33;
+/// How much the runs next door say about the bow of a U; the rest is said by its length.
+const BOW_FROM_NEIGHBOURS: f64 = 0.7;
+/// Z runs of at most this length get lines, texels.
+const LINE_RUN: f64 = 2.0;
+
+/// A unit piece of the boundary between texels of different tests, seen from one of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crack {
+    /// The texel inside.
+    pub texel: [i64; 2],
+    /// The side of it on which the crack is.
+    pub side: Side,
+    /// The inside texel's test; the one across differs.
+    pub lit: bool,
+}
+
+/// How a run ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The most steps were made.
+    Unknown,
+    /// The next texel is as the inside, and so is the one across: the boundary turns away from the inside.
+    Away,
+    /// The next texel is as the outside, and so is the one across: the boundary turns towards the inside.
+    Toward,
+    /// The next texel is as the outside, and the one across as the inside: four texels like a chess board.
+    Saddle,
+}
+
+impl End {
+    /// -1 away, 1 toward, 0 else.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Away => -1.0,
+            Self::Toward => 1.0,
+            Self::Unknown | Self::Saddle => 0.0,
+        }
+    }
+
+    fn opposite(self) -> Self {
+        match self {
+            Self::Away => Self::Toward,
+            Self::Toward => Self::Away,
+            same => same,
+        }
+    }
+}
+
+/// The run of cracks along one side, through a texel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// Texels of the run before this one: towards smaller u or v.
+    pub before: u32,
+    /// Texels of the run after this one.
+    pub after: u32,
+    /// How it ends before and after.
+    pub ends: [End; 2],
+    /// Whether the edge that crosses there is at least 2 texels long.
+    pub big: [bool; 2],
+}
+
+impl Run {
+    /// All texels of the run.
+    pub fn length(&self) -> f64 {
+        f64::from(self.before) + f64::from(self.after) + 1.0
+    }
+
+    /// The ends with a saddle taken for the opposite of the other end; two saddles stay.
+    pub fn resolved_ends(&self) -> [End; 2] {
+        match self.ends {
+            [End::Saddle, End::Saddle] => self.ends,
+            [End::Saddle, b] => [b.opposite(), b],
+            [a, End::Saddle] => [a, a.opposite()],
+            ends => ends,
+        }
+    }
+}
+
+/// The run next door, beyond an end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NextDoor {
+    /// Texels; 0 where there is none: that end is big or unknown, or the boundary turns back.
+    pub length: u32,
+    /// How its far end turns, seen from the same side of the boundary.
+    pub end: End,
+}
+
+impl NextDoor {
+    /// No run.
+    pub const NONE: Self = Self { length: 0, end: End::Unknown };
+}
+
+/// Steps along `crack` in the direction `step`: texels counted, and how it ended.
+fn walk(texels: &impl Texels, crack: Crack, step: [i64; 2], max_distance: u32) -> (u32, End) {
+    let mut at = crack.texel;
+    for steps in 0..max_distance {
+        at = add(at, step);
+        let inside = texels.lit(at) == crack.lit;
+        let across = texels.lit(add(at, crack.side.step())) == crack.lit;
+        match (inside, across) {
+            (true, false) => {}
+            (true, true) => return (steps, End::Away),
+            (false, false) => return (steps, End::Toward),
+            (false, true) => return (steps, End::Saddle),
+        }
+    }
+    (max_distance, End::Unknown)
+}
+
+/// The directions before and after.
+fn directions(side: Side) -> [[i64; 2]; 2] {
+    [scaled(side.along(), -1), side.along()]
+}
+
+/// Steps along a side both ways, at most `max_distance` each: two tests a step, and two at a known end.
+pub fn run(texels: &impl Texels, crack: Crack, max_distance: u32) -> Run {
+    let normal = crack.side.step();
+    let found = directions(crack.side).map(|step| {
+        let (steps, end) = walk(texels, crack, step, max_distance);
+        let last = add(crack.texel, scaled(step, i64::from(steps)));
+        let same = |texel| texels.lit(texel) == crack.lit;
+        let big = match end {
+            // One texel further in, the crossing edge goes on.
+            End::Toward => {
+                let behind = add(last, scaled(normal, -1));
+                same(behind) & !same(add(behind, step))
+            }
+            End::Away => {
+                let beyond = add(last, scaled(normal, 2));
+                !same(beyond) & same(add(beyond, step))
+            }
+            End::Unknown | End::Saddle => false,
+        };
+        (steps, end, big)
+    });
+    let [(before, a, big_a), (after, b, big_b)] = found;
+    Run { before, after, ends: [a, b], big: [big_a, big_b] }
+}
+
+/// The texel inside the crossing edge at an end, and its side: what the boundary goes on with.
+fn crossing(crack: Crack, last: [i64; 2], step: [i64; 2], end: End) -> Option<Crack> {
+    let normal = crack.side.step();
+    match end {
+        End::Toward => Some(Crack { texel: last, side: Side::of(step), ..crack }),
+        End::Away => {
+            let texel = add(add(last, step), normal);
+            Some(Crack { texel, side: Side::of(scaled(step, -1)), ..crack })
+        }
+        End::Unknown | End::Saddle => None,
+    }
+}
+
+/// The runs beyond both ends of `run`, which is that of `crack`.
+pub fn next_door(texels: &impl Texels, crack: Crack, run: &Run, max_distance: u32) -> [NextDoor; 2] {
+    let normal = crack.side.step();
+    let steps = [run.before, run.after];
+    let ends = run.resolved_ends();
+    [0, 1].map(|i| {
+        let step = directions(crack.side)[i];
+        let next = add(crack.texel, scaled(step, i64::from(steps[i]) + 1));
+        let first = match ends[i] {
+            _ if run.big[i] => return NextDoor::NONE,
+            End::Toward => add(next, scaled(normal, -1)),
+            End::Away => add(next, normal),
+            End::Unknown | End::Saddle => return NextDoor::NONE,
+        };
+        let same = |texel| texels.lit(texel) == crack.lit;
+        if !same(first) || same(add(first, normal)) {
+            return NextDoor::NONE;
+        }
+        let (more, end) = walk(texels, Crack { texel: first, ..crack }, step, max_distance);
+        NextDoor { length: more + 1, end }
+    })
+}
+
+/// The height of the boundary over a run, texels into the inside; negative where the outside's texels take it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Curve {
+    /// On the cracks: the height is 0.
+    Flat,
+    /// From `height` at the end before (0) or after (1) down to nothing at `reach` from it.
+    Fade {
+        /// At the known end, texels.
+        height: f64,
+        /// Which end that is.
+        end: usize,
+        /// The largest distance, texels.
+        reach: f64,
+    },
+    /// A parabola: `height - depth (1 - w^2)`, `w` from -1 to 1 over the run.
+    Bow {
+        /// At both ends, texels.
+        height: f64,
+        /// How far the middle is from that, texels.
+        depth: f64,
+    },
+    /// A straight line.
+    Line {
+        /// Heights before and after, texels.
+        heights: [f64; 2],
+    },
+}
+
+/// The curve over a run. `neighbours` are of [`next_door`] (`None` for [`Quality::Run`]); `lines` the heights of
+/// [`fitted_line`] at both ends where there is such a line.
+pub fn profile_curve(
+    run: &Run,
+    neighbours: Option<[NextDoor; 2]>,
+    lines: [Option<f64>; 2],
+    max_distance: u32,
+) -> Curve {
+    let length = run.length();
+    let ends = run.resolved_ends();
+    let [a, b] = ends.map(End::sign);
+    let turns_on = |i: usize| neighbours.map(|n| n[i]).filter(|n| n.length > 0 && n.end == ends[i]);
+    match ends {
+        [End::Saddle, _] | [_, End::Saddle] | [End::Unknown, End::Unknown] => Curve::Flat,
+        [End::Unknown, _] | [_, End::Unknown] => {
+            let end = usize::from(ends[0] == End::Unknown);
+            if run.big[end] {
+                return Curve::Flat;
+            }
+            Curve::Fade { height: 0.5 * [a, b][end], end, reach: max_distance.into() }
+        }
+        _ if a == b => {
+            if length >= FLAT_RUN && run.big == [true; 2] {
+                return Curve::Flat;
+            }
+            let mut peak = 0.25 - 0.5 / length;
+            if let (Some(before), Some(after)) = (turns_on(0), turns_on(1)) {
+                let ratio = 1.0 + (f64::from(before.length) + f64::from(after.length)) / length;
+                let circle = (1.0 / (ratio * ratio - 1.0) - 0.5).clamp(-0.5, 0.5);
+                peak += BOW_FROM_NEIGHBOURS * (circle - peak);
+            }
+            Curve::Bow { height: 0.5 * a, depth: a * (0.5 + peak) }
+        }
+        _ => {
+            if neighbours.is_some() && length == 1.0 && run.big != [false; 2] {
+                return Curve::Flat;
+            }
+            let heights = [0, 1].map(|i| {
+                let base = 0.5 * [a, b][i];
+                if let Some(height) = lines[i] {
+                    return height.clamp(base - 0.5, base + 0.5);
+                }
+                let Some(next) = turns_on(i).filter(|n| (f64::from(n.length) - length).abs() <= 1.0) else {
+                    return base;
+                };
+                let next = f64::from(next.length);
+                // The next run's slope counts: outwards for a shorter one. `base` has the sign of the way out.
+                base + base.signum() * TILT * 2.0 * (length - next) / (length + next)
+            });
+            Curve::Line { heights }
+        }
+    }
+}
+
+/// [`Profile::height`] of the curve of [`profile_curve`] at `u`, texels from the run's start.
+pub fn profile_height(
+    run: &Run,
+    u: f64,
+    max_distance: u32,
+    neighbours: Option<[NextDoor; 2]>,
+    lines: [Option<f64>; 2],
+) -> f64 {
+    Profile::new(run, profile_curve(run, neighbours, lines, max_distance)).height(u)
+}
+
+/// The boundary over the run of one side of a texel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Profile {
+    /// Texels of the run before the texel.
+    pub before: f64,
+    /// Texels of the run.
+    pub length: f64,
+    /// The height over it.
+    pub curve: Curve,
+}
+
+impl Profile {
+    fn new(run: &Run, curve: Curve) -> Self {
+        Self { before: run.before.into(), length: run.length(), curve }
+    }
+
+    /// The height at `u`, texels from the run's start, `[0, length]`.
+    pub fn height(&self, u: f64) -> f64 {
+        match self.curve {
+            Curve::Flat => 0.0,
+            Curve::Fade { height, end, reach } => {
+                let away = if end == 0 { u } else { self.length - u };
+                height * (1.0 - away / reach).max(0.0)
+            }
+            Curve::Bow { height, depth } => {
+                let w = 1.0 - 2.0 * u / self.length;
+                height - depth * (1.0 - w * w)
+            }
+            Curve::Line { heights: [a, b] } => a + (b - a) * u / self.length,
+        }
+    }
+
+    /// The steepest slope of the curve.
+    fn steepest(&self) -> f64 {
+        match self.curve {
+            Curve::Flat => 0.0,
+            Curve::Fade { height, reach, .. } => height.abs() / reach,
+            Curve::Bow { depth, .. } => 4.0 * depth.abs() / self.length,
+            Curve::Line { heights: [a, b] } => (b - a).abs() / self.length,
+        }
+    }
+}
+
+/// The profile over the run of `crack`.
+pub fn profile(texels: &impl Texels, crack: Crack, quality: Quality, max_distance: u32) -> Profile {
+    let run = run(texels, crack, max_distance);
+    let neighbours = (quality != Quality::Run).then(|| next_door(texels, crack, &run, max_distance));
+    let lines = if quality == Quality::Line { end_lines(texels, crack, &run) } else { [None; 2] };
+    Profile::new(&run, profile_curve(&run, neighbours, lines, max_distance))
+}
+
+/// The heights of lines through the edge around the ends of a short Z run.
+fn end_lines(texels: &impl Texels, crack: Crack, run: &Run) -> [Option<f64>; 2] {
+    let ends = run.resolved_ends();
+    let is_z = ends[0].sign() * ends[1].sign() < 0.0;
+    let is_corner = run.length() == 1.0 && run.big != [false; 2];
+    if !is_z || run.length() > LINE_RUN || is_corner {
+        return [None; 2];
+    }
+    let steps = [run.before, run.after];
+    [0, 1].map(|i| {
+        let step = directions(crack.side)[i];
+        let last = add(crack.texel, scaled(step, i64::from(steps[i])));
+        let line = fitted_line(texels, crossing(crack, last, step, run.ends[i])?)?;
+        // The crossing edge is half a texel beyond the last texel's centre.
+        line.height_over(crack, f64::from(steps[i]) + 0.5, step)
+    })
+}
+
+/// What the profiles of a texel's sides say at a point.
+pub(super) fn outcome(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec2) -> Outcome {
+    // Flipped while one side says so; unflipped until one says so.
+    let (mut within, mut apart): (f64, f64) = (0.0, f64::INFINITY);
+    let mut flips = false;
+    for (side, profile) in Side::ALL.into_iter().zip(profiles) {
+        let Some(profile) = profile else { continue };
+        let u = profile.before + if side.is_horizontal() { fraction.y } else { fraction.x };
+        let above = side.distance(fraction) - profile.height(u);
+        let margin = above.abs() / profile.steepest().hypot(1.0);
+        if above < 0.0 {
+            flips = true;
+            within = within.max(margin);
+        } else {
+            apart = apart.min(margin);
+        }
+    }
+    let visibility = f64::from(u8::from(lit != flips));
+    Outcome { visibility, margin: if flips { within } else { apart } }
+}

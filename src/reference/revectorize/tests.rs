@@ -1,0 +1,1 @@
+//! Small patterns with values worked out by hand.
