@@ -7,6 +7,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("pcf_bounds", Some("pcf")),
     ("pcf_classify", Some("pcf")),
     ("pcf_receiver", Some("pcf")),
+    ("rbsm_receiver", Some("rbsm")),
     ("receiver", Some("view")),
     ("tiles", None),
 ];

@@ -27,6 +27,9 @@
 #define MAXDIST 16
 #endif
 
+// Sides of a texel, in the order of listing 2: left, right, +v, -v.
+const ivec2 SIDES[4] = ivec2[](ivec2(-1, 0), ivec2(1, 0), ivec2(0, 1), ivec2(0, -1));
+
 // A fragment in the shadow map.
 struct ShadowPoint {
   ivec2 texel;   // the texel that it falls into
@@ -62,10 +65,7 @@ float receiverDepth(ShadowPoint p, ivec2 texel) {
 // Listing 2: tests of the neighbours, in the order left, right, +v, -v.
 vec4 computeN(ShadowPoint p) {
   vec4 N;
-  N.x = shadowTest(p, p.texel + ivec2(-1, 0));
-  N.y = shadowTest(p, p.texel + ivec2(1, 0));
-  N.z = shadowTest(p, p.texel + ivec2(0, 1));
-  N.w = shadowTest(p, p.texel + ivec2(0, -1));
+  for (int k = 0; k < 4; ++k) N[k] = shadowTest(p, p.texel + SIDES[k]);
   return N;
 }
 
@@ -109,8 +109,9 @@ float traverseShadowSilhouette(ShadowPoint p, vec3 d, ivec2 dir) {
 
 // Signed distances in texels from the fragment to the ends of the edge, in the order left, right, +v, -v.
 vec4 computeFragmentDistanceToSE(ShadowPoint p, vec3 d) {
-  vec4 t = vec4(traverseShadowSilhouette(p, d, ivec2(-1, 0)), traverseShadowSilhouette(p, d, ivec2(1, 0)),
-                traverseShadowSilhouette(p, d, ivec2(0, 1)), traverseShadowSilhouette(p, d, ivec2(0, -1)));
+  vec4 t;
+  // A loop, so that the traversal's code is there once.
+  for (int k = 0; k < 4; ++k) t[k] = traverseShadowSilhouette(p, d, SIDES[k]);
   vec4 c = vec4(p.fraction.x, 1.0 - p.fraction.x, 1.0 - p.fraction.y, p.fraction.y);
   return sign(t) * (c + (abs(t) - 1.0));
 }

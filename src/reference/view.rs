@@ -402,6 +402,14 @@ impl<'a> View<'a> {
         2.0 * l.w / scale.x.min(scale.y)
     }
 
+    /// Change of the stored depth over a texel's world size along the light's axis.
+    pub fn texel_depth(&self, l: &LightPoint) -> f64 {
+        let by_w = 1.0 / l.w;
+        let depth_per_unit =
+            if self.light_depth_scale > 0.0 { self.light_depth_scale * by_w * by_w } else { self.row(2).length() };
+        depth_per_unit * self.texel_size(l)
+    }
+
     fn plane_offset_texels(&self, n: DVec3) -> f64 {
         0.5 * (n.dot(self.row(0).normalize()).abs() + n.dot(self.row(1).normalize()).abs())
     }

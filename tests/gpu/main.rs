@@ -12,6 +12,7 @@ mod made;
 mod mirrors;
 mod passes;
 mod properties;
+mod revectorize;
 mod stability;
 mod structs;
 mod validation;
