@@ -11,6 +11,7 @@ pub mod pcf;
 pub mod ray_traced;
 pub mod rbsm;
 pub mod revectorize;
+pub mod rpcf;
 pub mod shade;
 pub mod shapes;
 pub mod sm;

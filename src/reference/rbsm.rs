@@ -28,7 +28,7 @@ pub struct Settings {
 const MOST_TRIED: usize = 4;
 
 /// Single precision in the last steps, from a place in the texel to a decision: texels.
-const PLACE_ROUNDING: f64 = 40.0 * ROUNDING;
+pub(super) const PLACE_ROUNDING: f64 = 40.0 * ROUNDING;
 
 /// The visibility of every pixel.
 ///
@@ -152,13 +152,7 @@ fn look_up(tests: &Tests<'_>, settings: &Settings) -> Verdict {
         let rounding = if is_ramp { tests.place_error.x + tests.place_error.y + PLACE_ROUNDING } else { 0.0 };
         let verdict = Verdict { visibility: outcome.visibility, doubt, rounding };
         let verdict = if outcome.margin <= place_error { verdict.or(1.0 - outcome.visibility) } else { verdict };
-        found = Some(match found {
-            None => verdict,
-            Some(first) => Verdict {
-                doubt: first.doubt.max((first.visibility - verdict.visibility).abs() + verdict.doubt).min(1.0),
-                ..first
-            },
-        });
+        found = Some(found.map_or(verdict, |first| first.or_verdict(verdict)));
     }
     // There is at least the exact texel.
     found.unwrap_or(Verdict::sure(1.0))

@@ -70,6 +70,12 @@ impl Verdict {
     pub fn or(self, other: f64) -> Self {
         Self { doubt: self.doubt.max((self.visibility - other).abs() + self.doubt).min(1.0), ..self }
     }
+
+    /// The verdict where another one is as likely.
+    pub fn or_verdict(self, other: Self) -> Self {
+        let doubt = self.doubt.max((self.visibility - other.visibility).abs() + other.doubt).min(1.0);
+        Self { doubt, rounding: self.rounding.max(other.rounding), ..self }
+    }
 }
 
 /// The constants in `f64`, with the images.

@@ -24,6 +24,9 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rbsm-profile", &[("skip", "off")]),
     ("rbsm-profile", &[("quality", "neighbours"), ("max_distance", "4")]),
     ("rbsm-profile", &[("quality", "line"), ("max_distance", "64")]),
+    ("rpcf", &[("width", "3"), ("skip", "off")]),
+    ("rpcf", &[("width", "31"), ("visibility", "star")]),
+    ("rpcf", &[("width", "1"), ("visibility", "profile")]),
 ];
 
 /// Runs every mode, checks the range, and hands visibility to `check` with the mode's description.

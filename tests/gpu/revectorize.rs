@@ -2,9 +2,9 @@
 
 use crate::common::{Shot, assert_same_bits, every_shipped, shipped_scene, visibility, with_gpu};
 use crate::mirrors::{Agreement, compare, default_of, lit_renderer};
-use edgeshade::reference::Mirror;
 use edgeshade::reference::rbsm::{self, Settings};
 use edgeshade::reference::revectorize::{Function, Quality};
+use edgeshade::reference::{Mirror, rpcf};
 
 const SIZE: [u32; 2] = [256, 144];
 
@@ -104,4 +104,56 @@ fn planted_differences_are_found() {
             assert!(agreement(&gpu, &mirror(function, true, 16), function).wrong > 20, "{id}");
         }
     });
+}
+
+const FILTERED: &[(&str, Function)] =
+    &[("filtered", Function::Filtered), ("star", Function::Star), ("profile", Function::Profile(Quality::Run))];
+
+/// The passes share tests and runs between samples; the mirror takes each sample for itself.
+#[test]
+fn rpcf_equals_its_mirror() {
+    with_gpu(|host| {
+        let size = [160, 90];
+        let cases: &[(u32, u32, bool, u32)] = &[
+            (1, 333, false, 16),
+            (3, 512, false, 16),
+            (7, 100, false, 16),
+            (7, 512, false, 1),
+            (7, 333, true, 64),
+            (15, 333, false, 16),
+        ];
+        for (i, scene) in every_shipped().enumerate() {
+            for (k, &(width, map_size, fixed, max_distance)) in cases.iter().enumerate() {
+                if (i + k) % 3 != 0 {
+                    continue;
+                }
+                check_rpcf(host, &scene, (size, width, map_size, fixed, max_distance));
+            }
+        }
+        // The widest, whose ring needs a bit more than a word has.
+        check_rpcf(host, &shipped_scene("fence"), ([64, 36], 31, 512, false, 16));
+        check_rpcf(host, &shipped_scene("fence"), ([64, 36], 29, 512, false, 16));
+    });
+}
+
+fn check_rpcf(
+    host: &edgeshade::host::Host,
+    scene: &edgeshade::scene::Scene,
+    (size, width, map_size, fixed, max_distance): ([u32; 2], u32, u32, bool, u32),
+) {
+    let mut renderer = lit_renderer(host, scene, size, map_size, true);
+    for (word, function) in FILTERED {
+        let (w, m) = (width.to_string(), max_distance.to_string());
+        let receiver = if fixed { "fixed" } else { "plane" };
+        let all = [("visibility", *word), ("width", &w), ("receiver", receiver), ("max_distance", &m)];
+        let mut run = |skip| visibility(&mut renderer, "rpcf", &[&all[..], &[("skip", skip)]].concat());
+        let (off, pixels) = (run("off"), run("pixels"));
+        let what = format!("rpcf {word} {} w{width} {map_size} {receiver} M {max_distance}", scene.name);
+        assert_same_bits(&off, &pixels, &what);
+        let shot = Shot::of(host, &renderer, true);
+        let mirror = |w| rpcf::visibility(&shot.data(), &settings(*function, fixed, max_distance), w).unwrap();
+        compare(&off, &mirror(width), 1e-4).check(&what, if width < 7 { 0.03 } else { 0.3 });
+        // It can fail: the mean over another width.
+        assert!(compare(&off, &mirror(width + 2), 1e-4).wrong > 20, "{what}: another width goes unnoticed");
+    }
 }
