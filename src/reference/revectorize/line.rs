@@ -81,7 +81,7 @@ pub fn fitted_line(texels: &impl Texels, crack: Crack) -> Option<FittedLine> {
     }
     let inside = pieces.iter().map(|(p, _)| normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
     let outside = pieces.iter().map(|(p, n)| normal.dot(*p + *n)).fold(f64::INFINITY, f64::min);
-    (inside < outside).then(|| FittedLine { origin, normal, offset: 0.5 * (inside + outside) })
+    (inside < outside).then_some(FittedLine { origin, normal, offset: 0.5 * (inside + outside) })
 }
 
 fn vector(v: [i64; 2]) -> DVec2 {
