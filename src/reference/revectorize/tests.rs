@@ -482,7 +482,7 @@ fn functions_have_the_symmetries_of_the_square() {
     for function in FUNCTIONS {
         let swaps = !matches!(function, Function::Silhouette | Function::Filtered);
         for swap in [false, true].into_iter().take(1 + usize::from(swaps)) {
-            let flipped: usize = (0..150)
+            let flipped: usize = (0..600)
                 .map(|seed| symmetry(function, seed, swap, |texels, t, at| visibility(&texels, t, at, function, 12)))
                 .sum();
             assert!(flipped > 50, "{function:?}: only {flipped} points are not as the test");
