@@ -18,15 +18,15 @@ const USUAL_DISTANCE: u32 = 16;
 /// Shapes of the picture.
 const EXAMPLES: [(Class, u32); 6] = [
     (Class::Glyph, 0),
-    (Class::Foliage, 0),
-    (Class::LargeDisc, 0),
+    (Class::Foliage, 6),
+    (Class::LargeDisc, 7),
     (Class::ThinBar, 0),
     (Class::DiagonalEdge, 0),
-    (Class::RotatedBox, 0),
+    (Class::RotatedBox, 7),
 ];
 
 /// Pixels a texel of the picture.
-const SCALE: u32 = 4;
+const SCALE: u32 = 8;
 
 const SHADOW: [u8; 3] = [12, 12, 14];
 const LIT: [u8; 3] = [228, 228, 228];
@@ -160,4 +160,48 @@ fn picture() -> Result<Picture> {
     };
     let columns = Some(Method::ALL.len() + 1);
     sheet::compose(&header, &rows, &sheet::Options { closeups: Some(vec![]), columns, ..sheet::Options::default() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_report_names_every_method_and_class_with_figures() {
+        let options = Options { shapes: 1, subsamples: 4, max_distances: vec![8, 16], ..Options::default() };
+        let rows = study::study(&options, |_, _| {});
+        let text = markdown(&options, &rows);
+        let line = |name: &str| text.lines().filter(|l| l.starts_with(&format!("| {name} |"))).collect::<Vec<_>>();
+        for method in Method::ALL {
+            assert_eq!(line(method.name()).len(), 1, "{}", method.name());
+        }
+        for class in Class::ALL {
+            assert_eq!(line(class.name()).len(), 1, "{}", class.name());
+        }
+        assert!(!text.contains("| - |") && !text.contains("NaN"), "{text}");
+
+        let json = as_json(&options, &rows);
+        // Two methods do not traverse, six have two distances.
+        let results = json["results"].as_array().unwrap();
+        assert_eq!(results.len(), 14);
+        for row in results {
+            assert_eq!(row["classes"].as_object().unwrap().len(), Class::ALL.len());
+            assert!(row["mismatch"].as_f64().unwrap() > 0.01, "{row}");
+        }
+        let star = |m: u64| {
+            let is = |r: &&Value| r["method"] == "improved visibility (eq. 7)" && r["max_distance"] == m;
+            results.iter().find(is).unwrap()["classes"]["shallow edge"].as_f64().unwrap()
+        };
+        assert_ne!(star(8), star(16));
+    }
+
+    #[test]
+    fn the_picture_shows_all_cells_and_both_kinds_of_error() {
+        let picture = picture().unwrap();
+        let cells = [Method::ALL.len() as u32 + 1, EXAMPLES.len() as u32];
+        assert!((0..2).all(|i| picture.size[i] > cells[i] * TILE * SCALE), "{:?}", picture.size);
+        for color in [false_color(-0.5), false_color(0.5), LIT, SHADOW] {
+            assert!(picture.rgb.iter().filter(|&&p| p == color).count() > 10_000, "{color:?}");
+        }
+    }
 }
