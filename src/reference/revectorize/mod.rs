@@ -1,9 +1,10 @@
 //! The visibility functions of revectorization-based shadow mapping in `f64`, over any binary shadow test.
 //!
 //! Sources: Macedo, Apolinário and Agüero 2017, the optimised visibility functions, listings 1 to 5; Macedo and
-//! Apolinário 2018, *Improved anti-aliasing for Euclidean distance transform shadow mapping*, equations 5 to 7; Macedo, Apolinário and Agüero 2019, *Revectorization-Based Soft Shadow Mapping*, equations 2 and 3; the edge profile is
-//! our own. All lengths are in texels. The second axis, v, grows downwards; neighbours are in the order of listing 2:
-//! left, right, +v, -v.
+//! Apolinário 2018, *Improved anti-aliasing for Euclidean distance transform shadow mapping*, equations 5 to 7; Macedo,
+//! Apolinário and Agüero 2019, *Revectorization-Based Soft Shadow Mapping*, equations 2 and 3; the edge profile is our
+//! own. All lengths are in texels. The second axis, v, grows downwards; neighbours are in the order of listing 2: left,
+//! right, +v, -v.
 //!
 //! What the sources leave open, or have wrong, and what is done here:
 //!
