@@ -1,5 +1,7 @@
 //! `edgeshade bench`: variants measured in turns, A B A B, so that what drifts drifts for all of them.
 
+mod shapes;
+
 use super::args::{self, DeviceArgs, usage};
 use super::progress::Progress;
 use super::report::{self, BenchRow};
@@ -68,14 +70,17 @@ const SUITES: [Suite; 3] = [
 ];
 
 /// A suite that is something else than timed variants: it writes its own files into the output folder.
-#[allow(dead_code)] // The list is filled by the suites to come.
 struct Custom {
     name: &'static str,
     about: &'static str,
     run: fn(&Args, &Host) -> Result<()>,
 }
 
-const CUSTOM: &[Custom] = &[];
+const CUSTOM: &[Custom] = &[Custom {
+    name: "shapes",
+    about: "visibility functions against exact truth, on analytic shapes (CPU)",
+    run: shapes::run,
+}];
 
 fn help() -> String {
     let suites = SUITES.iter().map(|s| (s.name, s.about)).chain(CUSTOM.iter().map(|s| (s.name, s.about)));
