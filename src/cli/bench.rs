@@ -1,5 +1,12 @@
 //! `edgeshade bench`: variants measured in turns, A B A B, so that what drifts drifts for all of them.
 
+mod accuracy;
+mod judge;
+mod motion;
+mod plot;
+mod slopes;
+mod tilted;
+
 use super::args::{self, DeviceArgs, usage};
 use super::progress::Progress;
 use super::report::{self, BenchRow};
@@ -23,10 +30,20 @@ use std::path::{Path, PathBuf};
   techniques   every real-time technique at its defaults on every shipped scene
   map-sizes    every real-time technique, shadow maps of 512 to 4096 texels
   pcf          widths 3, 7, 15, 31, loop and gather, with and without skipping
+and against the ray-traced truth, under lights without size:
+  accuracy     every shipped scene, shadow maps of 512 to 4096 texels: error of
+               the shadow and of its boundary, and a plot
+  slopes       triangles, discs and bars over a plane that is tilted up to 85
+               degrees against a sun and a spot light: false shadow, and how far
+               the boundary is off in texels
+  motion       light turned, light moved, camera moved by an eighth of a texel
+               a frame: change and flicker along the shadow boundaries
 
 Examples:
   edgeshade bench                    everything, into results/
   edgeshade bench --suite pcf --frames 40 -o out
+  edgeshade bench --suite accuracy --quick -o out
+                                     a first look, in seconds
 
 A suite becomes <suite>-<device>.json and .md. Within a group of variants a
 frame of each is drawn in turn; times are medians over the frames, ratios
@@ -41,9 +58,12 @@ pub struct Args {
     /// Frames to measure of each variant
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Image size, pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = args::size)]
-    size: [u32; 2],
+    /// Image size, pixels [default: 1280x720; slopes 1024x1024, motion 640x360]
+    #[arg(long, value_name = "WxH", value_parser = args::size)]
+    size: Option<[u32; 2]>,
+    /// Of accuracy, slopes and motion only a few scenes, maps, tilts and frames, in small images
+    #[arg(long)]
+    quick: bool,
     #[command(flatten)]
     device: DeviceArgs,
 }
@@ -66,6 +86,27 @@ const SUITES: [Suite; 3] = [
     Suite { name: "techniques", variants: techniques },
     Suite { name: "map-sizes", variants: map_sizes },
     Suite { name: "pcf", variants: pcf },
+];
+
+/// Image size of the timed suites, and of others that name none; pixels.
+const SIZE: [u32; 2] = [1280, 720];
+
+/// A suite that is no list of timed variants.
+struct Custom {
+    name: &'static str,
+    /// What it measures, in a line.
+    about: &'static str,
+    run: fn(&Args, &Host) -> Result<()>,
+}
+
+const CUSTOM: [Custom; 3] = [
+    Custom { name: "accuracy", about: "error against the truth, over scenes and map sizes", run: accuracy::run },
+    Custom { name: "slopes", about: "false shadow and boundary error, over the receiver's tilt", run: slopes::run },
+    Custom {
+        name: "motion",
+        about: "change and flicker along shadow boundaries, by sub-texel steps",
+        run: motion::run,
+    },
 ];
 
 fn real_time() -> impl Iterator<Item = &'static str> {
@@ -115,8 +156,10 @@ fn pcf() -> Result<Vec<Variant>> {
 /// Runs it.
 pub fn run(args: &Args) -> Outcome {
     let wanted: Vec<_> = SUITES.iter().filter(|s| args.suite == "all" || args.suite == s.name).collect();
-    if wanted.is_empty() {
-        let names = SUITES.map(|s| s.name).join(", ");
+    let custom: Vec<_> = CUSTOM.iter().filter(|s| args.suite == "all" || args.suite == s.name).collect();
+    if wanted.is_empty() && custom.is_empty() {
+        let names: Vec<_> = SUITES.iter().map(|s| s.name).chain(CUSTOM.iter().map(|s| s.name)).collect();
+        let names = names.join(", ");
         usage(format!("there is no suite {:?}; there are: {names}, all", args.suite))?;
     }
     std::fs::create_dir_all(&args.output).map_err(|source| Error::Io { path: args.output.clone(), source })?;
@@ -131,7 +174,7 @@ pub fn run(args: &Args) -> Outcome {
         let figures = report::Bench {
             suite: suite.name,
             origin: report::Origin::new(host.info()),
-            size: args.size,
+            size: args.size.unwrap_or(SIZE),
             frames: args.frames,
             results: results.collect(),
         };
@@ -141,6 +184,10 @@ pub fn run(args: &Args) -> Outcome {
         report::write(&json_path, &figures)?;
         write_atomic(&json_path.with_file_name(format!("{stem}.md")), markdown.as_bytes())?;
         console::print(format_args!("{markdown}\nwrote {} and .md\n", shown(&json_path)))?;
+    }
+    for suite in custom {
+        console::note(format_args!("suite {}: {}", suite.name, suite.about));
+        (suite.run)(args, &host)?;
     }
     close(host)
 }
@@ -153,6 +200,7 @@ fn shown(path: &Path) -> String {
 type Measured = (Vec<FrameTiming>, u64);
 
 fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Result<Vec<Measured>> {
+    let size = args.size.unwrap_or(SIZE);
     let progress = Progress::start(format!("suite {suite}"));
     let total = variants.len() as u64 * u64::from(args.frames);
     let mut done = 0;
@@ -174,8 +222,8 @@ fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Resul
             let renderer = match renderers.entry(key) {
                 Entry::Occupied(entry) => entry.into_mut(),
                 Entry::Vacant(entry) => {
-                    let stage = Stage::shipped(v.scene, args.size)?;
-                    let desc = RenderDesc { size: args.size, map_size: v.map_size, ..RenderDesc::default() };
+                    let stage = Stage::shipped(v.scene, size)?;
+                    let desc = RenderDesc { size, map_size: v.map_size, ..RenderDesc::default() };
                     entry.insert(Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)?)
                 }
             };

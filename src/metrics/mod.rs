@@ -167,6 +167,18 @@ pub fn compare(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Re
     })
 }
 
+/// [`Report::mismatch_per_boundary`] alone, for many masks of one picture.
+///
+/// # Errors
+/// As [`compare`].
+pub fn mismatch_per_boundary(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Result<Option<f64>> {
+    let planes = Planes::new(test, truth, mask, size)?;
+    let differs = |i: usize| (test[i] >= LIT_THRESHOLD) != (truth[i] >= LIT_THRESHOLD);
+    let [mismatches] = sum_pixels(&planes, |i| [f64::from(u8::from(differs(i)))]);
+    let length = boundary::length(&planes, truth);
+    Ok((length > 0.0).then(|| mismatches / length))
+}
+
 /// Sums `term(index)` over the pixels of the mask.
 fn sum_pixels<const N: usize>(planes: &Planes, term: impl Fn(usize) -> [f64; N] + Sync) -> [f64; N] {
     sum_rows(planes.height, |y| {
