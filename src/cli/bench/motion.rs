@@ -12,7 +12,7 @@ use edgeshade::scene::{Renderer, shipped};
 use edgeshade::table::number;
 use edgeshade::view::{CameraView, LightView};
 use edgeshade::{Error, Result};
-use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, dvec3};
+use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, dvec2, dvec3};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -180,9 +180,10 @@ fn with_margin(light: &LightView) -> LightView {
     LightView { clip_from_view: DMat4::from_scale(scale) * light.clip_from_view, ..*light }
 }
 
-/// Width of a texel: at distance 1 for a spot, everywhere for a sun.
-fn texel(light: &LightView) -> f64 {
-    2.0 / (light.clip_from_view.x_axis.x * f64::from(MAP))
+/// Sides of a texel: at distance 1 for a spot, everywhere for a sun, whose map need not be square in the world.
+fn texel(light: &LightView) -> DVec2 {
+    let p = &light.clip_from_view;
+    dvec2(p.x_axis.x, p.y_axis.y).abs().recip() * (2.0 / f64::from(MAP))
 }
 
 /// Camera and light after `texels` of movement.
@@ -190,25 +191,25 @@ fn moved(stage: &Stage, light: &LightView, movement: Movement, texels: f64) -> (
     let (mut camera, mut light) = (stage.camera, *light);
     let view = light.world_from_view;
     let to_middle = view.inverse().transform_point3(stage.scene.bounds().center());
-    let width = if light.is_directional() { texel(&light) } else { texel(&light) * -to_middle.z };
-    let along = DVec2::from_angle(DIRECTION).extend(0.0);
+    let distance = if light.is_directional() { 1.0 } else { -to_middle.z };
+    // Across the light's axis at distance 1, or of a sun anywhere.
+    let step = (texels * texel(&light) * DVec2::from_angle(DIRECTION)).extend(0.0);
     match movement {
         Movement::LightTurned => {
             // About the axis across the direction, so that what is ahead moves along it.
-            let axis = along.cross(DVec3::Z);
-            let turn = |angle: f64| DAffine3::from_mat3(DMat3::from_axis_angle(axis, angle));
+            let axis = step.cross(DVec3::Z).try_normalize().unwrap_or(DVec3::X);
+            let turn = |slope: f64| DAffine3::from_mat3(DMat3::from_axis_angle(axis, slope.atan()));
             light.world_from_view = if light.is_directional() {
                 let pivot = DAffine3::from_translation(to_middle);
-                let half = 1.0 / light.clip_from_view.x_axis.x;
-                view * pivot * turn((texels * width / half).atan()) * pivot.inverse()
+                view * pivot * turn(step.length() * light.clip_from_view.x_axis.x) * pivot.inverse()
             } else {
-                view * turn((texels * texel(&light)).atan())
+                view * turn(step.length())
             };
         }
-        Movement::LightMoved => light.world_from_view = view * DAffine3::from_translation(texels * width * along),
+        Movement::LightMoved => light.world_from_view = view * DAffine3::from_translation(distance * step),
         Movement::CameraMoved => {
             let right = camera.world_from_view.matrix3.x_axis;
-            camera.world_from_view.translation += texels * width * right;
+            camera.world_from_view.translation += distance * step.length() * right;
         }
     }
     (camera, light)
@@ -275,20 +276,20 @@ mod tests {
                     let light_after = moved(&stage, &light, movement, texels).1;
                     place(&light_after, p) - place(&light, p)
                 };
-                let expected = texels * DVec2::from_angle(DIRECTION);
-                // Against the light's movement; v is down in the map, up in the view.
-                let flipped = DVec2::new(-expected.x, expected.y);
+                // What stands still moves against the light; v is down in the map, up in the view.
+                let [cos, sin] = DVec2::from_angle(DIRECTION).to_array();
+                let expected = texels * dvec2(-cos, sin);
+                let assert_near = |found: DVec2, expected: DVec2, tolerance: f64| {
+                    assert!(found.distance(expected) < tolerance * texels, "{name}: {found}, expected {expected}");
+                };
+                assert_near(shift(Movement::LightMoved, middle), expected, 1e-6);
                 if light.is_directional() {
-                    assert!(shift(Movement::LightMoved, middle).distance(flipped) < 1e-6 * texels);
-                    assert!(shift(Movement::LightTurned, middle).length() < 1e-6 * texels);
-                    let turned = shift(Movement::LightTurned, middle + aside).length();
-                    assert!((turned / texels - 1.0).abs() < 1e-3, "{name}: {turned} of {texels}");
+                    assert_near(shift(Movement::LightTurned, middle), DVec2::ZERO, 1e-6);
+                    let above = shift(Movement::LightTurned, middle + aside);
+                    assert_near(above, expected * above.dot(expected).signum(), 1e-3);
                 } else {
-                    let moved = shift(Movement::LightMoved, middle);
-                    assert!(moved.distance(flipped) < 1e-6 * texels, "{name}: {moved} {flipped}");
-                    let ahead = light.position() + light.direction();
-                    let turned = shift(Movement::LightTurned, ahead).length();
-                    assert!((turned / texels - 1.0).abs() < 1e-3, "{name}: {turned} of {texels}");
+                    let ahead = shift(Movement::LightTurned, light.position() + light.direction());
+                    assert_near(ahead, expected * ahead.dot(expected).signum(), 1e-3);
                 }
             }
             let camera = moved(&stage, &light, Movement::CameraMoved, STEP);

@@ -172,3 +172,40 @@ fn page(figures: &Figures, choices: &[Choice], tilts: &[u32]) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use edgeshade::host::HostDesc;
+
+    #[test]
+    fn a_technique_without_bias_is_seen_to_have_acne() {
+        let size = [256, 256];
+        let host = Host::new(&HostDesc { device: None, validation: true }).unwrap();
+        let offsets = ["0", "1", "16"].map(|n| Choice::new("sm", &[("normal_offset".into(), n.into())]).unwrap());
+        for lamp in [Lamp::Sun, Lamp::Spot] {
+            let tilted = Tilted::new(lamp, 60f64.to_radians(), size);
+            let [bare, usual, large] = one_tilt(&host, (lamp, 60), &tilted, size, &offsets, &|_| {})
+                .unwrap()
+                .try_into()
+                .unwrap_or_else(|_| panic!("a row a choice"));
+            // Half of a texel's plane lies above its centre.
+            assert!((0.3..0.7).contains(&bare.false_shadow.unwrap()), "{:?}", bare.false_shadow);
+            assert_eq!((usual.false_shadow, usual.false_shadow_pixels), (Some(0.0), 0));
+            // Too much of it moves the boundary: by several texels.
+            assert!(large.displacement_texels.unwrap() > 3.0 * usual.displacement_texels.unwrap());
+        }
+        let messages = host.messages().clone();
+        drop(host);
+        assert_eq!(messages.all(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn an_image_too_small_to_show_anything_is_refused() {
+        let host = Host::new(&HostDesc::default()).unwrap();
+        let size = [2, 2];
+        let tilted = Tilted::new(Lamp::Sun, 0.0, size);
+        let Err(problem) = one_tilt(&host, (Lamp::Sun, 0), &tilted, size, &[], &|_| {}) else { panic!("accepted") };
+        assert!(problem.to_string().contains("2x2"), "{problem}");
+    }
+}
