@@ -250,7 +250,10 @@ fn page(figures: &Figures) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::judge::visibility;
     use super::*;
+    use edgeshade::host::HostDesc;
+    use edgeshade::view::{DepthRange, look_along};
 
     fn staged(name: &str) -> (Stage, LightView) {
         let mut stage = Stage::shipped(shipped::find(name).unwrap(), SIZE).unwrap();
@@ -296,5 +299,43 @@ mod tests {
             assert_eq!(camera.1, light);
             assert_ne!(camera.0, stage.camera);
         }
+    }
+
+    #[test]
+    fn a_renderer_that_was_moved_draws_what_a_new_one_there_draws() {
+        let host = Host::new(&HostDesc { device: None, validation: true }).unwrap();
+        let size = [160, 90];
+        let (mut stage, _) = staged("jenga");
+        let choice = Choice::new("sm", &[]).unwrap();
+        let home = stage.camera;
+        // First a camera that looks up into the sky: nothing is visible, so the map stays empty.
+        stage.camera.world_from_view = look_along(home.position() + 10.0 * DVec3::Y, DVec3::Y);
+        let mut travelled = renderer(&host, &stage, size, MAP).unwrap();
+        assert!(visibility(&mut travelled, &choice).unwrap().iter().all(|&v| v == 1.0));
+        let start = *travelled.light();
+        let mut seen: Vec<Vec<f32>> = vec![];
+        for movement in [None, Some(Movement::CameraMoved), Some(Movement::LightMoved)] {
+            stage.camera = home;
+            let (camera, light) = movement.map_or((home, start), |m| moved(&stage, &start, m, 20.0));
+            travelled.set_camera(&stage.scene, camera).unwrap();
+            if light != start {
+                travelled.set_light(&stage.scene, light);
+            }
+            assert_eq!((*travelled.camera(), *travelled.light()), (camera, light));
+            let found = visibility(&mut travelled, &choice).unwrap();
+            stage.camera = camera;
+            let mut fresh = renderer(&host, &stage, size, MAP).unwrap();
+            fresh.set_light(&stage.scene, light);
+            assert!(found == visibility(&mut fresh, &choice).unwrap(), "{movement:?}");
+            assert!(!seen.contains(&found), "{movement:?} changes nothing");
+            seen.push(found);
+        }
+        let backwards = CameraView { depth: DepthRange::Standard, ..home };
+        let problem = travelled.set_camera(&stage.scene, backwards).unwrap_err().to_string();
+        assert!(problem.contains("reversed"), "{problem}");
+        drop((travelled, seen));
+        let messages = host.messages().clone();
+        drop(host);
+        assert_eq!(messages.all(), Vec::<String>::new());
     }
 }

@@ -135,6 +135,9 @@ fn one_tilt(
     Ok(rows)
 }
 
+/// A figure of a row.
+type Figure = fn(&Row) -> Option<f64>;
+
 /// A table a figure and light, a row a technique, a column a tilt.
 fn page(figures: &Figures, choices: &[Choice], tilts: &[u32]) -> String {
     let [w, h] = figures.size;
@@ -145,18 +148,16 @@ fn page(figures: &Figures, choices: &[Choice], tilts: &[u32]) -> String {
          truth. Columns are degrees between the plane's normal and the light.\n",
         number(figures.texel_px, 2)
     );
-    let figure: [(&str, fn(&Row) -> Option<f64>, usize); 5] = [
-        (
-            "Displacement of the boundary, texels (mismatched area per length of the true boundary)",
-            |r| r.displacement_texels,
-            3,
-        ),
-        ("False shadow, % of what is lit two texels around", |r| r.false_shadow.map(|v| 100.0 * v), 3),
-        ("Displacement of straight edges, texels", |r| r.straight_texels, 3),
-        ("Displacement of curved edges, texels", |r| r.curved_texels, 3),
-        ("Displacement of thin bars, texels", |r| r.thin_texels, 3),
+    let tables: [(&str, Figure); 5] = [
+        ("Displacement of the boundary, texels (mismatched area per length of the true boundary)", |r| {
+            r.displacement_texels
+        }),
+        ("False shadow, % of what is lit two texels around", |r| r.false_shadow.map(|v| 100.0 * v)),
+        ("Displacement of straight edges, texels", |r| r.straight_texels),
+        ("Displacement of curved edges, texels", |r| r.curved_texels),
+        ("Displacement of thin bars, texels", |r| r.thin_texels),
     ];
-    for (title, value, digits) in figure {
+    for (title, value) in tables {
         for (lamp, name) in [(Lamp::Sun, "sun"), (Lamp::Spot, "spot light")] {
             text += &format!("\n## {title}: {name}\n\n| technique |");
             tilts.iter().for_each(|t| text += &format!(" {t} |"));
@@ -164,7 +165,7 @@ fn page(figures: &Figures, choices: &[Choice], tilts: &[u32]) -> String {
             for label in choices.iter().map(label) {
                 text += &format!("| {label} |");
                 for row in figures.results.iter().filter(|r| r.light == lamp && r.label == label) {
-                    text += &format!(" {} |", number(value(row), digits));
+                    text += &format!(" {} |", number(value(row), 3));
                 }
                 text += "\n";
             }
