@@ -259,13 +259,13 @@ mod tests {
                 assert!(is_complete(&tilted, &truth, &valid), "{lamp:?} {degrees}");
                 let plane = rays.first_triangle(1).unwrap();
                 let (mut counted, mut dark) = (0, 0);
-                for i in 0..valid.len() {
+                for (i, &counts) in valid.iter().enumerate() {
                     let (x, y) = (i as u32 % size[0], i as u32 / size[0]);
                     let ndc = |p: u32, n: u32| (2.0 * f64::from(p) + 1.0) / f64::from(n) - 1.0;
                     let image = dvec2(half[0] * ndc(x, size[0]), half[1] * ndc(y, size[1]));
                     let place = DVec2::from_angle(-TURN).rotate(image);
                     let inside = place.abs().max_element() < 1.0;
-                    assert_eq!(valid[i], inside, "{lamp:?} {degrees}: {x} {y}");
+                    assert_eq!(counts, inside, "{lamp:?} {degrees}: {x} {y}");
                     if inside {
                         assert!(truth.triangle[i] >= plane, "{lamp:?} {degrees}: a plate at {x} {y}");
                         assert_eq!(truth.visibility[i] < 0.5, is_under(place), "{lamp:?} {degrees}: {x} {y}");
