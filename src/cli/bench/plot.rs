@@ -1,4 +1,4 @@
-//! Line charts with two logarithmic axes, as SVG.
+//! Line charts with two logarithmic axes, the one across in powers of two, as SVG.
 
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
@@ -44,7 +44,7 @@ pub fn svg(title: &str, axes: [&str; 2], lines: &[Line]) -> Result<String, Box<d
             .margin(16)
             .x_label_area_size(48)
             .y_label_area_size(64)
-            .build_cartesian_2d(range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
+            .build_cartesian_2d(range(|p| p.0).log_scale().base(2.0), range(|p| p.1).log_scale())?;
         let short = |v: &f64| format!("{}", (v * 1000.0).round() / 1000.0);
         chart
             .configure_mesh()
@@ -96,7 +96,7 @@ mod tests {
             (0..20).map(|i| vec![(512.0, 1.0), (1024.0, 0.1 * f64::from(i + 1))]).collect();
         let text = chart(&many.iter().map(Vec::as_slice).collect::<Vec<_>>());
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"));
-        for name in ["A title", "across", "up", "line 0", "line 19"] {
+        for name in ["A title", "across", "up", "line 0", "line 19", "\n512\n", "\n1024\n"] {
             assert!(text.contains(name), "{name}");
         }
         assert_eq!(text.matches("<circle").count(), 40);
