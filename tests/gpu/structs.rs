@@ -5,6 +5,7 @@ use edgeshade::Context;
 use edgeshade::pass::accumulate::AccumulatePush;
 use edgeshade::pass::depth_bounds::DepthBoundsPush;
 use edgeshade::pass::pcf::PcfPush;
+use edgeshade::pass::rbsm::RbsmPush;
 use edgeshade::pass::sm::SmPush;
 use edgeshade::pass::view::ViewConstants;
 use edgeshade::scene::ShadePush;
@@ -25,6 +26,20 @@ const SHADERS: &[(&str, Make)] = &[
     }),
     ("pass/pcf_classify.comp", |c| {
         c.pipeline::<PcfPush>("pass/pcf_classify.comp", &[3])?.check_uniform::<ViewConstants>("view")
+    }),
+    ("pass/rbsm.comp", |c| {
+        for function in 0..4 {
+            let constants = [0, 16, function, 0, 0];
+            c.pipeline::<RbsmPush>("pass/rbsm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
+    ("pass/rbsm_branches.comp", |c| {
+        for function in 0..2 {
+            let constants = [0, 16, function, 0, 0];
+            c.pipeline::<RbsmPush>("pass/rbsm_branches.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
     }),
     ("pass/shade.comp", |c| c.pipeline::<ShadePush>("pass/shade.comp", &[])?.check_uniform::<ViewConstants>("view")),
     ("pass/sm.comp", |c| c.pipeline::<SmPush>("pass/sm.comp", &[])?.check_uniform::<ViewConstants>("view")),
