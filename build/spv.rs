@@ -77,10 +77,11 @@ pub fn module(shader: &str) -> String {
     format!("{shader}.spv")
 }
 
-/// The generated table: sorted, so that `shaders::find` can search it.
+/// The generated table: sorted, so that `shaders::find` can search it. Examples are compiled and checked, but nothing
+/// runs them: they are left out.
 pub fn table(plan: &Plan) -> String {
     let mut text = String::from("static TABLE: &[Shader] = &[\n");
-    for (shader, built) in &plan.modules {
+    for (shader, built) in plan.modules.iter().filter(|m| !m.0.starts_with("example/")) {
         let root = if *built { "OUT_DIR" } else { "CARGO_MANIFEST_DIR" };
         let path = format!("/spv/{}", module(shader));
         text +=

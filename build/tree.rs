@@ -24,7 +24,7 @@ impl Tree {
         Self { root: root.into() }
     }
 
-    /// Every shader, sorted: `pass/*.comp` and `raster/*.{vert,frag,geom}`.
+    /// Every shader, sorted: `pass/*.comp`, `raster/*.{vert,frag,geom}` and `example/*.comp`.
     pub fn shaders(&self) -> Result<Vec<String>, String> {
         let mut files = Vec::new();
         walk(&self.root, "", &mut files).map_err(|e| format!("glsl/: {e}"))?;
@@ -32,14 +32,14 @@ impl Tree {
         for file in &files {
             let (folder, name) = file.split_once('/').unwrap_or(("", file));
             let placed = match folder {
-                "pass" => stage(name) == Some("comp"),
+                "pass" | "example" => stage(name) == Some("comp"),
                 "raster" => matches!(stage(name), Some("vert" | "frag" | "geom")),
                 _ => false,
             };
             if !placed || name.contains('/') {
                 return Err(format!(
                     "glsl/{file}: not a place for this shader; compute shaders are glsl/pass/*.comp, others \
-                     glsl/raster/*.{{vert,frag,geom}}, and includes end in .glsl"
+                     glsl/raster/*.{{vert,frag,geom}}, examples glsl/example/*.comp, and includes end in .glsl"
                 ));
             }
         }

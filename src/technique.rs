@@ -3,6 +3,7 @@
 mod params;
 pub mod pcf;
 pub mod rbsm;
+pub mod rbsm_branches;
 pub mod rbsm_filtered;
 pub mod rbsm_profile;
 pub mod rbsm_star;
@@ -107,6 +108,7 @@ pub const ALL: &[Info] = &[
     pcf::INFO,
     rbsm::INFO,
     rbsm_filtered::INFO,
+    rbsm_branches::INFO,
     rbsm_star::INFO,
     rbsm_profile::INFO,
     rpcf::INFO,

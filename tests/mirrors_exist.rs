@@ -4,9 +4,11 @@ use std::path::Path;
 
 /// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
 const COVERED: &[(&str, Option<&str>)] = &[
+    ("edge_list", Some("rbsm")),
     ("pcf_bounds", Some("pcf")),
     ("pcf_classify", Some("pcf")),
     ("pcf_receiver", Some("pcf")),
+    ("rbsm_branches", Some("rbsm")),
     ("rbsm_receiver", Some("rbsm")),
     ("receiver", Some("view")),
     ("tiles", None),

@@ -1,4 +1,5 @@
-//! The README's table of techniques is the registry's. `EDGESHADE_BLESS=1` rewrites it.
+//! The README's table of techniques is the registry's, and the shaders' README shows the example as it is.
+//! `EDGESHADE_BLESS=1` rewrites both.
 
 use edgeshade::technique::{ALL, Kind};
 use std::fmt::Write;
@@ -26,5 +27,27 @@ fn readme_lists_the_registry() {
         std::fs::write(path, format!("{}{}{}", &readme[..begin], table(), &readme[end..])).expect("README.md");
     } else {
         assert_eq!(&readme[begin..end], table(), "run EDGESHADE_BLESS=1 cargo test --test readme");
+    }
+}
+
+#[test]
+fn the_shaders_readme_shows_the_example() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/glsl");
+    let read = |name: &str| std::fs::read_to_string(format!("{folder}/{name}")).expect(name).replace("\r\n", "\n");
+    let (readme, example) = (read("README.md"), read("example/foreign.comp"));
+    let fence = "```glsl\n";
+    assert_eq!(readme.matches(fence).count(), 1, "the example is the only GLSL in glsl/README.md");
+    let begin = readme.find(fence).expect("just counted") + fence.len();
+    let end = begin + readme[begin..].find("```").expect("the example has no end");
+    if std::env::var_os("EDGESHADE_BLESS").is_some() {
+        let text = format!("{}{example}{}", &readme[..begin], &readme[end..]);
+        std::fs::write(format!("{folder}/README.md"), text).expect("glsl/README.md");
+    } else {
+        assert_eq!(&readme[begin..end], example, "run EDGESHADE_BLESS=1 cargo test --test readme");
+    }
+    // The library's files are all in the table.
+    for entry in std::fs::read_dir(format!("{folder}/lib")).expect("glsl/lib") {
+        let name = entry.expect("glsl/lib").file_name().into_string().expect("a name");
+        assert!(readme.contains(&format!("`{name}`")), "glsl/README.md says nothing of lib/{name}");
     }
 }

@@ -96,7 +96,9 @@ fn shaders_are_listed_sorted_and_includes_are_not() {
 
 #[test]
 fn a_shader_in_the_wrong_place_is_an_error() {
-    for path in ["lib/a.comp", "pass/a.frag", "raster/a.comp", "pass/deep/a.comp", "a.comp", "raster/a.mesh"] {
+    for path in
+        ["lib/a.comp", "pass/a.frag", "raster/a.comp", "pass/deep/a.comp", "a.comp", "raster/a.mesh", "example/a.frag"]
+    {
         let package = Package::new(&[(&format!("glsl/{path}"), "")]);
         let problem = package.run(Mode::Use, None).unwrap_err();
         assert!(problem.contains(path), "{problem}");
@@ -243,6 +245,21 @@ fn with_a_compiler_only_stale_modules_are_compiled_and_spv_stays_untouched() {
     let table = spv::table(&plan);
     assert!(table.contains(r#"concat!(env!("OUT_DIR"), "/spv/pass/sm.comp.spv")"#), "{table}");
     assert!(table.contains(r#"concat!(env!("CARGO_MANIFEST_DIR"), "/spv/raster/depth.vert.spv")"#), "{table}");
+}
+
+#[test]
+fn an_example_is_compiled_and_checked_but_not_embedded() {
+    let package = Package::usual();
+    package.put("glsl/example/own.comp", "#version 460\n#include \"lib/a.glsl\"\nvoid main() {}\n");
+    assert!(package.run(Mode::Use, None).unwrap_err().contains("glsl/example/own.comp"));
+    package.write();
+    assert!(package.path("spv/example/own.comp.spv").is_file());
+    let plan = package.run(Mode::Check, Some(&fake)).unwrap();
+    let table = spv::table(&plan);
+    assert!(plan.modules.iter().any(|m| m.0 == "example/own.comp"));
+    assert!(table.contains("pass/sm.comp") && !table.contains("example"), "{table}");
+    package.put("glsl/lib/b.glsl", "syntax error\n");
+    assert!(package.run(Mode::Use, None).unwrap_err().contains("glsl/example/own.comp"));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Every embedded shader, and every one of the example engine, passes `spirv-val` (SPIRV-Tools); skipped, saying so, where that is not installed.
+//! Every embedded shader, the one of `glsl/README.md`, and every one of the example engine pass `spirv-val` (SPIRV-Tools); skipped, saying so, where that is not installed.
 #![allow(missing_docs)]
 
 use std::io::{ErrorKind, Write};
@@ -34,6 +34,8 @@ fn every_shader_is_valid() {
             shaders.push((path.display().to_string(), std::fs::read(path).unwrap()));
         }
     }
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/spv/example/foreign.comp.spv");
+    shaders.push((example.into(), std::fs::read(example).unwrap()));
     let mut problems = Vec::new();
     for (name, spirv) in &shaders {
         let Some(said) = validate(spirv) else {

@@ -29,6 +29,18 @@ pub enum Revectorization {
     Star,
     /// The edge profile.
     Profile(ProfileQuality),
+    /// `Silhouette` or `Filtered` with a branch for every scenario, as first published: the same image, to be timed
+    /// against them.
+    Branches(Branches),
+}
+
+/// Which of the two that [JCGT] section 4 counts the scenarios of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Branches {
+    /// 12 scenarios.
+    Silhouette,
+    /// 31 scenarios.
+    Filtered,
 }
 
 /// How far the edge profile looks.
@@ -50,6 +62,14 @@ impl Revectorization {
             Self::Filtered => [1, 0],
             Self::Star => [2, 0],
             Self::Profile(quality) => [3, quality as u32],
+            Self::Branches(variant) => [variant as u32, 0],
+        }
+    }
+
+    fn shader(self) -> &'static str {
+        match self {
+            Self::Branches(_) => "pass/rbsm_branches.comp",
+            _ => "pass/rbsm.comp",
         }
     }
 }
@@ -82,7 +102,7 @@ impl Rbsm {
         let [function, quality] = revectorization.constants();
         let pipeline = |step| -> Result<_> {
             let constants = [fixed_depth.into(), max_distance, function, quality, step];
-            let pipeline = context.pipeline::<RbsmPush>("pass/rbsm.comp", &constants)?;
+            let pipeline = context.pipeline::<RbsmPush>(revectorization.shader(), &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         };

@@ -5,11 +5,14 @@
 #![cfg(feature = "app")]
 
 mod bias;
+mod branches;
 mod common;
+mod foreign;
 mod gbuffer;
 mod golden;
 mod made;
 mod mirrors;
+mod noise;
 mod passes;
 mod properties;
 mod revectorize;

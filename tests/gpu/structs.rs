@@ -33,6 +33,13 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
+    ("pass/rbsm_branches.comp", |c| {
+        for function in 0..2 {
+            let constants = [0, 16, function, 0, 0];
+            c.pipeline::<RbsmPush>("pass/rbsm_branches.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
     ("pass/rpcf.comp", |c| {
         for constants in [[0, 16, 1, 0, 0], [1, 1, 7, 1, 1], [0, 64, 31, 2, 1]] {
             c.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;

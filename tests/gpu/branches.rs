@@ -1,0 +1,181 @@
+//! `rbsm-branches` gives the images of `rbsm` and `rbsm-filtered`, bit for bit, and every one of its branches is taken.
+
+use crate::common::{desc, every_shipped, prepare, renderer, with_gpu};
+use crate::noise::{EdgePoint, FlatReceiver, IMAGE, MAP, Noise, edge_point, place, visibility_of};
+use edgeshade::host::Host;
+use edgeshade::reference::revectorize::{Side, filtered_visibility, silhouette_visibility};
+use edgeshade::technique::{OutputFormat, Params, Setup, find, prepare as prepare_technique};
+use edgeshade::{Inputs, NormalEncoding};
+use std::collections::BTreeMap;
+
+/// How far single precision may move a place in the map along both axes together, texels: four roundings of a coordinate
+/// each. No visibility between two jumps changes by more than its place.
+const PLACE_ERROR: f64 = 2.0 * 4.0 * f32::EPSILON as f64 * MAP[0] as f64;
+
+const VARIANTS: [(&str, &str); 2] = [("silhouette", "rbsm"), ("filtered", "rbsm-filtered")];
+
+fn differing_bits(a: &[f32], b: &[f32]) -> usize {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+}
+
+/// Runs one technique over inputs that lie ready.
+fn run(host: &Host, inputs: &Inputs<'_>, map_size: [u32; 2], id: &str, settings: &[(&str, &str)]) -> Vec<f32> {
+    let params = Params::parse(find(id).unwrap(), settings.iter().copied()).unwrap();
+    let setup = Setup { extent: inputs.depth.extent, map_size, output: OutputFormat::R32, params };
+    let mut technique = prepare_technique(id, host.context(), &setup).unwrap();
+    visibility_of(host, technique.as_mut(), inputs)
+}
+
+/// Pixels that differ, over both ways to skip.
+fn differences(
+    host: &Host,
+    inputs: &Inputs<'_>,
+    map_size: [u32; 2],
+    variant: usize,
+    settings: &[(&str, &str)],
+) -> usize {
+    let (name, opponent) = VARIANTS[variant];
+    let with = |more: &[(&'static str, &'static str)]| [settings, more].concat();
+    let expected = run(host, inputs, map_size, opponent, &with(&[("skip", "off")]));
+    let got = |skip| run(host, inputs, map_size, "rbsm-branches", &with(&[("variant", name), ("skip", skip)]));
+    ["off", "list"].map(|skip| differing_bits(&expected, &got(skip))).iter().sum()
+}
+
+#[test]
+fn shipped_scenes_are_equal_bit_for_bit() {
+    with_gpu(|host| {
+        for scene in every_shipped() {
+            for map in [64, 333, 1024] {
+                let mut r = renderer(host, &scene, desc([256, 144], map));
+                r.frame(prepare(&r, "sm", &[]).as_mut()).unwrap();
+                let g = r.gbuffer();
+                let inputs = Inputs {
+                    camera: r.camera(),
+                    depth: g.depth.as_ref(),
+                    normal: Some((g.geometric_normal.as_ref(), NormalEncoding::OctahedralSigned)),
+                    shadow_map: r.shadow_map().as_ref(),
+                    light: std::slice::from_ref(r.light()),
+                    light_version: None,
+                };
+                for receiver in ["plane", "fixed"] {
+                    for distance in ["1", "16", "64"] {
+                        let settings = [("receiver", receiver), ("max_distance", distance)];
+                        for variant in 0..2 {
+                            let count = differences(host, &inputs, [map; 2], variant, &settings);
+                            assert_eq!(count, 0, "{}, map {map}, {settings:?}, {:?}", scene.name, VARIANTS[variant]);
+                        }
+                        // The two variants are not one and the same, nor plain shadow mapping.
+                        let images = ["sm", "rbsm", "rbsm-filtered"]
+                            .map(|id| run(host, &inputs, [map; 2], id, if id == "sm" { &[] } else { &settings }));
+                        assert!(
+                            differing_bits(&images[0], &images[1]) > 0 && differing_bits(&images[1], &images[2]) > 0
+                        );
+                    }
+                }
+            }
+        }
+    });
+}
+
+/// What selects a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Scenario {
+    I,
+    /// In filtering: whether the fragment is lit.
+    O(Option<bool>),
+    /// Whether it lies between left and right; in filtering which end of the other axis was found, and whether it is lit.
+    U(bool, Option<(Option<usize>, bool)>),
+    /// The ends found on u and v, whether the edge lies along u; in filtering whether the fragment is lit.
+    L(usize, usize, bool, Option<bool>),
+}
+
+/// None where the shader does not come to its branches.
+fn scenario(e: &EdgePoint, is_filtered: bool) -> Option<Scenario> {
+    if !is_filtered && !e.d.lit {
+        return None;
+    }
+    let found = |axis: usize| -> Vec<usize> { (2 * axis..2 * axis + 2).filter(|&i| e.ends[i] > 0).collect() };
+    let lit = is_filtered.then_some(e.d.lit);
+    Some(match (&found(0)[..], &found(1)[..]) {
+        (&[_, _], &[_, _]) => Scenario::O(lit),
+        (&[_, _], other) => Scenario::U(true, lit.map(|lit| (other.first().copied(), lit))),
+        (other, &[_, _]) => Scenario::U(false, lit.map(|lit| (other.first().copied(), lit))),
+        (&[u], &[v]) => Scenario::L(u, v, e.d.at(Side::ALL[v]), lit),
+        _ => Scenario::I,
+    })
+}
+
+#[test]
+fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
+    with_gpu(|host| {
+        let receiver = FlatReceiver::new(host);
+        // Pixels by scenario, of silhouette recovery and of filtering.
+        let mut taken: [BTreeMap<Scenario, usize>; 2] = Default::default();
+        let mut largest = 0.0_f64;
+        for (seed, block) in (1..).zip([[1, 1], [2, 2], [1, 3], [3, 1], [7, 5], [24, 20]]) {
+            let noise = Noise::new(seed, block);
+            let map = noise.upload(host, true);
+            let inputs = receiver.inputs(&map);
+            for distance in [1_u32, 4, 16, 64] {
+                let text = distance.to_string();
+                for receiver in ["plane", "fixed"] {
+                    let settings = [("receiver", receiver), ("max_distance", &text[..])];
+                    for variant in 0..2 {
+                        let count = differences(host, &inputs, MAP, variant, &settings);
+                        assert_eq!(count, 0, "blocks of {block:?}, {settings:?}, {:?}", VARIANTS[variant]);
+                    }
+                }
+                for (variant, taken) in taken.iter_mut().enumerate() {
+                    let (name, _) = VARIANTS[variant];
+                    let settings = [("variant", name), ("max_distance", &text[..])];
+                    let image = run(host, &inputs, MAP, "rbsm-branches", &settings);
+                    let mut first = BTreeMap::new();
+                    let mut wrong = 0;
+                    for (pixel, &v) in image.iter().enumerate() {
+                        let at = edge_point(&noise, place(pixel), distance);
+                        let lit = at.as_ref().map_or_else(|| noise.lit(texel(pixel)), |e| e.d.lit);
+                        let Some((e, s)) = at.and_then(|e| scenario(&e, variant == 1).map(|s| (e, s))) else {
+                            wrong += usize::from(v != f32::from(u8::from(lit)));
+                            continue;
+                        };
+                        *taken.entry(s).or_default() += 1;
+                        first.entry(s).or_insert(pixel);
+                        // That the scenario is that of the pixel: the listings in f64 say the same of it.
+                        let expected = if variant == 1 {
+                            filtered_visibility(e.d, e.nrd)
+                        } else {
+                            silhouette_visibility(e.d, e.nrd)
+                        };
+                        let is_tie = variant == 0 && (e.nrd.x + e.nrd.y - 1.0).abs() <= PLACE_ERROR;
+                        let difference = (f64::from(v) - expected).abs();
+                        if !is_tie {
+                            wrong += usize::from(difference > PLACE_ERROR);
+                            largest = largest.max(difference);
+                        }
+                    }
+                    assert_eq!(wrong, 0, "blocks of {block:?}, distance {distance}, {name}: not as the listings say");
+                    // One bit in any scenario is noticed.
+                    for (s, pixel) in first {
+                        let mut planted = image.clone();
+                        planted[pixel] = f32::from_bits(image[pixel].to_bits() ^ 1);
+                        assert_eq!(differing_bits(&image, &planted), 1, "{s:?}");
+                    }
+                }
+            }
+        }
+        println!("largest difference to the listings in f64: {largest:e}, allowed {PLACE_ERROR:e}");
+        for (taken, count, name) in [(&taken[0], 12, "silhouette"), (&taken[1], 31, "filtered")] {
+            for (s, pixels) in taken {
+                println!("{name}: {s:?}: {pixels} pixels");
+            }
+            assert_eq!(taken.len(), count, "{name}: scenarios taken");
+        }
+    });
+}
+
+fn texel(pixel: usize) -> [i64; 2] {
+    assert!(pixel < (IMAGE[0] * IMAGE[1]) as usize);
+    let at = place(pixel).floor();
+    [at.x as i64, at.y as i64]
+}
