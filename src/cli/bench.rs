@@ -64,18 +64,15 @@ struct Suite {
     variants: fn() -> Result<Vec<Variant>>,
 }
 
-const SUITES: [Suite; 3] = [
+const SUITES: [Suite; 4] = [
+    Suite { name: "techniques", about: "every real-time technique on every shipped scene", variants: techniques },
+    Suite { name: "map-sizes", about: "every real-time technique, maps of 512 to 4096 texels", variants: map_sizes },
     Suite {
-        name: "techniques",
-        about: "every real-time technique at its defaults on every shipped scene",
-        variants: techniques,
+        name: "revectorization",
+        about: "what the RBSM family adds to sm, maps of 512 to 4096 texels",
+        variants: revectorization,
     },
-    Suite {
-        name: "map-sizes",
-        about: "every real-time technique, shadow maps of 512 to 4096 texels",
-        variants: map_sizes,
-    },
-    Suite { name: "pcf", about: "widths 3, 7, 15, 31, loop and gather, with and without skipping", variants: pcf },
+    Suite { name: "pcf", about: "pcf of widths 3 to 31, loop and gather, with and without skipping", variants: pcf },
 ];
 
 /// Image size of the timed suites, and of others that name none; pixels.
@@ -91,29 +88,17 @@ struct Custom {
 const CUSTOM: &[Custom] = &[
     Custom {
         name: "accuracy",
-        about: "error of the shadow and of its boundary against the truth, over scenes and map sizes; a plot",
+        about: "error against the truth over scenes and map sizes, with a plot",
         run: accuracy::run,
     },
-    Custom {
-        name: "slopes",
-        about: "false shadow and boundary error in texels, over the receiver's tilt, under sun and spot light",
-        run: slopes::run,
-    },
-    Custom {
-        name: "motion",
-        about: "change and flicker along shadow boundaries: light turned, moved, camera moved, an eighth of a texel a frame",
-        run: motion::run,
-    },
-    Custom {
-        name: "shapes",
-        about: "visibility functions against exact truth, on analytic shapes (CPU)",
-        run: shapes::run,
-    },
+    Custom { name: "slopes", about: "false shadow and boundary error over the receiver's tilt", run: slopes::run },
+    Custom { name: "motion", about: "change and flicker as light and camera move by sub-texels", run: motion::run },
+    Custom { name: "shapes", about: "visibility functions on analytic shapes, with a picture (CPU)", run: shapes::run },
 ];
 
 fn help() -> String {
     let suites = SUITES.iter().map(|s| (s.name, s.about)).chain(CUSTOM.iter().map(|s| (s.name, s.about)));
-    let suites: String = suites.map(|(name, about)| format!("  {name:<12} {about}\n")).collect();
+    let suites: String = suites.map(|(name, about)| format!("  {name:<15} {about}\n")).collect();
     format!(
         "Suites:
 {suites}
@@ -168,6 +153,47 @@ fn pcf() -> Result<Vec<Variant>> {
             let settings = [("width", width.to_string()), ("fetch", fetch.into()), ("skip", skip.into())];
             let choice = Choice::new("pcf", &settings.map(|(n, v)| (n.to_owned(), v)))?;
             variants.push(Variant { scene, choice, map_size: 1024, group: format!("width {width}") });
+        }
+    }
+    Ok(variants)
+}
+
+fn revectorization() -> Result<Vec<Variant>> {
+    let family: [(&str, &[(&str, &str)]); 15] = [
+        ("sm", &[]),
+        ("rbsm", &[("skip", "off")]),
+        ("rbsm", &[("skip", "list")]),
+        ("rbsm-branches", &[("skip", "off")]),
+        ("rbsm-branches", &[("skip", "list")]),
+        ("rbsm-filtered", &[("skip", "off")]),
+        ("rbsm-filtered", &[("skip", "list")]),
+        ("rbsm-branches", &[("variant", "filtered"), ("skip", "off")]),
+        ("rbsm-branches", &[("variant", "filtered"), ("skip", "list")]),
+        ("rbsm-star", &[("skip", "off")]),
+        ("rbsm-star", &[("skip", "list")]),
+        ("rbsm-profile", &[("skip", "off")]),
+        ("rbsm-profile", &[("skip", "list")]),
+        ("rbsm-profile", &[("quality", "neighbours")]),
+        ("rbsm-profile", &[("quality", "line")]),
+    ];
+    let averaged: [(&str, &[(&str, &str)]); 5] = [
+        ("pcf", &[("width", "7")]),
+        ("rpcf", &[("skip", "off")]),
+        ("rpcf", &[("skip", "pixels")]),
+        ("rpcf", &[("visibility", "star")]),
+        ("rpcf", &[("visibility", "profile")]),
+    ];
+    let mut variants = vec![];
+    for name in [shipped::DEFAULT, "robot"] {
+        let scene = shipped::find(name).ok_or_else(|| Error::Usage(format!("there is no scene {name}")))?;
+        for map_size in [512, 1024, 2048, 4096] {
+            for (what, members) in [("hard", &family[..]), ("averaged", &averaged[..])] {
+                for (id, settings) in members {
+                    let settings: Vec<_> = settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned())).collect();
+                    let choice = Choice::new(id, &settings)?;
+                    variants.push(Variant { scene, choice, map_size, group: format!("{name} {map_size} {what}") });
+                }
+            }
         }
     }
     Ok(variants)
@@ -271,6 +297,10 @@ fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Resul
 fn row(v: &Variant, frames: &[FrameTiming], first: &[FrameTiming], memory_bytes: u64) -> BenchRow {
     let span = stats::technique(frames);
     let turns = frames.iter().zip(first).map(|(mine, base)| stats::technique_ms(mine) / stats::technique_ms(base));
+    let added = frames
+        .iter()
+        .zip(first)
+        .map(|(mine, base)| (stats::technique_ms(mine) - stats::technique_ms(base)) / base.total_gpu_ms);
     BenchRow {
         scene: v.scene.name,
         technique: v.choice.info.id,
@@ -281,6 +311,7 @@ fn row(v: &Variant, frames: &[FrameTiming], first: &[FrameTiming], memory_bytes:
         gpu_ms_min: span.map(|s| s.min),
         gpu_ms_max: span.map(|s| s.max),
         ratio: Span::of(turns.filter(|r| r.is_finite())).map(|s| s.median),
+        added_to_frame: Span::of(added.filter(|a| a.is_finite())).map(|s| s.median),
         passes: stats::passes(frames),
         total_gpu_ms: stats::total(frames).map(|s| s.median),
         memory_bytes,
@@ -292,16 +323,17 @@ fn markdown(figures: &report::Bench, variants: &[Variant]) -> String {
     let report::Origin { device, driver, version } = &figures.origin;
     let mut text = format!(
         "# Suite `{}`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, {} frames a variant, drawn in turns.\n\n\
-         GPU milliseconds, median (range). `technique` is its own passes; `ratio` is against the first row of the group.\n\n\
-         | scene | technique | settings | map | technique ms | ratio | shadow map ms | frame ms | tiles | MiB |\n\
-         |---|---|---|--:|--:|--:|--:|--:|--:|--:|\n",
+         GPU milliseconds, median (range). `technique` is its own passes; `ratio` is against the first row of the group, and `adds` \
+         what it adds to that row's whole frame.\n\n\
+         | scene | technique | settings | map | technique ms | ratio | adds | shadow map ms | frame ms | tiles | MiB |\n\
+         |---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
         figures.suite, figures.frames
     );
     for (r, v) in figures.results.iter().zip(variants) {
         let map_ms = r.passes.iter().find(|p| p.name == "shadow map").map(|p| p.gpu_ms);
         let tiles = r.passes.iter().find_map(|p| Some((p.tiles_active?, p.tiles_total?)));
         text += &format!(
-            "| {} | {} | {} | {} | {} ({}–{}) | {} | {} | {} | {} | {} |\n",
+            "| {} | {} | {} | {} | {} ({}–{}) | {} | {} | {} | {} | {} | {} |\n",
             r.scene,
             r.technique,
             v.choice.settings(),
@@ -310,6 +342,7 @@ fn markdown(figures: &report::Bench, variants: &[Variant]) -> String {
             number(r.gpu_ms_min, 3),
             number(r.gpu_ms_max, 3),
             number(r.ratio, 3),
+            r.added_to_frame.map_or_else(|| "-".into(), |a| format!("{:+.1} %", 100.0 * a)),
             number(map_ms, 3),
             number(r.total_gpu_ms, 3),
             tiles.map_or_else(|| "-".into(), |(active, total)| format!("{active} of {total}")),

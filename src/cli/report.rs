@@ -143,6 +143,9 @@ pub struct BenchRow {
     pub gpu_ms_max: Option<f64>,
     /// Median over the frames of this variant's `gpu_ms` by that of the group's first variant in the same round.
     pub ratio: Option<f64>,
+    /// What this variant's own passes take more than those of the group's first variant in the same round, as a share
+    /// of that variant's whole frame; median over the frames.
+    pub added_to_frame: Option<f64>,
     pub passes: Vec<PassStats>,
     pub total_gpu_ms: Option<f64>,
     pub memory_bytes: u64,
