@@ -8,6 +8,7 @@ pub mod rbsm_filtered;
 pub mod rbsm_profile;
 pub mod rbsm_star;
 mod revectorized;
+pub mod rpcf;
 pub mod sm;
 
 pub use params::{Param, ParamKind, Params};
@@ -110,6 +111,7 @@ pub const ALL: &[Info] = &[
     rbsm_branches::INFO,
     rbsm_star::INFO,
     rbsm_profile::INFO,
+    rpcf::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

@@ -357,3 +357,113 @@ fn bench_writes_json_and_markdown() {
     assert!(rows.iter().step_by(6).all(|r| r["ratio"] == 1.0));
     assert!(text.contains(&std::fs::read_to_string(with("md")).unwrap()));
 }
+
+/// Runs a suite as quickly as it goes, twice; gives its figures and the page.
+fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
+    let run = |folder: &str| {
+        let args = ["bench", "--suite", suite, "--quick", "--validate", "-o", folder];
+        let text = place.good(&args);
+        let files: Vec<_> = std::fs::read_dir(place.path(folder)).unwrap().map(|e| e.unwrap().path()).collect();
+        let with = |extension: &str| {
+            let found = files.iter().find(|p| p.extension().is_some_and(|e| e == extension));
+            std::fs::read_to_string(found.unwrap_or_else(|| panic!("no {extension} in {files:?}"))).unwrap()
+        };
+        let (json, page) = (with("json"), with("md"));
+        assert!(text.contains(&page), "{text}");
+        assert_eq!(files.len(), if suite == "accuracy" { 3 } else { 2 }, "{files:?}");
+        if suite == "accuracy" {
+            let plot = with("svg");
+            assert!(plot.starts_with("<svg") && plot.contains(">\nsm\n<"), "{plot}");
+        }
+        (json, page)
+    };
+    let (json, page) = run("first");
+    // From the cached truths, the same to the last digit.
+    assert_eq!(run("second").0, json);
+    let figures: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(figures["suite"], suite);
+    assert!(figures["device"].is_string() && figures["version"] == env!("CARGO_PKG_VERSION"));
+    (figures, page)
+}
+
+/// Numbers of the rows that hold `settings`, which are names with the text of their values.
+fn figures_of(figures: &Value, settings: &[(&str, &str)], name: &str) -> Vec<f64> {
+    let text = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
+    let rows = figures["results"].as_array().unwrap();
+    let mine = rows.iter().filter(|r| settings.iter().all(|(k, v)| text(&r[*k]) == *v));
+    mine.map(|r| r[name].as_f64().unwrap_or_else(|| panic!("{name}: {r}"))).collect()
+}
+
+#[test]
+fn the_accuracy_suite_sees_finer_maps_err_less() {
+    let place = Place::new();
+    let (figures, page) = quick_suite(&place, "accuracy");
+    for id in ["sm", "pcf"] {
+        let of = |map: &str, name: &str| {
+            let found = figures_of(&figures, &[("technique", id), ("shadow_map", map), ("scene", "jenga")], name);
+            assert!(!found.is_empty() && page.contains(&format!("| {id} | {map} |")), "{id} {map}: {page}");
+            found[0]
+        };
+        for name in ["mismatch", "mismatch_per_boundary"] {
+            assert!(of("512", name) > of("1024", name) && of("1024", name) > 0.0, "{id} {name}");
+            assert!(of("512", name) < 2.0, "{id} {name}");
+        }
+        for map in ["512", "1024"] {
+            assert!(of(map, "over") + of(map, "under") < 0.1);
+            // What the figure is.
+            let pixels = of(map, "mismatch") * of(map, "pixels");
+            let per_boundary = of(map, "mismatch_per_boundary") * of(map, "boundary_length");
+            assert!((pixels - per_boundary).abs() < 1e-6 * pixels, "{pixels} {per_boundary}");
+        }
+    }
+    let means = figures["means"].as_array().unwrap();
+    assert_eq!(means.len(), figures["results"].as_array().unwrap().len());
+    assert!(means.iter().all(|m| m["scenes"] == 1 && m["boundary_p95"].is_f64()));
+    assert_eq!(means[0]["mismatch"], figures["results"][0]["mismatch"]);
+}
+
+#[test]
+fn the_slopes_suite_measures_stairs_in_texels() {
+    let place = Place::new();
+    let (figures, page) = quick_suite(&place, "slopes");
+    assert_eq!(page.matches("| sm |").count(), 10);
+    for light in ["sun", "spot"] {
+        for tilt in ["0", "60", "80"] {
+            let key = [("technique", "sm"), ("light", light), ("tilt_degrees", tilt)];
+            let of = |name: &str| figures_of(&figures, &key, name)[0];
+            // Stairs are about a quarter texel off; on a slope the offset along the normal moves them aside on top.
+            let range = if tilt == "0" { 0.2..0.28 } else { 0.2..0.6 };
+            for name in ["displacement_texels", "straight_texels", "curved_texels", "thin_texels"] {
+                let off = of(name);
+                assert!(range.contains(&off), "{light} {tilt} {name}: {off}");
+            }
+            assert_eq!((of("false_shadow"), of("false_shadow_pixels")), (0.0, 0.0), "{light} {tilt}");
+            assert!(of("boundary_p95_texels") < 1.5 && of("boundary_mean_texels").abs() < 0.2);
+        }
+    }
+}
+
+#[test]
+fn the_motion_suite_sets_techniques_next_to_the_truth() {
+    let place = Place::new();
+    let (figures, _) = quick_suite(&place, "motion");
+    for movement in ["light-turned", "light-moved", "camera-moved"] {
+        let of = |id: &str, name: &str| {
+            figures_of(&figures, &[("technique", id), ("movement", movement), ("scene", "jenga")], name)[0]
+        };
+        assert_eq!(of("ray-traced", "change_error"), 0.0);
+        assert_eq!(of("ray-traced", "change"), of("ray-traced", "change_truth"));
+        assert_eq!(of("ray-traced", "flicker"), of("ray-traced", "flicker_truth"));
+        for id in ["sm", "pcf"] {
+            assert_eq!(of(id, "change_truth"), of("ray-traced", "change"));
+            assert_eq!(of(id, "pairs"), of("ray-traced", "pairs"));
+            let (change, error) = (of(id, "change"), of(id, "change_error"));
+            assert!(0.0 < change && change < 0.5 && 0.0 < error && error < 0.5, "{movement} {id}: {change} {error}");
+        }
+        // Half a texel of movement in all: the texels' stairs move, the shadow of a spot that only turns does not.
+        if movement == "light-turned" {
+            assert_eq!(of("ray-traced", "change"), 0.0);
+            assert!(of("sm", "change") > of("pcf", "change"));
+        }
+    }
+}

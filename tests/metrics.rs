@@ -1,7 +1,7 @@
 //! The measures against their definitions, each shown to notice what it is for.
 #![cfg(feature = "app")]
 
-use edgeshade::metrics::{Report, compare, flip};
+use edgeshade::metrics::{FalseShadow, Motion, Report, Shot, compare, false_shadow, flip, motion};
 
 type Plane = Vec<f32>;
 
@@ -403,4 +403,236 @@ fn flip_has_the_known_values_of_a_shifted_edge() {
         let (mean, map) = flip(&picture, &picture, size).unwrap();
         assert_eq!((mean, map.len()), (0.0, picture.len()));
     }
+}
+
+/// The marching squares' cases by hand: where the line through a block of four pixels enters and leaves.
+fn traced_length(v: &[f32], mask: &[bool], size: [u32; 2]) -> f64 {
+    let (w, h) = (size[0] as usize, size[1] as usize);
+    let mut total = 0.0;
+    for y in 1..h {
+        for x in 1..w {
+            // Around the block, and the middles of its four sides in the same order.
+            let around = [(x - 1, y - 1), (x, y - 1), (x, y), (x - 1, y)].map(|(x, y)| y * w + x);
+            if around.iter().any(|&i| !mask[i]) {
+                continue;
+            }
+            let middles = [[0.5, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5f64]];
+            let crossed: Vec<usize> =
+                (0..4).filter(|&k| (v[around[k]] >= 0.5) != (v[around[(k + 1) % 4]] >= 0.5)).collect();
+            for pair in crossed.chunks(2) {
+                let [a, b] = [middles[pair[0]], middles[pair[1]]];
+                total += (a[0] - b[0]).hypot(a[1] - b[1]);
+            }
+        }
+    }
+    total
+}
+
+#[test]
+fn the_boundary_length_is_that_of_the_line_between_the_pixels() {
+    let size = [90u32, 70];
+    let half = |f: fn(i64, i64) -> bool| plane(size, |x, y| if f(x, y) { 0.0 } else { 1.0 });
+    let length = |v: &Plane| whole(v, v, size).boundary_length;
+    assert_eq!(length(&half(|x, _| x < 30)), 69.0);
+    assert_eq!(length(&half(|_, y| y < 30)), 89.0);
+    // From the middle of one side of the picture to that of another.
+    close(length(&half(|x, y| x < y)), 68.5 * 2f64.sqrt(), 1e-9);
+    assert_eq!(length(&plane(size, |_, _| 1.0)), 0.0);
+    // Round things are a little too long, by 5.5 % in the mean.
+    close(length(&disc(size, 30.0)) / (60.0 * std::f64::consts::PI), 1.055, 0.01);
+
+    let mut next = random(5);
+    let noise: Plane = disc(size, 25.0).iter().map(|&v| if next() < 0.05 { 1.0 - v } else { v }).collect();
+    let mask: Vec<bool> = noise.iter().map(|_| next() > 0.03).collect();
+    let found = compare(&noise, &noise, &mask, size).unwrap().boundary_length;
+    close(found, traced_length(&noise, &mask, size), 1e-9);
+    assert!((found - traced_length(&noise, &all(size), size)).abs() > 1.0, "the mask counts");
+}
+
+#[test]
+fn mismatch_per_boundary_is_the_distance_whatever_else_is_in_the_picture() {
+    for size in [[60u32, 50], [300, 50]] {
+        let half = |at: i64| plane(size, |x, _| if x < at { 0.0 } else { 1.0 });
+        for k in [-4, 0, 1, 7] {
+            let r = whole(&half(25 + k), &half(25), size);
+            close(r.mismatch_per_boundary.unwrap(), k.unsigned_abs() as f64 * 50.0 / 49.0, 1e-12);
+        }
+        // On the diagonal a shift by one column is less of a distance.
+        let slant = |at: i64| plane(size, |x, y| if x - y < at { 0.0 } else { 1.0 });
+        let r = whole(&slant(3), &slant(1), size);
+        close(r.mismatch_per_boundary.unwrap(), 2f64.sqrt(), 0.06);
+    }
+    // A planted pixel, far from everything, is its area over the length.
+    let size = [40u32, 30];
+    let truth = plane(size, |x, _| if x < 20 { 0.0 } else { 1.0 });
+    let mut test = truth.clone();
+    test[15 * 40 + 35] = 0.0;
+    close(whole(&test, &truth, size).mismatch_per_boundary.unwrap(), 1.0 / 29.0, 1e-12);
+    assert_eq!(whole(&test, &[1.0; 1200], size).mismatch_per_boundary, None);
+}
+
+#[test]
+fn false_shadow_counts_what_is_dark_far_from_every_true_shadow() {
+    let size = [53u32, 41];
+    let (w, h) = (53i64, 41i64);
+    let mut next = random(9);
+    let truth = disc(size, 9.0);
+    let test: Plane = truth.iter().map(|v| if next() < 0.3 { 1.0 - v } else { *v }).collect();
+    let mask: Vec<bool> = truth.iter().map(|_| next() > 0.1).collect();
+    for radius in [0u32, 1, 3, 8] {
+        let mut expected = FalseShadow { lit: 0, dark: 0 };
+        for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
+            let at = |x: i64, y: i64| (y * w + x) as usize;
+            let shadow = |i: usize| mask[i] && truth[i] < 1.0;
+            let reach = i64::from(radius);
+            let near = |dx: i64, dy: i64| {
+                dx * dx + dy * dy <= reach * reach
+                    && (0..w).contains(&(x + dx))
+                    && (0..h).contains(&(y + dy))
+                    && shadow(at(x + dx, y + dy))
+            };
+            if mask[at(x, y)] && !(-reach..=reach).any(|dy| (-reach..=reach).any(|dx| near(dx, dy))) {
+                expected.lit += 1;
+                expected.dark += u64::from(test[at(x, y)] < 0.5);
+            }
+        }
+        assert!(expected.dark > 50);
+        assert_eq!(false_shadow(&test, &truth, &mask, size, radius).unwrap(), expected, "{radius}");
+        assert_eq!(false_shadow(&truth, &truth, &mask, size, radius).unwrap().share(), Some(0.0));
+    }
+    // A shadow that is too large by the distance is none, one pixel more is.
+    let half = |at: i64| plane(size, |x, _| if x < at { 0.0 } else { 1.0 });
+    let dark = |at| false_shadow(&half(at), &half(20), &all(size), size, 4).unwrap().dark;
+    assert_eq!([dark(24), dark(25)], [0, 41]);
+    let nothing_lit = false_shadow(&[1.0; 4], &[0.0; 4], &[true; 4], [2, 2], 1).unwrap();
+    assert_eq!((nothing_lit, nothing_lit.share()), (FalseShadow { lit: 0, dark: 0 }, None));
+    assert!(false_shadow(&[1.0; 3], &[0.0; 4], &[true; 4], [2, 2], 1).is_err());
+}
+
+/// By the definition: every pixel asks every other one whether the boundary is near.
+fn naive_motion(shots: &[[&[f32]; 2]], mask: &[Vec<bool>], size: [u32; 2], radius: i64) -> Motion {
+    let (w, h) = (i64::from(size[0]), i64::from(size[1]));
+    let at = |x: i64, y: i64| (y * w + x) as usize;
+    let inside = |x: i64, y: i64| (0..w).contains(&x) && (0..h).contains(&y);
+    let near = |k: usize, x: i64, y: i64| {
+        let truth = shots[k][1];
+        let edge = |x: i64, y: i64| {
+            inside(x, y) && mask[k][at(x, y)] && {
+                let v = truth[at(x, y)];
+                let across = |dx: i64, dy: i64| {
+                    inside(x + dx, y + dy)
+                        && mask[k][at(x + dx, y + dy)]
+                        && (truth[at(x + dx, y + dy)] >= 0.5) != (v >= 0.5)
+                };
+                v > 0.0 && v < 1.0 || [(1, 0), (-1, 0), (0, 1), (0, -1)].iter().any(|&(dx, dy)| across(dx, dy))
+            }
+        };
+        let reach = -radius..=radius;
+        reach.clone().any(|dy| reach.clone().any(|dx| dx * dx + dy * dy <= radius * radius && edge(x + dx, y + dy)))
+    };
+    let (mut pairs, mut triples) = ([0.0; 4], [0.0; 3]);
+    for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
+        let i = at(x, y);
+        for k in 0..shots.len() - 1 {
+            if (k..k + 2).all(|k| mask[k][i]) && (k..k + 2).any(|k| near(k, x, y)) {
+                let d = [0, 1].map(|p| f64::from(shots[k + 1][p][i]) - f64::from(shots[k][p][i]));
+                for (sum, v) in pairs.iter_mut().zip([1.0, d[0].abs(), d[1].abs(), (d[0] - d[1]).abs()]) {
+                    *sum += v;
+                }
+            }
+            if k + 2 < shots.len() && (k..k + 3).all(|k| mask[k][i]) && (k..k + 3).any(|k| near(k, x, y)) {
+                triples[0] += 1.0;
+                for p in [0, 1] {
+                    let lit = [0, 1, 2].map(|j| shots[k + j][p][i] >= 0.5);
+                    triples[1 + p] += f64::from(u8::from(lit == [true, false, true] || lit == [false, true, false]));
+                }
+            }
+        }
+    }
+    let [change, change_truth, change_error] = [1, 2, 3].map(|k| Some(pairs[k] / pairs[0]));
+    let [flicker, flicker_truth] = [1, 2].map(|k| Some(triples[k] / triples[0]));
+    let (pairs, triples) = (pairs[0] as u64, triples[0] as u64);
+    Motion { pairs, change, change_truth, change_error, triples, flicker, flicker_truth }
+}
+
+#[test]
+fn motion_equals_its_definition() {
+    let size = [37u32, 29];
+    let mut next = random(21);
+    let truth: Vec<Plane> = (0..5)
+        .map(|k| {
+            let soft = |v: &f32| if next() < 0.01 { 0.3 } else { *v };
+            disc(size, 6.0 + f64::from(k)).iter().map(soft).collect()
+        })
+        .collect();
+    let test: Vec<Plane> =
+        truth.iter().map(|t| t.iter().map(|v| (v + 0.9 * (next() - 0.5)).clamp(0.0, 1.0)).collect()).collect();
+    let masks: Vec<Vec<bool>> = (0..5).map(|_| truth[0].iter().map(|_| next() > 0.05).collect()).collect();
+    let shots: Vec<Shot<'_>> = (0..5).map(|k| Shot { test: &test[k], truth: &truth[k], mask: &masks[k] }).collect();
+    let planes: Vec<[&[f32]; 2]> = (0..5).map(|k| [&test[k][..], &truth[k]]).collect();
+    for radius in [0, 2, 5] {
+        let found = motion(&shots, size, radius).unwrap();
+        let expected = naive_motion(&planes, &masks, size, i64::from(radius));
+        assert_eq!((found.pairs, found.triples), (expected.pairs, expected.triples), "{radius}");
+        for (a, b) in [
+            (found.change, expected.change),
+            (found.change_truth, expected.change_truth),
+            (found.change_error, expected.change_error),
+            (found.flicker, expected.flicker),
+            (found.flicker_truth, expected.flicker_truth),
+        ] {
+            assert!(b.unwrap() > 1e-3);
+            close(a.unwrap(), b.unwrap(), 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_still_picture_does_not_move_and_a_planted_blink_flickers() {
+    let size = [40u32, 20];
+    let n = 40 * 20;
+    let half = |at: i64| plane(size, |x, _| if x < at { 0.0 } else { 1.0 });
+    let mask = all(size);
+    let still = half(20);
+    let measure = |frames: &[(&Plane, &Plane)]| {
+        let shots: Vec<_> = frames.iter().map(|(test, truth)| Shot { test, truth, mask: &mask }).collect();
+        motion(&shots, size, 3).unwrap()
+    };
+    // The band is 2 * (1 + 3) columns wide.
+    let rest = measure(&[(&still, &still); 4]);
+    assert_eq!((rest.pairs, rest.triples), (3 * 8 * 20, 2 * 8 * 20));
+    assert_eq!([rest.change, rest.change_error, rest.flicker], [Some(0.0); 3]);
+    // An error that stays is no change.
+    let off = half(22);
+    assert_eq!(measure(&[(&off, &still); 4]), rest);
+    // One pixel of the band dark in one frame: two changes, one blink.
+    let mut blink = still.clone();
+    blink[10 * 40 + 21] = 0.0;
+    let m = measure(&[(&still, &still), (&blink, &still), (&still, &still)]);
+    assert_eq!((m.change, m.change_truth), (Some(2.0 / (2.0 * 160.0)), Some(0.0)));
+    assert_eq!((m.change_error, m.flicker, m.flicker_truth), (m.change, Some(1.0 / 160.0), Some(0.0)));
+    // Out of the band, or out of the mask, it does not count.
+    let mut far = still.clone();
+    far[10 * 40 + 30] = 0.0;
+    assert_eq!(measure(&[(&still, &still), (&far, &still), (&still, &still)]).change, Some(0.0));
+    let mut masked = mask.clone();
+    masked[10 * 40 + 21] = false;
+    let shots = [&still, &blink, &still].map(|test| Shot { test, truth: &still, mask: &masked });
+    let m = motion(&shots, size, 3).unwrap();
+    assert_eq!((m.pairs, m.change, m.flicker), (2 * 159, Some(0.0), Some(0.0)));
+    // The truth moves on: who follows is right, who stays is not.
+    let next = half(21);
+    let follows = measure(&[(&still, &still), (&next, &next)]);
+    assert_eq!((follows.change, follows.change_error), (follows.change_truth, Some(0.0)));
+    assert_eq!((follows.pairs, follows.change, follows.flicker), (9 * 20, Some(1.0 / 9.0), None));
+    let stays = measure(&[(&still, &still), (&still, &next)]);
+    assert_eq!((stays.change, stays.change_error), (Some(0.0), Some(1.0 / 9.0)));
+
+    for shots in [vec![], vec![(&still, &still)]] {
+        assert_eq!((measure(&shots).pairs, measure(&shots).change), (0, None));
+    }
+    let bad = vec![f32::NAN; n];
+    let shots = [&still, &bad].map(|test| Shot { test, truth: &still, mask: &mask });
+    let text = motion(&shots, size, 3).unwrap_err().to_string();
+    assert!(text.contains("frame 1") && text.contains("NaN"), "{text}");
 }

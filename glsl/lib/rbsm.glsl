@@ -27,11 +27,15 @@
 #define MAXDIST 16
 #endif
 
+// Sides of a texel, in the order of listing 2: left, right, +v, -v.
+const ivec2 SIDES[4] = ivec2[](ivec2(-1, 0), ivec2(1, 0), ivec2(0, 1), ivec2(0, -1));
+
 // A fragment in the shadow map.
 struct ShadowPoint {
   ivec2 texel;   // the texel that it falls into
   vec2 fraction; // its place in there, in (0, 1)
-  float z;       // depth of the receiver's plane at the texel's centre, bias taken off; or the fragment's own depth
+  ivec2 origin;  // the texel that z belongs to: `texel`, but for the samples of a filter
+  float z;       // depth of the receiver's plane at the origin's centre, bias taken off; or the fragment's own depth
   vec2 dz;       // change of the plane's depth a texel; 0: the fixed depth of the listings
   float slack;   // depth a texel of distance by which a curved receiver may lie before its plane; 0: a plane
 };
@@ -43,7 +47,7 @@ float shadowTest(ShadowPoint p, ivec2 texel);
 ShadowPoint shadowPoint(vec2 place, float z, vec2 dz, float slack) {
   precise ShadowPoint p;
   vec2 first = floor(place);
-  p.texel = ivec2(first);
+  p.texel = p.origin = ivec2(first);
   // Not 0: distances carry a sign.
   p.fraction = max(place - first, vec2(1e-7));
   p.dz = dz;
@@ -54,7 +58,7 @@ ShadowPoint shadowPoint(vec2 place, float z, vec2 dz, float slack) {
 
 // Depth to compare with a texel's.
 float receiverDepth(ShadowPoint p, ivec2 texel) {
-  vec2 away = vec2(texel - p.texel);
+  vec2 away = vec2(texel - p.origin);
   precise float z = p.z + (away.x * p.dz.x + away.y * p.dz.y) - (abs(away.x) + abs(away.y)) * p.slack;
   return z;
 }
@@ -62,10 +66,7 @@ float receiverDepth(ShadowPoint p, ivec2 texel) {
 // Listing 2: tests of the neighbours, in the order left, right, +v, -v.
 vec4 computeN(ShadowPoint p) {
   vec4 N;
-  N.x = shadowTest(p, p.texel + ivec2(-1, 0));
-  N.y = shadowTest(p, p.texel + ivec2(1, 0));
-  N.z = shadowTest(p, p.texel + ivec2(0, 1));
-  N.w = shadowTest(p, p.texel + ivec2(0, -1));
+  for (int k = 0; k < 4; ++k) N[k] = shadowTest(p, p.texel + SIDES[k]);
   return N;
 }
 
@@ -107,12 +108,18 @@ float traverseShadowSilhouette(ShadowPoint p, vec3 d, ivec2 dir) {
   return -float(distance);
 }
 
-// Signed distances in texels from the fragment to the ends of the edge, in the order left, right, +v, -v.
-vec4 computeFragmentDistanceToSE(ShadowPoint p, vec3 d) {
-  vec4 t = vec4(traverseShadowSilhouette(p, d, ivec2(-1, 0)), traverseShadowSilhouette(p, d, ivec2(1, 0)),
-                traverseShadowSilhouette(p, d, ivec2(0, 1)), traverseShadowSilhouette(p, d, ivec2(0, -1)));
-  vec4 c = vec4(p.fraction.x, 1.0 - p.fraction.x, 1.0 - p.fraction.y, p.fraction.y);
+// Signed distances in texels from a place in a texel to the ends of the edge, from those of the texel; in the order of
+// SIDES.
+vec4 fragmentDistance(vec4 t, vec2 fraction) {
+  vec4 c = vec4(fraction.x, 1.0 - fraction.x, 1.0 - fraction.y, fraction.y);
   return sign(t) * (c + (abs(t) - 1.0));
+}
+
+vec4 computeFragmentDistanceToSE(ShadowPoint p, vec3 d) {
+  vec4 t;
+  // A loop, so that the traversal's code is there once.
+  for (int k = 0; k < 4; ++k) t[k] = traverseShadowSilhouette(p, d, SIDES[k]);
+  return fragmentDistance(t, p.fraction);
 }
 
 // x, y: place in the edge from the end found, 0, to the other, 1; with two ends, from the nearer to the farther.

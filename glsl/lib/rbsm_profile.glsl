@@ -149,16 +149,10 @@ float profileHeight(Profile f, float place) {
   return h;
 }
 
-// Whether the fragment lies between the side `across` of its texel and the boundary over it.
-bool crossesProfile(ShadowPoint p, float s, ivec2 across, int quality) {
-  vec2 c = p.fraction;
-  float from_side = across.x < 0 ? c.x : across.x > 0 ? 1.0 - c.x : across.y < 0 ? c.y : 1.0 - c.y;
-  return from_side < profileHeight(edgeProfile(p, s, across, quality), across.x != 0 ? c.y : c.x);
-}
-
 // Sides on which the fragment may lie below a height: left, right, +v, -v.
 bvec4 sidesInReach(ShadowPoint p, vec3 d, int quality) {
   bvec4 sides = discontinuitySides(d);
+  // Only the better qualities tilt a height above half a texel.
   if (quality != RUN_ONLY) return sides;
   vec2 c = p.fraction;
   return bvec4(sides.x && c.x < 0.5, sides.y && c.x > 0.5, sides.z && c.y > 0.5, sides.w && c.y < 0.5);
@@ -168,11 +162,14 @@ bvec4 sidesInReach(ShadowPoint p, vec3 d, int quality) {
 float revectorizeProfile(ShadowPoint p, vec3 d, int quality) {
   float s = 1.0 - d.z;
   bvec4 sides = sidesInReach(p, d, quality);
-  bool flips = sides.x && crossesProfile(p, s, ivec2(-1, 0), quality);
-  flips = flips || sides.y && crossesProfile(p, s, ivec2(1, 0), quality);
-  flips = flips || sides.z && crossesProfile(p, s, ivec2(0, 1), quality);
-  flips = flips || sides.w && crossesProfile(p, s, ivec2(0, -1), quality);
-  return flips ? d.z : s;
+  vec4 from_side = vec4(p.fraction.x, 1.0 - p.fraction.x, 1.0 - p.fraction.y, p.fraction.y);
+  // One loop for all sides: code for each would be four times as much.
+  for (int k = 0; k < 4; ++k) {
+    if (!sides[k]) continue;
+    float place = k < 2 ? p.fraction.y : p.fraction.x;
+    if (from_side[k] < profileHeight(edgeProfile(p, s, SIDES[k], quality), place)) return d.z;
+  }
+  return s;
 }
 
 float RBSMProfile(ShadowPoint p, int quality) {

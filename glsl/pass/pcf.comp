@@ -28,7 +28,7 @@ float visibilityAt(ivec2 pixel) {
   if (pcfReceiver(pixel, WIDTH, kernel, decided)) return decided;
   ivec2 map_size = ivec2(view.map_size);
   if (BOUNDED) {
-    int decision = decideKernel(blocks, kernel, WIDTH, map_size);
+    int decision = decideKernel(blocks, kernel, 0.0, WIDTH, map_size);
     if (decision != UNDECIDED) return float(decision);
   }
   return GATHER ? pcfGather(shadow_map, kernel, WIDTH, 0, map_size) : pcfLoop(shadow_map, kernel, WIDTH, 0, map_size);

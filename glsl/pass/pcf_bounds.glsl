@@ -6,8 +6,9 @@
 
 const int UNDECIDED = -1;
 
-// 1 if every texel of the kernel passes for sure, 0 if none does, UNDECIDED otherwise.
-int decideKernel(sampler2D blocks, PcfKernel k, int w, ivec2 map_size) {
+// 1 if every texel of the kernel passes for sure, 0 if none does, UNDECIDED otherwise. References lie on the kernel's plane,
+// or before it by up to `drop`.
+int decideKernel(sampler2D blocks, PcfKernel k, float drop, int w, ivec2 map_size) {
   ivec2 first = k.base, last = k.base + w;
   if (any(lessThan(first, ivec2(0))) || any(greaterThanEqual(last, map_size))) return UNDECIDED;
   // Blocks of at least w + 1 texels: the kernel touches at most 2 x 2 of them.
@@ -33,7 +34,7 @@ int decideKernel(sampler2D blocks, PcfKernel k, int w, ivec2 map_size) {
       // A texel at the far end of the range never shadows, whatever the reference.
       float farthest = stored + bounds.high + dot(reach, half_size);
       bool empty_texels = reach == vec2(0.0) ? farthest >= 1.0 : farthest + rounding >= 1.0;
-      dark = dark && depth - slack > stored + bounds.high && !empty_texels;
+      dark = dark && depth - drop - slack > stored + bounds.high && !empty_texels;
     }
   }
   return lit ? 1 : dark ? 0 : UNDECIDED;

@@ -24,7 +24,7 @@ shared bool undecided;
 bool classify(ivec2 pixel, out float decided) {
   PcfKernel kernel;
   if (pcfReceiver(pixel, WIDTH, kernel, decided)) return true;
-  int decision = decideKernel(blocks, kernel, WIDTH, ivec2(view.map_size));
+  int decision = decideKernel(blocks, kernel, 0.0, WIDTH, ivec2(view.map_size));
   decided = float(decision);
   return decision != UNDECIDED;
 }

@@ -1,5 +1,13 @@
 //! `edgeshade bench`: variants measured in turns, A B A B, so that what drifts drifts for all of them.
 
+mod accuracy;
+mod judge;
+mod motion;
+mod plot;
+mod shapes;
+mod slopes;
+mod tilted;
+
 use super::args::{self, DeviceArgs, usage};
 use super::progress::Progress;
 use super::report::{self, BenchRow};
@@ -30,9 +38,12 @@ pub struct Args {
     /// Frames to measure of each variant
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Image size, pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = args::size)]
-    size: [u32; 2],
+    /// Image size, pixels [default: 1280x720; slopes 1024x1024, motion 640x360]
+    #[arg(long, value_name = "WxH", value_parser = args::size)]
+    size: Option<[u32; 2]>,
+    /// Of accuracy, slopes and motion only a few scenes, maps, tilts and frames, in small images
+    #[arg(long)]
+    quick: bool,
     #[command(flatten)]
     device: DeviceArgs,
 }
@@ -67,15 +78,38 @@ const SUITES: [Suite; 3] = [
     Suite { name: "pcf", about: "widths 3, 7, 15, 31, loop and gather, with and without skipping", variants: pcf },
 ];
 
+/// Image size of the timed suites, and of others that name none; pixels.
+const SIZE: [u32; 2] = [1280, 720];
+
 /// A suite that is something else than timed variants: it writes its own files into the output folder.
-#[allow(dead_code)] // The list is filled by the suites to come.
 struct Custom {
     name: &'static str,
     about: &'static str,
     run: fn(&Args, &Host) -> Result<()>,
 }
 
-const CUSTOM: &[Custom] = &[];
+const CUSTOM: &[Custom] = &[
+    Custom {
+        name: "accuracy",
+        about: "error of the shadow and of its boundary against the truth, over scenes and map sizes; a plot",
+        run: accuracy::run,
+    },
+    Custom {
+        name: "slopes",
+        about: "false shadow and boundary error in texels, over the receiver's tilt, under sun and spot light",
+        run: slopes::run,
+    },
+    Custom {
+        name: "motion",
+        about: "change and flicker along shadow boundaries: light turned, moved, camera moved, an eighth of a texel a frame",
+        run: motion::run,
+    },
+    Custom {
+        name: "shapes",
+        about: "visibility functions against exact truth, on analytic shapes (CPU)",
+        run: shapes::run,
+    },
+];
 
 fn help() -> String {
     let suites = SUITES.iter().map(|s| (s.name, s.about)).chain(CUSTOM.iter().map(|s| (s.name, s.about)));
@@ -86,6 +120,8 @@ fn help() -> String {
 Examples:
   edgeshade bench                    everything, into results/
   edgeshade bench --suite pcf --frames 40 -o out
+  edgeshade bench --suite accuracy --quick -o out
+                                     a first look, in seconds
 
 A suite of timed variants becomes <suite>-<device>.json and .md. Within a
 group of variants a frame of each is drawn in turn; times are medians over the
@@ -158,7 +194,7 @@ pub fn run(args: &Args) -> Outcome {
         let figures = report::Bench {
             suite: suite.name,
             origin: report::Origin::new(host.info()),
-            size: args.size,
+            size: args.size.unwrap_or(SIZE),
             frames: args.frames,
             results: results.collect(),
         };
@@ -170,6 +206,7 @@ pub fn run(args: &Args) -> Outcome {
         console::print(format_args!("{markdown}\nwrote {} and .md\n", shown(&json_path)))?;
     }
     for suite in wanted_custom {
+        console::note(format_args!("suite {}: {}", suite.name, suite.about));
         (suite.run)(args, &host)?;
     }
     close(host)
@@ -183,6 +220,7 @@ fn shown(path: &Path) -> String {
 type Measured = (Vec<FrameTiming>, u64);
 
 fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Result<Vec<Measured>> {
+    let size = args.size.unwrap_or(SIZE);
     let progress = Progress::start(format!("suite {suite}"));
     let total = variants.len() as u64 * u64::from(args.frames);
     let mut done = 0;
@@ -204,8 +242,8 @@ fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Resul
             let renderer = match renderers.entry(key) {
                 Entry::Occupied(entry) => entry.into_mut(),
                 Entry::Vacant(entry) => {
-                    let stage = Stage::shipped(v.scene, args.size)?;
-                    let desc = RenderDesc { size: args.size, map_size: v.map_size, ..RenderDesc::default() };
+                    let stage = Stage::shipped(v.scene, size)?;
+                    let desc = RenderDesc { size, map_size: v.map_size, ..RenderDesc::default() };
                     entry.insert(Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)?)
                 }
             };

@@ -27,6 +27,8 @@ pub struct Tracer<'a> {
     size: [u32; 2],
     cache: Cache,
     rays: Option<RayScene>,
+    /// Shows no progress of its own.
+    quiet: bool,
 }
 
 impl<'a> Tracer<'a> {
@@ -36,7 +38,27 @@ impl<'a> Tracer<'a> {
             Some(folder) if folder.as_os_str() == "off" => Cache::disabled(),
             folder => Cache::open(folder.as_deref()),
         };
-        Self { scene: &stage.scene, lamp: &stage.light, camera: stage.camera, light: *light, size, cache, rays: None }
+        Self {
+            scene: &stage.scene,
+            lamp: &stage.light,
+            camera: stage.camera,
+            light: *light,
+            size,
+            cache,
+            rays: None,
+            quiet: false,
+        }
+    }
+
+    /// Without progress of its own: for many small truths under one bar.
+    pub fn quiet(self) -> Self {
+        Self { quiet: true, ..self }
+    }
+
+    /// Goes on with another view of the same scene.
+    pub fn look(&mut self, camera: CameraView, light: &LightView) {
+        self.camera = camera;
+        self.light = *light;
     }
 
     /// Soft shadows with so many rays a pixel; hard ones for one ray, or a light without size.
@@ -57,19 +79,25 @@ impl<'a> Tracer<'a> {
     }
 
     fn trace(&mut self, method: &Method) -> Result<(Truth, Origin)> {
-        let Self { scene, camera, light, size, cache, rays, .. } = self;
+        let Self { scene, camera, light, size, cache, rays, quiet, .. } = self;
         let key = cache_key(scene, camera, light, *size, method);
         cache.get_or_trace(&key, *size, || {
             let [w, h] = *size;
-            let progress = Progress::start(match method {
-                Method::Hard => format!("tracing the truth, {w}x{h}, a ray a pixel"),
-                Method::Soft(s) => format!("tracing the truth, {w}x{h}, {} rays a pixel", s.samples),
+            let progress = (!*quiet).then(|| {
+                Progress::start(match method {
+                    Method::Hard => format!("tracing the truth, {w}x{h}, a ray a pixel"),
+                    Method::Soft(s) => format!("tracing the truth, {w}x{h}, {} rays a pixel", s.samples),
+                })
             });
             let rays = match rays {
                 Some(rays) => rays,
                 None => rays.insert(RayScene::build(scene)?),
             };
-            trace(rays, camera, light, *size, method, &|done, total| progress.set(done, total))
+            trace(rays, camera, light, *size, method, &|done, total| {
+                if let Some(progress) = &progress {
+                    progress.set(done, total);
+                }
+            })
         })
     }
 }

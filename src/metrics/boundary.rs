@@ -5,7 +5,7 @@
 //! has a whole-number place, and so the distance from the middle of one crack to the nearest point
 //! of the cracks of another picture is exact.
 
-use super::{LIT_THRESHOLD, Planes, distance};
+use super::{LIT_THRESHOLD, Planes, distance, sum::sum_rows};
 
 /// Distance between two shadow boundaries in pixels, over the boundary points of one of them.
 ///
@@ -52,6 +52,34 @@ pub(crate) fn for_each_crack(planes: &Planes, values: &[f32], mut visit: impl Fn
             }
         }
     }
+}
+
+/// Length of the boundary of one of the planes in pixels, by marching squares.
+///
+/// The line runs through the middles between neighbouring pixel centres that differ. It is exact for
+/// edges at multiples of 45 degrees, and up to 8.2 % too long between (5.5 % in the mean of all
+/// directions). Blocks of 2x2 pixels that touch a pixel outside the mask hold nothing of it.
+pub(crate) fn length(planes: &Planes, values: &[f32]) -> f64 {
+    let w = planes.width;
+    // Blocks that the line crosses straight, at a corner, and at two opposite corners.
+    let [straight, corner, twice] = sum_rows(planes.height.saturating_sub(1), |y| {
+        let mut counts = [0.0; 3];
+        for i in y * w..(y + 1) * w - w.min(1) {
+            let block = [i, i + 1, i + w, i + w + 1];
+            if !block.iter().all(|&i| planes.mask[i]) {
+                continue;
+            }
+            let lit = block.map(|i| values[i] >= LIT_THRESHOLD);
+            match lit.iter().filter(|&&l| l).count() {
+                1 | 3 => counts[1] += 1.0,
+                2 if lit[0] == lit[3] => counts[2] += 1.0,
+                2 => counts[0] += 1.0,
+                _ => {}
+            }
+        }
+        counts
+    });
+    straight + std::f64::consts::FRAC_1_SQRT_2 * (corner + 2.0 * twice)
 }
 
 /// From the test to the truth, and from the truth to the test; `None` if either has no boundary.

@@ -1,14 +1,18 @@
 //! The CPU side of every claim: exact visibility by ray tracing, and a mirror in `f64` of each pass.
 //!
 //! A mirror has its shader's stem. These share one: `pcf` covers `pcf_classify.comp`, `pcf_bounds.glsl` and
-//! `pcf_receiver.glsl`; `view` covers `receiver.glsl` and `view.glsl`. `tiles.glsl` is exempt: it only packs tile
-//! numbers, which `pcf::listed` counts. `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
+//! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_receiver.glsl` and `edge_list.glsl`; `view` covers
+//! `receiver.glsl` and `view.glsl`. `tiles.glsl` is exempt: it only packs tile numbers, which `pcf::listed` counts.
+//! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
 pub mod accumulate;
 pub mod depth_bounds;
+mod map_receiver;
 pub mod pcf;
 pub mod ray_traced;
+pub mod rbsm;
 pub mod revectorize;
+pub mod rpcf;
 pub mod shade;
 pub mod shapes;
 pub mod sm;

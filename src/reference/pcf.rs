@@ -1,7 +1,8 @@
 //! Mirror of `glsl/pass/pcf.comp` and `pcf_classify.comp`.
 
 use super::depth_bounds;
-use super::view::{DEPTH_ULPS, Decision, FrameData, Mirror, Plane, ROUNDING, Receiver, Verdict, View, shadow_test};
+use super::map_receiver::{MapReceiver, OpenReceiver, receive};
+use super::view::{Decision, FrameData, Mirror, ROUNDING, Verdict, View, shadow_test};
 use crate::Result;
 use crate::pass::tiles::TILE;
 use glam::DVec2;
@@ -39,31 +40,15 @@ struct Kernel {
     slope_error: DVec2,
 }
 
-/// A pixel decided without the map, or its kernel.
-enum Step {
-    Decided(Verdict),
-    Open {
-        kernel: Kernel,
-        /// What the pixel is if a doubtful decision on the way goes the other way.
-        otherwise: Option<f64>,
-        /// False where the receiver plane may be taken for edge-on or not.
-        plane_is_sure: bool,
-    },
-}
-
 /// The filtered visibility of every pixel.
 ///
 /// # Errors
 /// Images that do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
-    let pixels = view.every_pixel(|p| match receiver(&view, p, settings) {
-        Step::Decided(verdict) => verdict,
-        Step::Open { kernel, otherwise, plane_is_sure } => {
-            let verdict = filter(&view, &kernel, settings.width.into());
-            let verdict = otherwise.map_or(verdict, |v| verdict.or(v));
-            if plane_is_sure { verdict } else { verdict.or(0.0).or(1.0) }
-        }
+    let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) => verdict,
+        MapReceiver::Open(r) => r.with_doubts(filter(&view, &kernel(&view, &r, settings.width), settings.width.into())),
     });
     Ok(Mirror::collect(pixels))
 }
@@ -75,13 +60,12 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
 pub fn listed(data: &FrameData<'_>, settings: &Settings) -> Result<Listed> {
     let view = View::new(data)?;
     let levels = depth_bounds::blocks(data.shadow_map, data.constants.map_size);
-    let open = view.every_pixel(|p| match receiver(&view, p, settings) {
-        Step::Decided(verdict) if verdict.doubt > 0.0 => Decision::Doubtful(false),
-        Step::Decided(_) => Decision::No,
-        Step::Open { kernel, otherwise, plane_is_sure } => {
-            let decision = is_open(&view, &levels, &kernel, settings.width.into());
-            let doubtful = otherwise.is_some() || !plane_is_sure;
-            if doubtful { Decision::Doubtful(decision.is_yes()) } else { decision }
+    let open = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) if verdict.doubt > 0.0 => Decision::Doubtful(false),
+        MapReceiver::Decided(_) => Decision::No,
+        MapReceiver::Open(r) => {
+            let decision = is_open(&view, &levels, &kernel(&view, &r, settings.width), settings.width.into());
+            if r.is_doubtful() { Decision::Doubtful(decision.is_yes()) } else { decision }
         }
     });
     let tile = TILE as usize;
@@ -99,56 +83,24 @@ pub fn listed(data: &FrameData<'_>, settings: &Settings) -> Result<Listed> {
     Ok(listed)
 }
 
-fn receiver(view: &View<'_>, at: [usize; 2], settings: &Settings) -> Step {
-    let decided = |v| Step::Decided(Verdict::sure(v));
-    let doubtful = |v: f64| Step::Decided(Verdict::sure(v).or(1.0 - v));
-    let Some(r) = view.receiver(at) else { return decided(1.0) };
-    let mut otherwise = None;
-    match view.faces_light(&r) {
-        Decision::No => return decided(0.0),
-        Decision::Doubtful(false) => return doubtful(0.0),
-        Decision::Doubtful(true) => otherwise = Some(0.0),
-        Decision::Yes => {}
-    }
-    let first = view.light_point(r.position, r.position_error);
-    match first.inside {
-        Decision::No => return decided(1.0),
-        Decision::Doubtful(false) => return doubtful(1.0),
-        Decision::Doubtful(true) => otherwise = Some(otherwise.unwrap_or(1.0)),
-        Decision::Yes => {}
-    }
-    let (p, error) = view.offset(&r, &first, settings.normal_offset.into());
-    let l = view.light_point(p, error);
-    match l.inside {
-        Decision::No => return decided(1.0),
-        Decision::Doubtful(false) => return doubtful(1.0),
-        Decision::Doubtful(true) => otherwise = Some(otherwise.unwrap_or(1.0)),
-        Decision::Yes => {}
-    }
-    let plane = view.receiver_plane(&l, &Receiver { position: p, position_error: error, ..r });
-    let kernel = kernel(view, &l, &plane, settings);
-    Step::Open { kernel, otherwise, plane_is_sure: plane.sure }
-}
-
-fn kernel(view: &View<'_>, l: &super::view::LightPoint, plane: &Plane, settings: &Settings) -> Kernel {
+fn kernel(view: &View<'_>, r: &OpenReceiver, width: u32) -> Kernel {
+    let (l, plane) = (&r.light, &r.plane);
     let extent = view.map_extent();
-    let half = i64::from(settings.width - 1) / 2;
+    let half = i64::from(width - 1) / 2;
     let center = l.uv * extent - 0.5;
     let center_error = l.uv_error * extent + ROUNDING * center.abs();
     let first = center.floor();
     let base = [first.x as i64 - half, first.y as i64 - half];
     let (slope, slope_error) = (plane.slope / extent, plane.error / extent);
-    let factor = f64::from(settings.depth_bias);
-    let bias = DEPTH_ULPS + factor * (slope.abs().x + slope.abs().y);
     let to_base = vector(base) - center;
     Kernel {
         base,
         fraction: center - first,
         fraction_error: center_error,
         center,
-        reference: l.depth - bias + slope.dot(to_base),
+        reference: l.depth - r.bias + slope.dot(to_base),
         reference_error: l.depth_error
-            + factor * (slope_error.x + slope_error.y)
+            + r.bias_error
             + slope.abs().dot(center_error)
             // Sums of terms of this size are rounded on the way.
             + ROUNDING * (1.0 + 2.0 * slope.abs().dot(to_base.abs())),

@@ -70,6 +70,12 @@ impl Verdict {
     pub fn or(self, other: f64) -> Self {
         Self { doubt: self.doubt.max((self.visibility - other).abs() + self.doubt).min(1.0), ..self }
     }
+
+    /// The verdict where another one is as likely.
+    pub fn or_verdict(self, other: Self) -> Self {
+        let doubt = self.doubt.max((self.visibility - other.visibility).abs() + other.doubt).min(1.0);
+        Self { doubt, rounding: self.rounding.max(other.rounding), ..self }
+    }
 }
 
 /// The constants in `f64`, with the images.
@@ -400,6 +406,14 @@ impl<'a> View<'a> {
     fn texel_size(&self, l: &LightPoint) -> f64 {
         let scale = dvec2(self.row(0).length(), self.row(1).length()) * self.map_extent();
         2.0 * l.w / scale.x.min(scale.y)
+    }
+
+    /// Change of the stored depth over a texel's world size along the light's axis.
+    pub fn texel_depth(&self, l: &LightPoint) -> f64 {
+        let by_w = 1.0 / l.w;
+        let depth_per_unit =
+            if self.light_depth_scale > 0.0 { self.light_depth_scale * by_w * by_w } else { self.row(2).length() };
+        depth_per_unit * self.texel_size(l)
     }
 
     fn plane_offset_texels(&self, n: DVec3) -> f64 {

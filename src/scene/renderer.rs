@@ -94,11 +94,7 @@ impl<'h> Renderer<'h> {
                 return Err(Error::Usage(problem));
             }
         }
-        if camera.depth != DepthRange::Reversed {
-            let problem =
-                "the renderer draws with reversed depth: make the camera with CameraView::perspective or orthographic";
-            return Err(Error::Usage(problem.into()));
-        }
+        check_camera(&camera)?;
         let gpu = GpuScene::new(host, scene)?;
         let view = light_view(scene, light);
         let instances = scene.instances.len();
@@ -240,6 +236,19 @@ impl<'h> Renderer<'h> {
         self.map_is_current = false;
     }
 
+    /// Moves or replaces the camera's view.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if its depth is not reversed.
+    pub fn set_camera(&mut self, scene: &Scene, view: CameraView) -> Result<()> {
+        check_camera(&view)?;
+        self.camera_list = DrawList::for_camera(scene, &view);
+        self.view.camera = view;
+        // A camera that saw nothing has left the map empty.
+        self.map_is_current = false;
+        Ok(())
+    }
+
     /// The G-buffer of the last frame.
     pub fn gbuffer(&self) -> &GBuffer {
         &self.gbuffer
@@ -267,6 +276,15 @@ impl<'h> Renderer<'h> {
             + self.map.image().memory_bytes()
             + self.shade.picture().memory_bytes()
     }
+}
+
+fn check_camera(camera: &CameraView) -> Result<()> {
+    if camera.depth == DepthRange::Reversed {
+        return Ok(());
+    }
+    let problem =
+        "the renderer draws with reversed depth: make the camera with CameraView::perspective or orthographic";
+    Err(Error::Usage(problem.into()))
 }
 
 /// The light as seen from one point of its area; `point` is in the unit square.

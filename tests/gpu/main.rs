@@ -15,6 +15,7 @@ mod mirrors;
 mod noise;
 mod passes;
 mod properties;
+mod revectorize;
 mod stability;
 mod structs;
 mod validation;

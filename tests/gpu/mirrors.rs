@@ -12,19 +12,19 @@ const SIZE: [u32; 2] = [256, 144];
 
 /// How a pass's output agrees with its mirror.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Agreement {
-    pixels: usize,
+pub struct Agreement {
+    pub pixels: usize,
     /// Pixels whose value rounding may change by more than the tolerance, and in how many it shows: by 1 % or more.
-    ties: usize,
-    ties_differing: usize,
+    pub ties: usize,
+    pub ties_differing: usize,
     /// Pixels beyond the tolerance and beyond what rounding explains: errors.
-    wrong: usize,
+    pub wrong: usize,
     /// Largest difference among the pixels that are no ties, and among those that are.
     largest: f64,
     largest_tie: f64,
 }
 
-fn compare(gpu: &[f32], mirror: &Mirror, tolerance: f64) -> Agreement {
+pub fn compare(gpu: &[f32], mirror: &Mirror, tolerance: f64) -> Agreement {
     assert_eq!(gpu.len(), mirror.visibility.len());
     let mut a = Agreement { pixels: gpu.len(), ..Agreement::default() };
     for (i, &value) in gpu.iter().enumerate() {
@@ -46,7 +46,7 @@ fn compare(gpu: &[f32], mirror: &Mirror, tolerance: f64) -> Agreement {
 }
 
 impl Agreement {
-    fn check(&self, what: &str, most_ties: f64) {
+    pub fn check(&self, what: &str, most_ties: f64) {
         let ties = self.ties as f64 / self.pixels as f64;
         println!(
             "{what:42} wrong {} of {}, ties {:.3} % (of these differ {}), largest difference {:.1e}, of a tie {:.1e}",
@@ -63,7 +63,7 @@ impl Agreement {
     }
 }
 
-fn default_of(technique: &str, name: &str) -> f32 {
+pub fn default_of(technique: &str, name: &str) -> f32 {
     find(technique).unwrap().params.iter().find(|p| p.name == name).unwrap().default as f32
 }
 
@@ -76,7 +76,7 @@ fn pcf_settings(width: u32) -> Settings {
     Settings { width, normal_offset, depth_bias: default_of("pcf", "depth_bias") }
 }
 
-fn lit_renderer<'h>(host: &'h Host, scene: &Scene, size: [u32; 2], map_size: u32, normals: bool) -> Renderer<'h> {
+pub fn lit_renderer<'h>(host: &'h Host, scene: &Scene, size: [u32; 2], map_size: u32, normals: bool) -> Renderer<'h> {
     renderer(host, scene, RenderDesc { normals, ..desc(size, map_size) })
 }
 

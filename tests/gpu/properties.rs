@@ -17,6 +17,16 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("pcf", &[("width", "1"), ("skip", "off")]),
     ("pcf", &[("width", "3"), ("fetch", "loop"), ("skip", "tiles")]),
     ("pcf", &[("width", "15"), ("fetch", "gather"), ("skip", "pixels")]),
+    ("rbsm", &[("skip", "off")]),
+    ("rbsm-filtered", &[("max_distance", "64")]),
+    ("rbsm-filtered", &[("receiver", "fixed"), ("max_distance", "1"), ("skip", "off")]),
+    ("rbsm-star", &[]),
+    ("rbsm-profile", &[("skip", "off")]),
+    ("rbsm-profile", &[("quality", "neighbours"), ("max_distance", "4")]),
+    ("rbsm-profile", &[("quality", "line"), ("max_distance", "64")]),
+    ("rpcf", &[("width", "3"), ("skip", "off")]),
+    ("rpcf", &[("width", "31"), ("visibility", "star")]),
+    ("rpcf", &[("width", "1"), ("visibility", "profile")]),
 ];
 
 /// Runs every mode, checks the range, and hands visibility to `check` with the mode's description.

@@ -28,8 +28,7 @@ const SHADERS: &[(&str, Make)] = &[
         c.pipeline::<PcfPush>("pass/pcf_classify.comp", &[3])?.check_uniform::<ViewConstants>("view")
     }),
     ("pass/rbsm.comp", |c| {
-        for function in 0..4 {
-            let constants = [0, 16, function, 0, 0];
+        for constants in [[0, 16, 0, 0, 0], [1, 1, 1, 0, 1], [0, 64, 3, 2, 2]] {
             c.pipeline::<RbsmPush>("pass/rbsm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
@@ -38,6 +37,12 @@ const SHADERS: &[(&str, Make)] = &[
         for function in 0..2 {
             let constants = [0, 16, function, 0, 0];
             c.pipeline::<RbsmPush>("pass/rbsm_branches.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
+    ("pass/rpcf.comp", |c| {
+        for constants in [[0, 16, 1, 0, 0], [1, 1, 7, 1, 1], [0, 64, 31, 2, 1]] {
+            c.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
     }),

@@ -46,8 +46,8 @@ fn follow(texels: &impl Texels, crack: Crack, step: [i64; 2]) -> Option<(Crack, 
     }
 }
 
-/// The line with the least squares of distances to the midpoints of [`FITTED_CRACKS`] cracks to either side of `crack` and
-/// its own, moved into the middle of the gap between the centres of the inside and of the outside texels there.
+/// The line with the least squares of distances to the midpoints of [`FITTED_CRACKS`] cracks to either side of `crack`
+/// and its own, moved into the middle of the gap between the centres of the inside and of the outside texels there.
 ///
 /// `None` where the boundary cannot be followed that far, or no such line separates them.
 pub fn fitted_line(texels: &impl Texels, crack: Crack) -> Option<FittedLine> {
@@ -81,7 +81,7 @@ pub fn fitted_line(texels: &impl Texels, crack: Crack) -> Option<FittedLine> {
     }
     let inside = pieces.iter().map(|(p, _)| normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
     let outside = pieces.iter().map(|(p, n)| normal.dot(*p + *n)).fold(f64::INFINITY, f64::min);
-    (inside < outside).then(|| FittedLine { origin, normal, offset: 0.5 * (inside + outside) })
+    (inside < outside).then_some(FittedLine { origin, normal, offset: 0.5 * (inside + outside) })
 }
 
 fn vector(v: [i64; 2]) -> DVec2 {

@@ -1,9 +1,9 @@
-//! [JCGT] listings 2 to 5, function by function. The errata are in the module above.
+//! Macedo 2017 listings 2 to 5, function by function. The errata are in the module above.
 
 use super::{Side, Texels, add};
 use glam::{DVec2, DVec3, DVec4};
 
-/// Where a texel's shadow test differs from its neighbours' ([JCGT] equations 2 to 4).
+/// Where a texel's shadow test differs from its neighbours' (Macedo 2017 equations 2 to 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Discontinuity {
     /// Bit i is set where the neighbour on side `Side::ALL[i]` differs: 1 left, 2 right, 4 +v, 8 -v.
@@ -68,7 +68,7 @@ pub fn traverse_all(texels: &impl Texels, texel: [i64; 2], d: Discontinuity, max
     Side::ALL.map(|side| traverse(texels, texel, d, side, max_distance))
 }
 
-/// `computeFragmentDistanceToSE`, [CGF] equation 2: from the point to the end of each traversal, texels, with the
+/// `computeFragmentDistanceToSE`, Macedo 2019 equation 2: from the point to the end of each traversal, texels, with the
 /// traversal's sign. `fraction`, `[0, 1)`, is the point's place in its texel.
 pub fn distance_to_edge(fraction: DVec2, traversal: [i64; 4]) -> DVec4 {
     let distance = |i: usize| {
@@ -79,7 +79,7 @@ pub fn distance_to_edge(fraction: DVec2, traversal: [i64; 4]) -> DVec4 {
     DVec4::new(distance(0), distance(1), distance(2), distance(3))
 }
 
-/// `normalizeFragmentDistanceToSE`, [CGF] equation 3 and [JCGT] equation 5.
+/// `normalizeFragmentDistanceToSE`, Macedo 2019 equation 3 and Macedo 2017 equation 5.
 ///
 /// `x` and `y` are the normalised positions on the horizontal and the vertical axis: 0 at the edge end and 1 at the
 /// other where one end was found; of two found, the farther one counts, `[0.5, 1]`; with none they are negative.

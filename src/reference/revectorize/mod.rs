@@ -1,23 +1,24 @@
 //! The visibility functions of revectorization-based shadow mapping in `f64`, over any binary shadow test.
 //!
-//! Sources: [JCGT] Macedo and Apolinário, "Improved Optimization of Revectorization-Based Shadow Mapping" listings 1 to
-//! 5; [CG] "Euclidean distance transform soft shadow mapping" equations 5 to 7; [CGF] "Revectorization-based soft
-//! shadow mapping" equations 2 and 3; the edge profile is our own. All lengths are in texels. The second axis, v, grows
-//! downwards; neighbours are in the order of listing 2: left, right, +v, -v.
+//! Sources: Macedo, Apolinário and Agüero 2017, the optimised visibility functions, listings 1 to 5; Macedo and
+//! Apolinário 2018, *Improved anti-aliasing for Euclidean distance transform shadow mapping*, equations 5 to 7; Macedo,
+//! Apolinário and Agüero 2019, *Revectorization-Based Soft Shadow Mapping*, equations 2 and 3; the edge profile is our
+//! own. All lengths are in texels. The second axis, v, grows downwards; neighbours are in the order of listing 2: left,
+//! right, +v, -v.
 //!
 //! What the sources leave open, or have wrong, and what is done here:
 //!
-//! * Listing 2 against table 1 of [JCGT]: the table swaps top and bottom; the listing counts.
+//! * Listing 2 against table 1 of Macedo 2017: the table swaps top and bottom; the listing counts.
 //! * Listing 3: its loop variable is misspelt and its `d` must have three components. `checkDiscontinuity` is not
 //!   printed: here a stepped texel shares a discontinuity direction with the start texel when one of the sides *across*
 //!   the traversal that the start texel has differs there too. The sides along it cannot: the start texel's would have
 //!   ended the traversal at its first step. A traversal that reaches the largest distance has not ended: negative.
-//! * `normalizeFragmentDistanceToSE` is not printed: [CGF] equation 3 has `max(d_l, d_b)` as its second component, which
-//!   must be `max(d_t, d_b)`. Whether a run has ended at an edge end is taken from the traversal and not from the sign
-//!   of the distance, which is 0 on the texel's own border.
+//! * `normalizeFragmentDistanceToSE` is not printed: Macedo 2019 equation 3 has `max(d_l, d_b)` as its second component,
+//!   which must be `max(d_t, d_b)`. Whether a run has ended at an edge end is taken from the traversal and not from the
+//!   sign of the distance, which is 0 on the texel's own border.
 //! * Listing 5, I shape: `nrd.w == 1.0` is printed where `nrd.w == -1.0` is meant. Every returned value is clamped:
 //!   with one axis ended at both ends and the other at none, the second position is negative.
-//! * [CG] equation 7 says nothing of U, O and I shapes: they keep the shadow test here. Each side of the boundary
+//! * Macedo 2018 equation 7 says nothing of U, O and I shapes: they keep the shadow test here. Each side of the boundary
 //!   measures its `alpha` from the corner where its own run meets the opposite visibility.
 
 mod line;
@@ -121,11 +122,11 @@ pub enum Quality {
 /// A visibility function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Function {
-    /// Silhouette recovery, [JCGT] listing 4: lit points only, it grows the shadow.
+    /// Silhouette recovery, Macedo 2017 listing 4: lit points only, it grows the shadow.
     Silhouette,
-    /// Filtering, [JCGT] listing 5: a ramp across the boundary texels.
+    /// Filtering, Macedo 2017 listing 5: a ramp across the boundary texels.
     Filtered,
-    /// Improved visibility, [CG] equation 7, for L shapes; U, O and I keep the shadow test.
+    /// Improved visibility, Macedo 2018 equation 7, for L shapes; U, O and I keep the shadow test.
     Star,
     /// The edge profile: the boundary as a height over each run of the texel's sides.
     Profile(Quality),

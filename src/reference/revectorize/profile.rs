@@ -352,6 +352,9 @@ pub(super) fn outcome(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec
     let mut flips = false;
     for (side, profile) in Side::ALL.into_iter().zip(profiles) {
         let Some(profile) = profile else { continue };
+        if profile.curve == Curve::Flat {
+            continue;
+        }
         let u = profile.before + if side.is_horizontal() { fraction.y } else { fraction.x };
         let above = side.distance(fraction) - profile.height(u);
         let margin = above.abs() / profile.steepest().hypot(1.0);

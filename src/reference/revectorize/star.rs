@@ -1,4 +1,4 @@
-//! [CG] equation 7.
+//! Macedo 2018 equation 7.
 
 use super::Discontinuity;
 use glam::DVec4;

@@ -1,7 +1,7 @@
 //! Analytic shadows on a flat receiver: shapes whose shadow map and exact visibility are both known, in texels.
 //!
-//! A shape is an occluder in the plane of the map, as a signed distance; the binary shadow map is its sign at the texels'
-//! centres, and the truth its sign anywhere. Each class has any number of shapes, drawn by number: the same class and
+//! A shape is an occluder in the plane of the map, as a signed distance; the binary shadow map is its sign at the
+//! texels' centres, and the truth its sign anywhere. Each class has any number of shapes, drawn by number: the same class and
 //! number give the same shape on every machine.
 
 mod draw;

@@ -143,6 +143,32 @@ pub fn study(options: &Options, progress: impl Fn(u64, u64) + Sync) -> Vec<Row> 
     variants.iter().enumerate().map(|(i, &variant)| row(variant, i, &measured, options.shapes as usize)).collect()
 }
 
+/// The same of one shape; `classes` of each row has its mismatch alone, and `options.shapes` says nothing.
+pub fn of_shape(shape: &Shape, options: &Options) -> Vec<Row> {
+    let variants: Vec<(Method, Option<u32>)> = options.methods.iter().flat_map(|&m| variants(m, options)).collect();
+    let measured = [measure(shape, &variants, options.subsamples)];
+    variants.iter().enumerate().map(|(i, &variant)| row(variant, i, &measured, 1)).collect()
+}
+
+/// What a method makes of the tile of a shape, true where lit: `TILE * scale` points a side, row by row.
+pub fn image(shape: &Shape, method: Method, max_distance: u32, scale: u32) -> Vec<bool> {
+    let tests = Tests::new(shape);
+    let mut image = vec![];
+    for y in 0..TILE {
+        let arounds: Vec<_> = (0..TILE).map(|x| Around::new(&tests, [x.into(), y.into()])).collect();
+        let answers =
+            (0..TILE as usize).map(|x| answer(method, &tests, &arounds[x], [x as i64, y.into()], max_distance));
+        let answers: Vec<_> = answers.collect();
+        for j in 0..scale {
+            image.extend((0..TILE * scale).map(|i| {
+                let fraction = (dvec2((i % scale).into(), j.into()) + 0.5) / f64::from(scale);
+                answers[(i / scale) as usize].is_lit(fraction)
+            }));
+        }
+    }
+    image
+}
+
 fn variants(method: Method, options: &Options) -> Vec<(Method, Option<u32>)> {
     if method.traverses() {
         options.max_distances.iter().map(|&m| (method, Some(m))).collect()
@@ -191,11 +217,7 @@ fn measure(shape: &Shape, variants: &[(Method, Option<u32>)], subsamples: u32) -
         for (&(method, max_distance), tally) in variants.iter().zip(&mut measured.tallies) {
             let max_distance = max_distance.unwrap_or(0);
             let counter = Counter { texels: &tests, count: Cell::new(0) };
-            let answer = match method {
-                Method::ShadowMap => Answer::Constant(around.lit()),
-                Method::Bilinear => Answer::Bilinear(&around),
-                Method::Revectorized(function) => Answer::new(prepare(&counter, texel, function, max_distance)),
-            };
+            let answer = answer(method, &counter, &around, texel, max_distance);
             if is_boundary {
                 let made = match method {
                     Method::ShadowMap => 1,
@@ -216,6 +238,14 @@ fn measure(shape: &Shape, variants: &[(Method, Option<u32>)], subsamples: u32) -
         }
     }
     measured
+}
+
+fn answer<'a>(method: Method, texels: &impl Texels, around: &'a Around, at: [i64; 2], max_distance: u32) -> Answer<'a> {
+    match method {
+        Method::ShadowMap => Answer::Constant(around.lit()),
+        Method::Bilinear => Answer::Bilinear(around),
+        Method::Revectorized(function) => Answer::new(prepare(texels, at, function, max_distance)),
+    }
 }
 
 /// A method at a texel.

@@ -1,0 +1,130 @@
+//! What the suites that judge techniques by the truth share.
+
+use super::{Args, real_time, shown, slug};
+use crate::cli::args::TruthArgs;
+use crate::cli::stage::Stage;
+use crate::cli::techniques::Choice;
+use crate::cli::truth::{self, Tracer};
+use crate::cli::{console, report};
+use edgeshade::Result;
+use edgeshade::host::Host;
+use edgeshade::picture::write_atomic;
+use edgeshade::reference::ray_traced::Truth;
+use edgeshade::scene::{Light, LightShape, RenderDesc, Renderer};
+use edgeshade::technique::{self, OutputFormat};
+use edgeshade::view::LightView;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Settings that are judged beside the defaults; of a technique or parameter that is not in the registry, nothing is.
+const VARIANTS: [(&str, (&str, &str)); 5] = [
+    ("pcf", ("width", "3")),
+    ("rbsm-profile", ("quality", "run")),
+    ("rbsm-profile", ("quality", "neighbours")),
+    ("rbsm-profile", ("quality", "line")),
+    ("rpcf", ("width", "7")),
+];
+
+/// Each variant is judged with this as well, where it has the parameter: one depth for all texels of a kernel.
+const FIXED: (&str, &str) = ("receiver", "fixed");
+
+/// Every real-time technique at its defaults, and the variants above; in the registry's order, none twice.
+pub fn contenders() -> Result<Vec<Choice>> {
+    let has = |id: &str, name: &str| technique::find(id).is_ok_and(|t| t.params.iter().any(|p| p.name == name));
+    let defaults = real_time().map(|id| (id, vec![]));
+    let variants = VARIANTS.iter().filter(|(id, (name, _))| has(id, name)).map(|&(id, setting)| (id, vec![setting]));
+    let mut found: Vec<Choice> = vec![];
+    for (id, settings) in defaults.chain(variants) {
+        for more in [None, Some(FIXED).filter(|f| has(id, f.0))] {
+            let settings = settings.iter().copied().chain(more).map(|(n, v)| (n.to_owned(), v.to_owned()));
+            let choice = Choice::new(id, &settings.collect::<Vec<_>>())?;
+            if !found.iter().any(|c| c.info.id == id && c.params.show() == choice.params.show()) {
+                found.push(choice);
+            }
+        }
+    }
+    found.sort_by_key(|c| technique::ALL.iter().position(|t| t.id == c.info.id));
+    Ok(found)
+}
+
+/// Id and changed settings, for people.
+pub fn label(choice: &Choice) -> String {
+    match choice.settings().as_str() {
+        "-" => choice.info.id.to_owned(),
+        settings => format!("{} {settings}", choice.info.id),
+    }
+}
+
+/// The same light without size: its shadows are hard.
+pub fn hard(light: &Light) -> Light {
+    let shape = match light.shape {
+        LightShape::Spot { outer, .. } => LightShape::Spot { outer, size: Some(0.0) },
+        LightShape::Directional { .. } => LightShape::Directional { angle: Some(0.0) },
+    };
+    Light { shape, ..light.clone() }
+}
+
+/// Renders for measuring: visibility in `f32`, and a map that is drawn anew only when something has moved.
+pub fn renderer<'h>(host: &'h Host, stage: &Stage, size: [u32; 2], map_size: u32) -> Result<Renderer<'h>> {
+    let desc = RenderDesc { size, map_size, output: OutputFormat::R32, dynamic_light: false, ..RenderDesc::default() };
+    Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
+}
+
+/// Traces the stage; truths are kept in the usual cache.
+pub fn tracer<'a>(stage: &'a Stage, light: &LightView, size: [u32; 2]) -> Tracer<'a> {
+    Tracer::new(stage, light, size, &TruthArgs { samples: None, cache: None })
+}
+
+/// Visibility of one frame.
+pub fn visibility(renderer: &mut Renderer<'_>, choice: &Choice) -> Result<Vec<f32>> {
+    let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
+    renderer.frame(technique.as_mut())?;
+    renderer.visibility(technique.as_ref())
+}
+
+/// The pixels that count in a frame as the renderer now stands.
+pub fn mask(host: &Host, renderer: &mut Renderer<'_>, truth: &Truth) -> Result<Vec<bool>> {
+    renderer.shade_with(&truth.visibility)?;
+    Ok(truth::judged(truth, &host.read_image::<u32>(&renderer.gbuffer().triangle)?))
+}
+
+/// Mean of what there is; `None` of nothing.
+pub fn mean(values: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0);
+    for v in values.into_iter().flatten() {
+        sum += v;
+        count += 1;
+    }
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+/// Writes a suite's figures and its page, prints the page, and gives the path of the figures.
+pub fn save(args: &Args, host: &Host, suite: &str, figures: &impl Serialize, page: &str) -> Result<PathBuf> {
+    let path = args.output.join(format!("{suite}-{}.json", slug(&host.info().name)));
+    report::write(&path, figures)?;
+    write_atomic(&path.with_extension("md"), page.as_bytes())?;
+    console::print(format_args!("{page}\nwrote {} and .md\n", shown(&path)))?;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_technique_is_judged_and_none_twice() {
+        let names: Vec<_> = contenders().unwrap().iter().map(label).collect();
+        for id in real_time() {
+            assert!(names.iter().any(|n| n == id), "{id}: {names:?}");
+        }
+        for (i, name) in names.iter().enumerate() {
+            assert!(!names[..i].contains(name), "{names:?}");
+        }
+    }
+
+    #[test]
+    fn means_leave_out_what_is_not_there() {
+        assert_eq!(mean([Some(1.0), None, Some(2.0)]), Some(1.5));
+        assert_eq!(mean([None]), None);
+    }
+}

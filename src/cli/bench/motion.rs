@@ -1,0 +1,341 @@
+//! Suite `motion`: what shadow boundaries do while light or camera move by less than a texel a frame.
+
+use super::Args;
+use super::judge::{contenders, hard, label, mask, renderer, save, tracer};
+use crate::cli::progress::Progress;
+use crate::cli::report::{self, Origin};
+use crate::cli::stage::Stage;
+use crate::cli::techniques::Choice;
+use edgeshade::host::Host;
+use edgeshade::metrics::{self, Motion, Shot};
+use edgeshade::scene::{Renderer, shipped};
+use edgeshade::table::number;
+use edgeshade::view::{CameraView, LightView};
+use edgeshade::{Error, Result};
+use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, dvec2, dvec3};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// Thin bars under a sun, wooden blocks under a spot light.
+const SCENES: [&str; 2] = ["fence", "jenga"];
+/// Side of the shadow map, texels: about as wide as the pixels of the image.
+const MAP: u32 = 512;
+const SIZE: [u32; 2] = [640, 360];
+const QUICK_SIZE: [u32; 2] = [160, 90];
+const FRAMES: u32 = 16;
+const QUICK_FRAMES: u32 = 4;
+/// Texels a frame.
+const STEP: f64 = 0.125;
+/// Direction of the steps in the map: along neither axis, nor the diagonal. Radians.
+const DIRECTION: f64 = 0.5;
+/// What is near a boundary, pixels.
+const BAND: u32 = 4;
+/// Texels that a sun's map is wider than its casters on each side, so that none leaves it.
+const MARGIN: f64 = 4.0;
+
+/// What moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Movement {
+    /// A spot about its own place, so that only the map's texels move; a sun about the middle of its view, so that
+    /// the shadow of what is half the map's width above its receiver moves by the step.
+    LightTurned,
+    /// A spot so far that a texel at the scene's middle moves by the step; a sun across its own
+    /// direction, so that only the map's texels move.
+    LightMoved,
+    /// To the right, by a step at the scene's middle.
+    CameraMoved,
+}
+
+const MOVEMENTS: [(Movement, &str); 3] = [
+    (Movement::LightTurned, "light turned"),
+    (Movement::LightMoved, "light moved"),
+    (Movement::CameraMoved, "camera moved"),
+];
+
+/// What the suite writes.
+#[derive(Serialize)]
+struct Figures {
+    suite: &'static str,
+    #[serde(flatten)]
+    origin: Origin,
+    size: [u32; 2],
+    shadow_map: u32,
+    frames: u32,
+    /// Texels a frame.
+    step_texels: f64,
+    /// What is near a boundary, pixels.
+    band_px: u32,
+    results: Vec<Row>,
+}
+
+/// One technique, or the truth itself, in one movement.
+#[derive(Serialize)]
+struct Row {
+    scene: &'static str,
+    movement: Movement,
+    technique: &'static str,
+    params: Map<String, Value>,
+    #[serde(skip)]
+    label: String,
+    #[serde(flatten)]
+    motion: Motion,
+}
+
+/// Camera and light of one frame, with the truth.
+struct Pose {
+    camera: CameraView,
+    light: LightView,
+    truth: Vec<f32>,
+    mask: Vec<bool>,
+}
+
+pub fn run(args: &Args, host: &Host) -> Result<()> {
+    let size = args.size.unwrap_or(if args.quick { QUICK_SIZE } else { SIZE });
+    let frames = if args.quick { QUICK_FRAMES } else { FRAMES };
+    let scenes = if args.quick { &SCENES[1..] } else { &SCENES[..] };
+    let mut choices = contenders()?;
+    choices.insert(0, Choice::new("ray-traced", &[("samples".into(), "1".into())])?);
+    let progress = Progress::start("suite motion");
+    let total = (scenes.len() * MOVEMENTS.len() * choices.len()) as u64;
+    let mut results = vec![];
+    for &name in scenes {
+        let shipped = shipped::find(name).ok_or_else(|| Error::Usage(format!("there is no scene {name}")))?;
+        let mut stage = Stage::shipped(shipped, size)?;
+        stage.light = hard(&stage.light);
+        let mut renderer = renderer(host, &stage, size, MAP)?;
+        let start = with_margin(renderer.light());
+        let mut tracer = tracer(&stage, &start, size).quiet();
+        for (movement, _) in MOVEMENTS {
+            let mut poses = vec![];
+            for i in 0..frames {
+                let (camera, light) = moved(&stage, &start, movement, STEP * f64::from(i));
+                tracer.look(camera, &light);
+                let truth = tracer.hard()?;
+                pose(&mut renderer, &stage, camera, light)?;
+                let mask = mask(host, &mut renderer, &truth)?;
+                poses.push(Pose { camera, light, truth: truth.visibility, mask });
+            }
+            for choice in &choices {
+                results.push(Row {
+                    scene: shipped.name,
+                    movement,
+                    technique: choice.info.id,
+                    params: report::params(choice.info, &choice.params),
+                    label: label(choice),
+                    motion: measure(&mut renderer, &stage, &poses, choice, size)?,
+                });
+                progress.set(results.len() as u64, total);
+            }
+        }
+    }
+    drop(progress);
+    let figures = Figures {
+        suite: "motion",
+        origin: Origin::new(host.info()),
+        size,
+        shadow_map: MAP,
+        frames,
+        step_texels: STEP,
+        band_px: BAND,
+        results,
+    };
+    save(args, host, figures.suite, &figures, &page(&figures))?;
+    Ok(())
+}
+
+fn pose(renderer: &mut Renderer<'_>, stage: &Stage, camera: CameraView, light: LightView) -> Result<()> {
+    renderer.set_light(&stage.scene, light);
+    renderer.set_camera(&stage.scene, camera)
+}
+
+fn measure(
+    renderer: &mut Renderer<'_>,
+    stage: &Stage,
+    poses: &[Pose],
+    choice: &Choice,
+    size: [u32; 2],
+) -> Result<Motion> {
+    let mut frames = vec![];
+    if !choice.is_reference() {
+        let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
+        for p in poses {
+            pose(renderer, stage, p.camera, p.light)?;
+            renderer.frame(technique.as_mut())?;
+            frames.push(renderer.visibility(technique.as_ref())?);
+        }
+    }
+    let shots: Vec<Shot<'_>> = poses
+        .iter()
+        .enumerate()
+        .map(|(i, p)| Shot { test: frames.get(i).unwrap_or(&p.truth), truth: &p.truth, mask: &p.mask })
+        .collect();
+    metrics::motion(&shots, size, BAND)
+}
+
+/// A sun's view that is a little wider than its casters; a spot's as it is.
+fn with_margin(light: &LightView) -> LightView {
+    let narrower = 1.0 / (1.0 + 2.0 * MARGIN / f64::from(MAP));
+    let scale = if light.is_directional() { dvec3(narrower, narrower, 1.0) } else { DVec3::ONE };
+    LightView { clip_from_view: DMat4::from_scale(scale) * light.clip_from_view, ..*light }
+}
+
+/// Sides of a texel: at distance 1 for a spot, everywhere for a sun, whose map need not be square in the world.
+fn texel(light: &LightView) -> DVec2 {
+    let p = &light.clip_from_view;
+    dvec2(p.x_axis.x, p.y_axis.y).abs().recip() * (2.0 / f64::from(MAP))
+}
+
+/// Camera and light after `texels` of movement.
+fn moved(stage: &Stage, light: &LightView, movement: Movement, texels: f64) -> (CameraView, LightView) {
+    let (mut camera, mut light) = (stage.camera, *light);
+    let view = light.world_from_view;
+    let to_middle = view.inverse().transform_point3(stage.scene.bounds().center());
+    let distance = if light.is_directional() { 1.0 } else { -to_middle.z };
+    // Across the light's axis at distance 1, or of a sun anywhere.
+    let step = (texels * texel(&light) * DVec2::from_angle(DIRECTION)).extend(0.0);
+    match movement {
+        Movement::LightTurned => {
+            // About the axis across the direction, so that what is ahead moves along it.
+            let axis = step.cross(DVec3::Z).try_normalize().unwrap_or(DVec3::X);
+            let turn = |slope: f64| DAffine3::from_mat3(DMat3::from_axis_angle(axis, slope.atan()));
+            light.world_from_view = if light.is_directional() {
+                let pivot = DAffine3::from_translation(to_middle);
+                view * pivot * turn(step.length() * light.clip_from_view.x_axis.x) * pivot.inverse()
+            } else {
+                view * turn(step.length())
+            };
+        }
+        Movement::LightMoved => light.world_from_view = view * DAffine3::from_translation(distance * step),
+        Movement::CameraMoved => {
+            let right = camera.world_from_view.matrix3.x_axis;
+            camera.world_from_view.translation += distance * step.length() * right;
+        }
+    }
+    (camera, light)
+}
+
+fn page(figures: &Figures) -> String {
+    let [w, h] = figures.size;
+    let Origin { device, driver, version } = &figures.origin;
+    let mut text = format!(
+        "# Suite `motion`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, map {MAP}, {} frames, {STEP} texels a \
+         frame, lights without size.\n\n\
+         Over the pixels within {BAND} pixels of the true boundary in either frame: `change` is the mean absolute \
+         difference of two frames in a row; `not the truth's` what of it the ray-traced truth does not do, or does and \
+         the technique does not; `flicker` the share of pixels that go lit, dark, lit or dark, lit, dark in three \
+         frames. All in percent.\n",
+        figures.frames
+    );
+    let percent = |v: Option<f64>| number(v.map(|v| 100.0 * v), 3);
+    for rows in figures.results.chunk_by(|a, b| (a.scene, a.movement) == (b.scene, b.movement)) {
+        let Some(first) = rows.first() else { continue };
+        let name = MOVEMENTS.iter().find(|m| m.0 == first.movement).map_or("", |m| m.1);
+        text += &format!(
+            "\n## {}, {name}\n\n| technique | change | not the truth's | flicker |\n|---|--:|--:|--:|\n",
+            first.scene
+        );
+        for r in rows {
+            text += &format!(
+                "| {} | {} | {} | {} |\n",
+                r.label,
+                percent(r.motion.change),
+                percent(r.motion.change_error),
+                percent(r.motion.flicker)
+            );
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::judge::visibility;
+    use super::*;
+    use edgeshade::host::HostDesc;
+    use edgeshade::view::{DepthRange, look_along};
+
+    fn staged(name: &str) -> (Stage, LightView) {
+        let mut stage = Stage::shipped(shipped::find(name).unwrap(), SIZE).unwrap();
+        stage.light = hard(&stage.light);
+        let light = with_margin(&edgeshade::scene::light_view(&stage.scene, &stage.light));
+        (stage, light)
+    }
+
+    /// Place of a point in the map, texels.
+    fn place(light: &LightView, p: DVec3) -> DVec2 {
+        let clip = light.clip_from_view * light.world_from_view.inverse().transform_point3(p).extend(1.0);
+        0.5 * f64::from(MAP) * clip.truncate().truncate() / clip.w
+    }
+
+    #[test]
+    fn a_step_is_a_step_in_the_map() {
+        for name in SCENES {
+            let (stage, light) = staged(name);
+            let middle = stage.scene.bounds().center();
+            let aside = light.world_from_view.transform_vector3(DVec3::Z) / light.clip_from_view.x_axis.x;
+            for texels in [STEP, 1.0] {
+                let shift = |movement, p: DVec3| {
+                    let light_after = moved(&stage, &light, movement, texels).1;
+                    place(&light_after, p) - place(&light, p)
+                };
+                // What stands still moves against the light; v is down in the map, up in the view.
+                let [cos, sin] = DVec2::from_angle(DIRECTION).to_array();
+                let expected = texels * dvec2(-cos, sin);
+                let assert_near = |found: DVec2, expected: DVec2, tolerance: f64| {
+                    assert!(found.distance(expected) < tolerance * texels, "{name}: {found}, expected {expected}");
+                };
+                assert_near(shift(Movement::LightMoved, middle), expected, 1e-6);
+                if light.is_directional() {
+                    assert_near(shift(Movement::LightTurned, middle), DVec2::ZERO, 1e-6);
+                    let above = shift(Movement::LightTurned, middle + aside);
+                    assert_near(above, expected * above.dot(expected).signum(), 1e-3);
+                } else {
+                    let ahead = shift(Movement::LightTurned, light.position() + light.direction());
+                    assert_near(ahead, expected * ahead.dot(expected).signum(), 1e-3);
+                }
+            }
+            let camera = moved(&stage, &light, Movement::CameraMoved, STEP);
+            assert_eq!(camera.1, light);
+            assert_ne!(camera.0, stage.camera);
+        }
+    }
+
+    #[test]
+    fn a_renderer_that_was_moved_draws_what_a_new_one_there_draws() {
+        let host = Host::new(&HostDesc { device: None, validation: true }).unwrap();
+        let size = [160, 90];
+        let (mut stage, _) = staged("jenga");
+        let choice = Choice::new("sm", &[]).unwrap();
+        let home = stage.camera;
+        // First a camera that looks up into the sky: nothing is visible, so the map stays empty.
+        stage.camera.world_from_view = look_along(home.position() + 10.0 * DVec3::Y, DVec3::Y);
+        let mut travelled = renderer(&host, &stage, size, MAP).unwrap();
+        assert!(visibility(&mut travelled, &choice).unwrap().iter().all(|&v| v == 1.0));
+        let start = *travelled.light();
+        let mut seen: Vec<Vec<f32>> = vec![];
+        for movement in [None, Some(Movement::CameraMoved), Some(Movement::LightMoved)] {
+            stage.camera = home;
+            let (camera, light) = movement.map_or((home, start), |m| moved(&stage, &start, m, 20.0));
+            travelled.set_camera(&stage.scene, camera).unwrap();
+            if light != start {
+                travelled.set_light(&stage.scene, light);
+            }
+            assert_eq!((*travelled.camera(), *travelled.light()), (camera, light));
+            let found = visibility(&mut travelled, &choice).unwrap();
+            stage.camera = camera;
+            let mut fresh = renderer(&host, &stage, size, MAP).unwrap();
+            fresh.set_light(&stage.scene, light);
+            assert!(found == visibility(&mut fresh, &choice).unwrap(), "{movement:?}");
+            assert!(!seen.contains(&found), "{movement:?} changes nothing");
+            seen.push(found);
+        }
+        let backwards = CameraView { depth: DepthRange::Standard, ..home };
+        let problem = travelled.set_camera(&stage.scene, backwards).unwrap_err().to_string();
+        assert!(problem.contains("reversed"), "{problem}");
+        drop((travelled, seen));
+        let messages = host.messages().clone();
+        drop(host);
+        assert_eq!(messages.all(), Vec::<String>::new());
+    }
+}
