@@ -34,7 +34,7 @@ pub enum Revectorization {
     Branches(Branches),
 }
 
-/// Which of the two that [JCGT] section 4 counts the scenarios of.
+/// Which of the two visibility functions that scenarios are counted for (Macedo, Apolinário, Agüero 2017, section 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branches {
     /// 12 scenarios.

@@ -1,7 +1,7 @@
 //! `rbsm-branches` gives the images of `rbsm` and `rbsm-filtered`, bit for bit, and every one of its branches is taken.
 
 use crate::common::{desc, every_shipped, prepare, renderer, with_gpu};
-use crate::noise::{EdgePoint, FlatReceiver, IMAGE, MAP, Noise, edge_point, place, visibility_of};
+use crate::noise::{EdgePoint, FlatReceiver, MAP, Noise, edge_point, place, visibility_of};
 use edgeshade::host::Host;
 use edgeshade::reference::revectorize::{Side, filtered_visibility, silhouette_visibility};
 use edgeshade::technique::{OutputFormat, Params, Setup, find, prepare as prepare_technique};
@@ -27,19 +27,22 @@ fn run(host: &Host, inputs: &Inputs<'_>, map_size: [u32; 2], id: &str, settings:
     visibility_of(host, technique.as_mut(), inputs)
 }
 
-/// Pixels that differ, over both ways to skip.
-fn differences(
+/// The image of `rbsm` or `rbsm-filtered`, after a comparison with that of `rbsm-branches` under both ways to skip.
+fn compared(
     host: &Host,
     inputs: &Inputs<'_>,
     map_size: [u32; 2],
-    variant: usize,
+    (name, opponent): (&'static str, &str),
     settings: &[(&str, &str)],
-) -> usize {
-    let (name, opponent) = VARIANTS[variant];
+    what: &str,
+) -> Vec<f32> {
     let with = |more: &[(&'static str, &'static str)]| [settings, more].concat();
     let expected = run(host, inputs, map_size, opponent, &with(&[("skip", "off")]));
-    let got = |skip| run(host, inputs, map_size, "rbsm-branches", &with(&[("variant", name), ("skip", skip)]));
-    ["off", "list"].map(|skip| differing_bits(&expected, &got(skip))).iter().sum()
+    for skip in ["off", "list"] {
+        let got = run(host, inputs, map_size, "rbsm-branches", &with(&[("variant", name), ("skip", skip)]));
+        assert_eq!(differing_bits(&expected, &got), 0, "{what}: {name}, skip {skip}, {settings:?}");
+    }
+    expected
 }
 
 #[test]
@@ -58,19 +61,15 @@ fn shipped_scenes_are_equal_bit_for_bit() {
                     light: std::slice::from_ref(r.light()),
                     light_version: None,
                 };
+                let hard = run(host, &inputs, [map; 2], "sm", &[]);
                 for receiver in ["plane", "fixed"] {
                     for distance in ["1", "16", "64"] {
                         let settings = [("receiver", receiver), ("max_distance", distance)];
-                        for variant in 0..2 {
-                            let count = differences(host, &inputs, [map; 2], variant, &settings);
-                            assert_eq!(count, 0, "{}, map {map}, {settings:?}, {:?}", scene.name, VARIANTS[variant]);
-                        }
-                        // The two variants are not one and the same, nor plain shadow mapping.
-                        let images = ["sm", "rbsm", "rbsm-filtered"]
-                            .map(|id| run(host, &inputs, [map; 2], id, if id == "sm" { &[] } else { &settings }));
-                        assert!(
-                            differing_bits(&images[0], &images[1]) > 0 && differing_bits(&images[1], &images[2]) > 0
-                        );
+                        let what = format!("{}, map {map}", scene.name);
+                        let [silhouette, filtered] =
+                            VARIANTS.map(|v| compared(host, &inputs, [map; 2], v, &settings, &what));
+                        // The two are not one and the same, nor plain shadow mapping.
+                        assert!(differing_bits(&hard, &silhouette) > 0 && differing_bits(&silhouette, &filtered) > 0);
                     }
                 }
             }
@@ -119,48 +118,41 @@ fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
             let inputs = receiver.inputs(&map);
             for distance in [1_u32, 4, 16, 64] {
                 let text = distance.to_string();
-                for receiver in ["plane", "fixed"] {
+                let compare = |receiver| {
                     let settings = [("receiver", receiver), ("max_distance", &text[..])];
-                    for variant in 0..2 {
-                        let count = differences(host, &inputs, MAP, variant, &settings);
-                        assert_eq!(count, 0, "blocks of {block:?}, {settings:?}, {:?}", VARIANTS[variant]);
-                    }
-                }
-                for (variant, taken) in taken.iter_mut().enumerate() {
-                    let (name, _) = VARIANTS[variant];
-                    let settings = [("variant", name), ("max_distance", &text[..])];
-                    let image = run(host, &inputs, MAP, "rbsm-branches", &settings);
-                    let mut first = BTreeMap::new();
-                    let mut wrong = 0;
-                    for (pixel, &v) in image.iter().enumerate() {
-                        let at = edge_point(&noise, place(pixel), distance);
-                        let lit = at.as_ref().map_or_else(|| noise.lit(texel(pixel)), |e| e.d.lit);
-                        let Some((e, s)) = at.and_then(|e| scenario(&e, variant == 1).map(|s| (e, s))) else {
-                            wrong += usize::from(v != f32::from(u8::from(lit)));
+                    VARIANTS.map(|v| compared(host, &inputs, MAP, v, &settings, &format!("blocks of {block:?}")))
+                };
+                // The receiver is level: its plane is the fixed depth.
+                let images = compare("plane");
+                assert!(images == compare("fixed"));
+                let mut wrong = [0; 2];
+                let mut first = BTreeMap::new();
+                for (pixel, (&silhouette, &filtered)) in images[0].iter().zip(&images[1]).enumerate() {
+                    let at = edge_point(&noise, place(pixel), distance);
+                    for (variant, v) in [silhouette, filtered].into_iter().enumerate() {
+                        let v = f64::from(v);
+                        let Some((e, s)) = at.as_ref().and_then(|e| Some((e, scenario(e, variant == 1)?))) else {
+                            wrong[variant] += usize::from(v != f64::from(u8::from(noise.lit(texel(pixel)))));
                             continue;
                         };
-                        *taken.entry(s).or_default() += 1;
-                        first.entry(s).or_insert(pixel);
+                        *taken[variant].entry(s).or_default() += 1;
+                        first.entry((variant, s)).or_insert(pixel);
                         // That the scenario is that of the pixel: the listings in f64 say the same of it.
-                        let expected = if variant == 1 {
-                            filtered_visibility(e.d, e.nrd)
-                        } else {
-                            silhouette_visibility(e.d, e.nrd)
-                        };
+                        let listing = [silhouette_visibility, filtered_visibility][variant];
                         let is_tie = variant == 0 && (e.nrd.x + e.nrd.y - 1.0).abs() <= PLACE_ERROR;
-                        let difference = (f64::from(v) - expected).abs();
                         if !is_tie {
-                            wrong += usize::from(difference > PLACE_ERROR);
+                            let difference = (v - listing(e.d, e.nrd)).abs();
+                            wrong[variant] += usize::from(difference > PLACE_ERROR);
                             largest = largest.max(difference);
                         }
                     }
-                    assert_eq!(wrong, 0, "blocks of {block:?}, distance {distance}, {name}: not as the listings say");
-                    // One bit in any scenario is noticed.
-                    for (s, pixel) in first {
-                        let mut planted = image.clone();
-                        planted[pixel] = f32::from_bits(image[pixel].to_bits() ^ 1);
-                        assert_eq!(differing_bits(&image, &planted), 1, "{s:?}");
-                    }
+                }
+                assert_eq!(wrong, [0; 2], "blocks of {block:?}, distance {distance}: not as the listings say");
+                // One bit in any scenario is noticed.
+                for ((variant, s), pixel) in first {
+                    let mut planted = images[variant].clone();
+                    planted[pixel] = f32::from_bits(planted[pixel].to_bits() ^ 1);
+                    assert_eq!(differing_bits(&images[variant], &planted), 1, "{s:?}");
                 }
             }
         }
@@ -175,7 +167,6 @@ fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
 }
 
 fn texel(pixel: usize) -> [i64; 2] {
-    assert!(pixel < (IMAGE[0] * IMAGE[1]) as usize);
     let at = place(pixel).floor();
     [at.x as i64, at.y as i64]
 }

@@ -117,7 +117,7 @@ fn the_example_gives_the_listings_visibility() {
         let map = noise.upload(host, false);
         let pixels = (IMAGE[0] * IMAGE[1]) as usize;
         // Every eleventh pixel is sky; the receiver is tilted along u, by less than the depth between the map's two.
-        let sky = |i: usize| i % 11 == 0;
+        let sky = |i: usize| i.is_multiple_of(11);
         let slope = 0.004;
         let at = |i: usize| place(i) + SHIFT;
         let position = |i: usize| {
