@@ -8,6 +8,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("pcf_bounds", Some("pcf")),
     ("pcf_classify", Some("pcf")),
     ("pcf_receiver", Some("pcf")),
+    ("pixel_list", Some("rbsm")),
     ("rbsm_branches", Some("rbsm")),
     ("rbsm_receiver", Some("rbsm")),
     ("receiver", Some("view")),

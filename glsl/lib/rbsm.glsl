@@ -4,7 +4,8 @@
 //
 //   float shadowTest(ShadowPoint p, ivec2 texel) { return receiverDepth(p, texel) > depth of texel ? 0.0 : 1.0; }
 //
-// and may define MAXDIST before it, the longest edge in texels. glsl/README.md has a whole example.
+// and may define MAXDIST before it, the longest edge in texels. glsl/README.md has a whole example. Runs are followed
+// 2 x 2 texels at a time: with RBSM_GATHER defined before, the includer also defines shadowTest2x2, by one textureGather.
 //
 // Departures from the listings, each with its reason:
 // * Texels are addressed by index. The listings add the texel's size to a float coordinate, which after many steps
@@ -13,7 +14,7 @@
 //   np.z = p.z, which misfires on any receiver that is not parallel to the map; `dz = 0` brings that back.
 // * Listing 3 returns vec2 and takes a vec2 d of which it reads z; its loop variable is misspelt. Here a float, a vec3.
 // * checkDiscontinuity is not listed: the two texels have a discontinuity direction in common. Along a run only the
-//   sides across it can be, so only those are tested.
+//   sides across it can be, so only those are tested (followShadowEdge).
 // * A run that reaches MAXDIST counts as stepped out: its far end is not known.
 // * computeFragmentDistanceToSE and normalizeFragmentDistanceToSE are not listed; they follow the text and "Revectorization-
 //   Based Soft Shadow Mapping" eq. 2 and 3, the latter with max(d_t, d_b) in its second component instead of max(d_l, d_b).
@@ -42,6 +43,17 @@ struct ShadowPoint {
 
 // Lit is 1, in shadow 0: [JCGT] eq. 1. Defined by the includer.
 float shadowTest(ShadowPoint p, ivec2 texel);
+
+// Tests of `corner` and of the texels right, below, and right below: bits 0 to 3.
+uint shadowTest2x2(ShadowPoint p, ivec2 corner);
+
+#ifndef RBSM_GATHER
+uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
+  uint tests = 0u;
+  for (int i = 0; i < 4; ++i) tests |= uint(shadowTest(p, corner + ivec2(i & 1, i >> 1))) << i;
+  return tests;
+}
+#endif
 
 // `place` is uv times the map's size. `z` belongs to the place, not to the texel's centre.
 ShadowPoint shadowPoint(vec2 place, float z, vec2 dz, float slack) {
@@ -84,28 +96,59 @@ bvec4 discontinuitySides(vec3 d) {
   return bvec4(d.x >= 0.5, d.x == 0.25 || d.x == 0.75, d.y >= 0.5, d.y == 0.25 || d.y == 0.75);
 }
 
-// Whether a texel reached in direction `dir`, whose test is that of p, has a discontinuity where p has one. The texels
-// along the run are alike, so it can only lie across.
-bool checkDiscontinuity(ShadowPoint p, vec3 d, ivec2 texel, ivec2 dir) {
-  bvec4 sides = discontinuitySides(d);
-  bvec2 across = dir.x != 0 ? sides.zw : sides.xy;
-  ivec2 first = dir.x != 0 ? ivec2(0, 1) : ivec2(-1, 0);
-  if (across.x && shadowTest(p, texel + first) == d.z) return true;
-  return across.y && shadowTest(p, texel - first) == d.z;
+// Tests along a run, two texels at a time, in a run's own terms whatever its direction.
+struct RunTests {
+  ivec2 offset; // from the nearer of the two texels to the block's corner
+  ivec4 bits;   // in the block: the nearer texel, the farther, their neighbours across
+};
+
+RunTests runTests(ivec2 dir, ivec2 across) {
+  RunTests r;
+  r.offset = min(dir, ivec2(0)) + min(across, ivec2(0));
+  ivec2 at = -r.offset;
+  int nearer = at.x + 2 * at.y, along = dir.x + 2 * dir.y, sideways = across.x + 2 * across.y;
+  r.bits = nearer + ivec4(0, along, sideways, along + sideways);
+  return r;
+}
+
+// Which of the four differ from s: the texel at `texel`, the next one, the neighbours across of both.
+bvec4 runDiffers(ShadowPoint p, RunTests r, ivec2 texel, float s) {
+  uint tests = shadowTest2x2(p, texel + r.offset) ^ (s == 0.0 ? 0u : 15u);
+  return notEqual(uvec4(tests) >> r.bits & 1u, uvec4(0u));
+}
+
+// Listing 3 from any texel: the texels after it in direction `dir` are followed while their test is s and a texel across
+// differs, on one of the sides that `sides` names: x is the side `across`, y the opposite.
+int followShadowEdge(ShadowPoint p, ivec2 texel, ivec2 dir, ivec2 across, float s, bvec2 sides) {
+  // The listing's checkDiscontinuity: whether the two texels have a discontinuity direction in common. Along a run only
+  // the sides across it can be.
+  bool both = sides.x && sides.y;
+  RunTests r = runTests(dir, sides.x || !sides.y ? across : -across), other = runTests(dir, -across);
+  bool any_side = sides.x || sides.y;
+  for (int i = 1; i <= MAXDIST; i += 2) {
+    texel += dir;
+    bvec4 differs = runDiffers(p, r, texel, s);
+    bvec2 shares = bvec2(any_side && differs.z, any_side && differs.w);
+    if (both) {
+      bvec4 more = runDiffers(p, other, texel, s);
+      shares = bvec2(shares.x || more.z, shares.y || more.w);
+    }
+    if (differs.x) return i;
+    if (!shares.x) return -i;
+    if (i == MAXDIST) break;
+    if (differs.y) return i + 1;
+    if (!shares.y) return -(i + 1);
+    texel += dir;
+  }
+  return -(MAXDIST + 1);
 }
 
 // Listing 3: texels to the end of the run in a direction, 1 or more; positive where it ends at a texel of the other
 // visibility, negative where it steps out of the edge, or reaches MAXDIST.
 float traverseShadowSilhouette(ShadowPoint p, vec3 d, ivec2 dir) {
-  int distance = 1;
-  ivec2 texel = p.texel;
-  for (int i = 0; i < MAXDIST; ++i) {
-    texel += dir;
-    if (shadowTest(p, texel) == d.z) return float(distance);
-    if (!checkDiscontinuity(p, d, texel, dir)) return -float(distance);
-    ++distance;
-  }
-  return -float(distance);
+  bvec4 sides = discontinuitySides(d);
+  ivec2 across = dir.x != 0 ? ivec2(0, 1) : ivec2(-1, 0);
+  return float(followShadowEdge(p, p.texel, dir, across, 1.0 - d.z, dir.x != 0 ? sides.zw : sides.xy));
 }
 
 // Signed distances in texels from a place in a texel to the ends of the edge, from those of the texel; in the order of

@@ -26,12 +26,17 @@ const float LINE_RUN = 2.0;            // Z runs up to this length get lines
 // inside; `across` is the way out.
 int followRun(ShadowPoint p, float s, ivec2 texel, ivec2 along, ivec2 across, out int turn) {
   turn = END_UNKNOWN;
-  for (int i = 0; i < MAXDIST; ++i) {
+  RunTests r = runTests(along, across);
+  for (int i = 0; i < MAXDIST; i += 2) {
     texel += along;
-    bool inside = shadowTest(p, texel) == s, outside = shadowTest(p, texel + across) != s;
-    if (inside && outside) continue;
-    turn = inside ? END_AWAY : outside ? END_TOWARD : END_SADDLE;
-    return i;
+    bvec4 differs = runDiffers(p, r, texel, s);
+    int more = differs.x || !differs.z ? 0 : i + 1 < MAXDIST && (differs.y || !differs.w) ? 1 : 2;
+    if (more < 2) {
+      bool inside = more == 0 ? !differs.x : !differs.y, outside = more == 0 ? differs.z : differs.w;
+      turn = inside ? END_AWAY : outside ? END_TOWARD : END_SADDLE;
+      return i + more;
+    }
+    texel += along;
   }
   return MAXDIST;
 }

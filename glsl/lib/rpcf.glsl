@@ -51,23 +51,34 @@ ivec2 runInside(TexelLine line, bool s, bvec2 across, int i) {
   return n;
 }
 
-// Listing 3 beyond a texel at the kernel's border. `side` is the way to the neighbour that across.x speaks of.
-int runBeyond(ShadowPoint p, ivec2 texel, ivec2 dir, ivec2 side, float s, bvec2 across) {
-  for (int i = 1; i <= MAXDIST; ++i) {
-    texel += dir;
-    if (shadowTest(p, texel) != s) return i;
-    bool goes_on = across.x && shadowTest(p, texel + side) != s || across.y && shadowTest(p, texel - side) != s;
-    if (!goes_on) return -i;
+// What lies beyond each texel of a side of the kernel, in direction `dir`, with the sides across on which the texel differs.
+// All runs that pass the texel share it, if they differ on the same sides. -1 and +1 need no step: the ring's test says.
+struct Beyond {
+  int distance; // signed, from the texel
+  bvec2 across;
+};
+
+Beyond rpcf_beyond[4 * RPCF_WIDTH];
+
+// `line` is the kernel's along that side, `ring` the tests next to it, outwards; `before` and `after` those at its ends;
+// `next` the way from texel to texel,
+// opposite to the neighbour that across.x speaks of.
+void followBeyond(ShadowPoint p, int first_index, TexelLine line, uint ring, uint before, uint after, ivec2 texel, ivec2 dir,
+                  ivec2 next) {
+  uint differs_before = line.tests ^ (line.tests << 1 | before), differs_after = line.tests ^ (line.tests >> 1 | after << (RPCF_WIDTH - 1));
+  uint leaves = line.tests ^ ring;
+  for (int i = 0; i < RPCF_WIDTH; ++i) rpcf_beyond[first_index + i] = Beyond(bitAt(leaves, i) ? 1 : -1, bvec2(false));
+  // All lanes walk together: a walk within the sum would keep others waiting there.
+  for (uint left = (differs_before | differs_after) & RPCF_ALL; left != 0u; left &= left - 1u) {
+    int i = findLSB(left);
+    bvec2 across = bvec2(bitAt(differs_before, i), bitAt(differs_after, i));
+    float s = bitAt(line.tests, i) ? 1.0 : 0.0;
+    rpcf_beyond[first_index + i] = Beyond(followShadowEdge(p, texel + i * next, dir, -next, s, across), across);
   }
-  return -(MAXDIST + 1);
 }
 
-// The same, kept: all texels whose run passes a border texel share what lies beyond it, if they differ on the same sides.
-int keptRunBeyond(ShadowPoint p, inout int kept, ivec2 texel, ivec2 dir, ivec2 side, float s, bvec2 across) {
-  int key = 1 | (across.x ? 2 : 0) | (across.y ? 4 : 0);
-  if ((kept & 7) != key) kept = (runBeyond(p, texel, dir, side, s, across) + 128) << 3 | key;
-  return (kept >> 3) - 128;
-}
+// Whether what is kept of a border texel holds for a run through it that differs on the sides `across`.
+bool isShared(Beyond kept, bvec2 across) { return !any(across) || kept.across == across; }
 
 // Signed distance of listing 3 from what was found: n inside; or, if that is 0, beyond `inside` more texels of the kernel.
 float signedDistance(int n, int beyond, int inside) {
@@ -80,44 +91,67 @@ float signedDistance(int n, int beyond, int inside) {
 float rpcfMean(ShadowPoint p, int function) {
   const int w = RPCF_WIDTH;
   ivec2 first = p.texel - w / 2;
-  int above[w], below[w];
-  for (int i = 0; i < w; ++i) above[i] = below[i] = 0;
+  ivec2 last = first + w - 1;
+  if (function != 2) {
+    // Left, right, +v, -v.
+    uint top = rpcf_rows[0], bottom = rpcf_rows[w + 1], left = rpcf_columns[0], right = rpcf_columns[w + 1];
+    const uint LAST = uint(w - 1);
+    followBeyond(p, 0, kernelColumn(0), left, top & 1u, bottom & 1u, first, ivec2(-1, 0), ivec2(0, 1));
+    followBeyond(p, w, kernelColumn(w - 1), right, top >> LAST & 1u, bottom >> LAST & 1u, ivec2(last.x, first.y), ivec2(1, 0),
+                 ivec2(0, 1));
+    followBeyond(p, 2 * w, kernelRow(w - 1), bottom, left >> LAST & 1u, right >> LAST & 1u, ivec2(first.x, last.y), ivec2(0, 1),
+                 ivec2(1, 0));
+    followBeyond(p, 3 * w, kernelRow(0), top, left & 1u, right & 1u, first, ivec2(0, -1), ivec2(1, 0));
+  }
   float sum = 0.0;
   int uniform_lit = 0;
+  // Texels left for the second loop: a bit a column, and a bit a row that has any.
+  uint left_texels[w];
+  uint left_rows = 0u;
   for (int j = 0; j < w; ++j) {
     TexelLine row = kernelRow(j);
     uint left = row.tests << 1 | (rpcf_columns[0] >> j & 1u);
     uint right = row.tests >> 1 | (rpcf_columns[w + 1] >> j & 1u) << (w - 1);
     uint edges = ((row.tests ^ row.before) | (row.tests ^ row.after) | (row.tests ^ left) | (row.tests ^ right)) & RPCF_ALL;
     uniform_lit += bitCount(row.tests & ~edges);
-    int before = 0, beyond = 0;
-    for (; edges != 0u; edges &= edges - 1u) {
-      int i = findLSB(edges);
-      bool lit = bitAt(row.tests, i);
-      float s = lit ? 1.0 : 0.0;
-      // Left, right, +v, -v.
-      vec4 N = vec4(left >> i & 1u, right >> i & 1u, row.after >> i & 1u, row.before >> i & 1u);
-      vec3 d = packDiscontinuity(N, s);
-      if (function == 2) {
-        ShadowPoint q = p;
-        q.texel = first + ivec2(i, j);
-        sum += revectorizeProfile(q, d, RUN_ONLY);
-        continue;
+    left_texels[j] = 0u;
+    if (function == 2) left_texels[j] = edges;
+    else {
+      Beyond row_start = rpcf_beyond[j], row_end = rpcf_beyond[w + j];
+      for (; edges != 0u; edges &= edges - 1u) {
+        int i = findLSB(edges);
+        bool lit = bitAt(row.tests, i);
+        float s = lit ? 1.0 : 0.0;
+        // Left, right, +v, -v.
+        vec4 N = vec4(left >> i & 1u, right >> i & 1u, row.after >> i & 1u, row.before >> i & 1u);
+        // Sides across a row: -v, +v; across a column: left, right.
+        bvec2 rows = notEqual(N.wz, vec2(s)), columns = notEqual(N.xy, vec2(s));
+        ivec2 h = runInside(row, lit, rows, i), v = runInside(kernelColumn(i), lit, columns, j);
+        Beyond column_end = rpcf_beyond[2 * w + i], column_start = rpcf_beyond[3 * w + i];
+        if (h.x == 0 && !isShared(row_start, rows) || h.y == 0 && !isShared(row_end, rows) ||
+            v.x == 0 && !isShared(column_start, columns) || v.y == 0 && !isShared(column_end, columns)) {
+          left_texels[j] |= 1u << i;
+          continue;
+        }
+        vec4 t = vec4(signedDistance(h.x, row_start.distance, i), signedDistance(h.y, row_end.distance, w - 1 - i),
+                      signedDistance(v.y, column_end.distance, w - 1 - j), signedDistance(v.x, column_start.distance, j));
+        vec3 d = packDiscontinuity(N, s);
+        vec4 nrd = normalizeFragmentDistanceToSE(fragmentDistance(t, p.fraction));
+        sum += function == 0 ? filterSilhouette(d, nrd) : computeRBSMStarVisibility(d, nrd);
       }
-      // Sides across a row: -v, +v; across a column: left, right.
-      bvec2 rows = notEqual(N.wz, vec2(s)), columns = notEqual(N.xy, vec2(s));
-      TexelLine column = kernelColumn(i);
-      ivec2 h = runInside(row, lit, rows, i), v = runInside(column, lit, columns, j);
-      ivec4 more = ivec4(0);
-      if (h.x == 0) more.x = keptRunBeyond(p, before, first + ivec2(0, j), ivec2(-1, 0), ivec2(0, -1), s, rows);
-      if (h.y == 0) more.y = keptRunBeyond(p, beyond, first + ivec2(w - 1, j), ivec2(1, 0), ivec2(0, -1), s, rows);
-      if (v.y == 0) more.z = keptRunBeyond(p, below[i], first + ivec2(i, w - 1), ivec2(0, 1), ivec2(-1, 0), s, columns);
-      if (v.x == 0) more.w = keptRunBeyond(p, above[i], first + ivec2(i, 0), ivec2(0, -1), ivec2(-1, 0), s, columns);
-      vec4 t = vec4(signedDistance(h.x, more.x, i), signedDistance(h.y, more.y, w - 1 - i),
-                    signedDistance(v.y, more.z, w - 1 - j), signedDistance(v.x, more.w, j));
-      vec4 nrd = normalizeFragmentDistanceToSE(fragmentDistance(t, p.fraction));
-      sum += function == 0 ? filterSilhouette(d, nrd) : computeRBSMStarVisibility(d, nrd);
     }
+    if (left_texels[j] != 0u) left_rows |= 1u << j;
+  }
+  // Few texels, each followed for itself; in a loop of its own, since a loop in the one above would cost all of its rounds.
+  while (left_rows != 0u) {
+    int j = findLSB(left_rows), i = findLSB(left_texels[j]);
+    left_texels[j] &= left_texels[j] - 1u;
+    if (left_texels[j] == 0u) left_rows &= left_rows - 1u;
+    ShadowPoint q = p;
+    q.texel = first + ivec2(i, j);
+    float s = bitAt(rpcf_rows[j + 1], i) ? 1.0 : 0.0;
+    vec3 d = computeDiscontinuity(q, s);
+    sum += function == 0 ? revectorizeShadowEdge(q, d, false) : function == 1 ? revectorizeStar(q, d) : revectorizeProfile(q, d, RUN_ONLY);
   }
   return clamp((float(uniform_lit) + sum) / float(w * w), 0.0, 1.0);
 }

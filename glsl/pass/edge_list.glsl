@@ -1,74 +1,24 @@
-// How a pass goes over the image that decides most pixels by the texel that they fall into and its four neighbours: the
-// others, at an edge, are worked on at once, or listed by one dispatch and worked on by a second, of which every thread
-// then has work: the same image. The includer defines the two functions declared here.
+// A pass that decides most pixels by the texel that they fall into and its four neighbours, and leaves those at an edge to
+// pixel_list.glsl. The includer defines the two functions declared here.
 #ifndef EDGESHADE_EDGE_LIST
 #define EDGESHADE_EDGE_LIST
-#include "rbsm_receiver.glsl"
-#include "tiles.glsl"
-
-const int AT_ONCE = 0, LIST = 1, LISTED = 2;
-layout(constant_id = 4) const int STEP = AT_ONCE;
-
-layout(local_size_x = 8, local_size_y = 8) in;
-
-layout(binding = 4) writeonly uniform image2D visibility;
-layout(binding = 5, scalar) buffer PixelList {
-  uint groups[3];
-  uint count;
-  uint tiles; // with any pixel in the list
-  uint pixels[];
-} list;
+#include "pixel_list.glsl"
 
 // Whether the visibility follows from the neighbourhood alone; then it is `v`.
 bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v);
 // The visibility of the others.
 float revectorize(ShadowPoint p, vec3 d);
 
-// False if the pixel is left for later.
-bool visibilityAt(ivec2 pixel, bool everything, out float v) {
-  ShadowPoint p;
-  if (rbsmReceiver(pixel, p, v)) return true;
+bool decide(ShadowPoint p, out float v) {
   vec4 N;
   float s = testNeighbourhood(p, N);
-  vec3 d = packDiscontinuity(N, s);
-  if (decideByNeighbourhood(p, s, d, v)) return true;
-  if (everything) v = revectorize(p, d);
-  return everything;
+  return decideByNeighbourhood(p, s, packDiscontinuity(N, s), v);
 }
 
-shared uint open;
-shared uint first;
-
-void main() {
-  if (STEP == LISTED) {
-    uint threads = 64 * gl_NumWorkGroups.x;
-    for (uint i = 64 * gl_WorkGroupID.x + gl_LocalInvocationIndex; i < list.count; i += threads) {
-      ivec2 pixel = unpackTile(list.pixels[i]);
-      float v;
-      visibilityAt(pixel, true, v);
-      imageStore(visibility, pixel, vec4(v));
-    }
-    return;
-  }
-  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  bool inside = all(lessThan(pixel, ivec2(view.size)));
-  float v;
-  bool decided = !inside || visibilityAt(pixel, STEP == AT_ONCE, v);
-  if (inside && decided) imageStore(visibility, pixel, vec4(v));
-  if (STEP == AT_ONCE) return;
-
-  if (gl_LocalInvocationIndex == 0) open = 0;
-  barrier();
-  uint index;
-  if (!decided) index = atomicAdd(open, 1);
-  barrier();
-  if (gl_LocalInvocationIndex == 0 && open > 0) {
-    first = atomicAdd(list.count, open);
-    atomicAdd(list.tiles, 1);
-    atomicMax(list.groups[0], min((first + open + 63) / 64, MAX_TILE_GROUPS));
-  }
-  barrier();
-  if (!decided) list.pixels[first + index] = packTile(uvec2(pixel));
+float workOut(ShadowPoint p) {
+  vec4 N;
+  float s = testNeighbourhood(p, N);
+  return revectorize(p, packDiscontinuity(N, s));
 }
 
 #endif

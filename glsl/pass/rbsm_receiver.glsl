@@ -2,6 +2,7 @@
 #ifndef EDGESHADE_RBSM_RECEIVER
 #define EDGESHADE_RBSM_RECEIVER
 #include "map_receiver.glsl"
+#define RBSM_GATHER
 #include "lib/rbsm.glsl"
 #include "lib/shadow_test.glsl"
 
@@ -19,6 +20,16 @@ float shadowTest(ShadowPoint p, ivec2 texel) {
   return shadowTest(receiverDepth(p, texel), shadowMapDepth(shadow_map, texel, 0, ivec2(view.map_size)));
 }
 
+uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
+  // At the common corner of the four no rounding can pick another block. Gather order: (0, 1), (1, 1), (1, 0), (0, 0). The
+  // sampler's border is white.
+  vec4 stored = textureGather(shadow_map, vec3(vec2(corner + 1) / vec2(view.map_size), 0.0));
+  return uint(shadowTest(receiverDepth(p, corner), stored.w)) |
+         uint(shadowTest(receiverDepth(p, corner + ivec2(1, 0)), stored.z)) << 1 |
+         uint(shadowTest(receiverDepth(p, corner + ivec2(0, 1)), stored.x)) << 2 |
+         uint(shadowTest(receiverDepth(p, corner + ivec2(1, 1)), stored.y)) << 3;
+}
+
 // True where no shadow-map texel is needed; then `decided` is the visibility.
 bool rbsmReceiver(ivec2 pixel, out ShadowPoint p, out float decided) {
   MapReceiver m;
@@ -29,17 +40,11 @@ bool rbsmReceiver(ivec2 pixel, out ShadowPoint p, out float decided) {
   return false;
 }
 
-// The texel's own test and, in `N`, those of its neighbours (listing 2's computeN): two gathers at its corners.
+// The texel's own test and, in `N`, those of its neighbours (listing 2's computeN).
 float testNeighbourhood(ShadowPoint p, out vec4 N) {
-  vec2 size = vec2(view.map_size);
-  // Gather order: (0, 1), (1, 1), (1, 0), (0, 0). The sampler's border is white.
-  vec4 upper = textureGather(shadow_map, vec3(vec2(p.texel) / size, 0.0));
-  vec4 lower = textureGather(shadow_map, vec3(vec2(p.texel + 1) / size, 0.0));
-  N.x = shadowTest(receiverDepth(p, p.texel + ivec2(-1, 0)), upper.x);
-  N.y = shadowTest(receiverDepth(p, p.texel + ivec2(1, 0)), lower.z);
-  N.z = shadowTest(receiverDepth(p, p.texel + ivec2(0, 1)), lower.x);
-  N.w = shadowTest(receiverDepth(p, p.texel + ivec2(0, -1)), upper.z);
-  return shadowTest(receiverDepth(p, p.texel), upper.y);
+  uint upper = shadowTest2x2(p, p.texel - 1), lower = shadowTest2x2(p, p.texel);
+  N = vec4(upper >> 2 & 1u, lower >> 1 & 1u, lower >> 2 & 1u, upper >> 1 & 1u);
+  return float(upper >> 3);
 }
 
 #endif

@@ -176,10 +176,11 @@ fn revectorization() -> Result<Vec<Variant>> {
         ("rbsm-profile", &[("quality", "neighbours")]),
         ("rbsm-profile", &[("quality", "line")]),
     ];
-    let averaged: [(&str, &[(&str, &str)]); 5] = [
+    let averaged: [(&str, &[(&str, &str)]); 6] = [
         ("pcf", &[("width", "7")]),
         ("rpcf", &[("skip", "off")]),
-        ("rpcf", &[("skip", "pixels")]),
+        ("rpcf", &[("skip", "list")]),
+        ("rpcf", &[("skip", "bounds")]),
         ("rpcf", &[("visibility", "star")]),
         ("rpcf", &[("visibility", "profile")]),
     ];

@@ -2,6 +2,7 @@
 
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::pass::depth_bounds::DepthBounds;
+use crate::pass::pixels::PixelList;
 use crate::pass::rbsm::RbsmPush;
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
@@ -31,28 +32,39 @@ pub struct RpcfConfig {
     pub max_distance: u32,
     /// Pixels ask the depth bounds of the map's blocks before any texel.
     pub bounded: bool,
+    /// Pixels near an edge are listed and worked on by a second dispatch, instead of where they are found.
+    pub listed: bool,
 }
 
 /// The pass with its pipeline, and what it skips by.
 pub struct Rpcf {
-    pipeline: Arc<ComputePipeline>,
+    pixels: Arc<ComputePipeline>,
+    /// Works on the list.
+    edges: Option<Arc<ComputePipeline>>,
+    list: PixelList,
     bounds: Option<DepthBounds>,
 }
 
 impl Rpcf {
-    /// Allocates for a shadow map.
-    pub fn new(context: &Context, map_size: [u32; 2], config: RpcfConfig) -> Result<Self> {
-        let RpcfConfig { width, visibility, fixed_depth, max_distance, bounded } = config;
-        let constants = [fixed_depth.into(), max_distance, width, visibility as u32, bounded.into()];
-        let pipeline = context.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
+    /// Allocates for a camera image and a shadow map.
+    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RpcfConfig) -> Result<Self> {
+        let RpcfConfig { width, visibility, fixed_depth, max_distance, bounded, listed } = config;
+        let pipeline = |step| -> Result<_> {
+            let constants = [fixed_depth.into(), max_distance, width, visibility as u32, step, bounded.into()];
+            let pipeline = context.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        let (pixels, edges) = if listed { (pipeline(1)?, Some(pipeline(2)?)) } else { (pipeline(0)?, None) };
+        // Where nothing is listed the shader's binding still wants a buffer.
+        let list = PixelList::new(context.device(), "rpcf pixels", if listed { extent } else { [0; 2] })?;
         let bounds = if bounded { Some(DepthBounds::new(context, map_size)?) } else { None };
-        Ok(Self { pipeline, bounds })
+        Ok(Self { pixels, edges, list, bounds })
     }
 
     /// Bytes of device memory that the pass holds.
     pub fn memory_bytes(&self) -> u64 {
-        self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
+        self.list.buffer().size() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
     }
 
     /// Writes the visibility of every pixel into `output`.
@@ -68,20 +80,27 @@ impl Rpcf {
             bounds.record(frame, inputs)?;
         }
         let [width, height] = output.extent();
-        frame.dispatch(&Pass {
-            name: "rpcf",
-            pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Image(output),
-                // Without bounds the shader's binding still wants an image, which it does not read.
-                self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
-            ],
-            push: bytemuck::bytes_of(&push),
-            threads: Threads::Count([width, height, 1]),
-        })
+        let bind = &[
+            Bind::Buffer(view),
+            Bind::Input(&inputs.depth),
+            Bind::Input(inputs.normal_or_depth()),
+            Bind::Input(&inputs.shadow_map),
+            Bind::Image(output),
+            Bind::Buffer(self.list.buffer()),
+            // Without bounds the shader's binding still wants an image, which it does not read.
+            self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
+        ];
+        let push = bytemuck::bytes_of(&push);
+        if self.edges.is_some() {
+            self.list.clear(frame);
+        }
+        let threads = Threads::Count([width, height, 1]);
+        frame.dispatch(&Pass { name: "rpcf", pipeline: &self.pixels, bind, push, threads })?;
+        if let Some(edges) = &self.edges {
+            let threads = self.list.threads();
+            frame.dispatch(&Pass { name: "rpcf edges", pipeline: edges, bind, push, threads })?;
+            self.list.count(frame);
+        }
+        Ok(())
     }
 }

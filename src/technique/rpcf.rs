@@ -29,9 +29,10 @@ pub const INFO: Info = Info {
         SLACK,
         Param::choice(
             "skip",
-            &["auto", "off", "pixels"],
+            &["auto", "off", "list", "bounds"],
             0,
-            "decide uniform neighbourhoods by depth bounds of the map's blocks: the same image",
+            "pixels near an edge are worked on where they are found, or listed for a dispatch of their own; with bounds, \
+             depth bounds of the map's blocks decide pixels before any test: the same image",
         ),
     ],
     kind: Kind::RealTime(prepare),
@@ -56,11 +57,12 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         },
         fixed_depth: p.word("receiver") == "fixed",
         max_distance: p.int("max_distance"),
-        bounded: p.word("skip") != "off",
+        bounded: p.word("skip") == "bounds",
+        listed: p.word("skip") != "off",
     };
     Ok(Box::new(RevectorizedFiltering {
         view: ViewBuffer::new(context.device())?,
-        rpcf: Rpcf::new(context, setup.map_size, config)?,
+        rpcf: Rpcf::new(context, setup.extent, setup.map_size, config)?,
         push: revectorized::push(setup),
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "rpcf visibility", setup)?,

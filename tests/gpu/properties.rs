@@ -136,8 +136,8 @@ fn a_light_shut_into_a_box_lights_nothing_outside() {
         let inside = |p: DVec3| {
             let l = r.light();
             let c = l.clip_from_view * l.world_from_view.inverse().transform_point3(p).extend(1.0);
-            // Within the map by more than half of the widest kernel: beyond the map all is lit.
-            c.w > 0.0 && c.x.abs().max(c.y.abs()) < (1.0 - 20.0 / 512.0) * c.w
+            // Within the map by more than 20 texels, half of the widest kernel and more: beyond the map all is lit.
+            c.w > 0.0 && c.x.abs().max(c.y.abs()) < (1.0 - 40.0 / 512.0) * c.w
         };
         let on_ground: Vec<bool> =
             hits.iter().map(|h| h.is_some_and(|h| h.triangle < 2 && inside(h.position))).collect();

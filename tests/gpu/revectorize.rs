@@ -147,9 +147,10 @@ fn check_rpcf(
         let receiver = if fixed { "fixed" } else { "plane" };
         let all = [("visibility", *word), ("width", &w), ("receiver", receiver), ("max_distance", &m)];
         let mut run = |skip| visibility(&mut renderer, "rpcf", &[&all[..], &[("skip", skip)]].concat());
-        let (off, pixels) = (run("off"), run("pixels"));
+        let [off, list, bounds] = ["off", "list", "bounds"].map(&mut run);
         let what = format!("rpcf {word} {} w{width} {map_size} {receiver} M {max_distance}", scene.name);
-        assert_same_bits(&off, &pixels, &what);
+        assert_same_bits(&off, &list, &format!("{what}, list"));
+        assert_same_bits(&off, &bounds, &format!("{what}, bounds"));
         let shot = Shot::of(host, &renderer, true);
         let mirror = |w| rpcf::visibility(&shot.data(), &settings(*function, fixed, max_distance), w).unwrap();
         compare(&off, &mirror(width), 1e-4).check(&what, if width < 7 { 0.03 } else { 0.3 });

@@ -41,7 +41,7 @@ const SHADERS: &[(&str, Make)] = &[
         Ok(())
     }),
     ("pass/rpcf.comp", |c| {
-        for constants in [[0, 16, 1, 0, 0], [1, 1, 7, 1, 1], [0, 64, 31, 2, 1]] {
+        for constants in [[0, 16, 1, 0, 0, 0], [1, 1, 7, 1, 1, 0], [0, 64, 31, 2, 2, 1]] {
             c.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
