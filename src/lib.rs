@@ -29,6 +29,7 @@
 //!     map_size: [1024, 1024],
 //!     output: technique::OutputFormat::R8,
 //!     params: technique::Params::parse(technique::find("pcf")?, [("width", "5")])?,
+//!     intermediates: false,
 //! };
 //! let mut shadows = technique::prepare("pcf", &context, &setup)?;
 //! // Every frame, outside a render pass, after the barrier that makes your images readable by compute shaders.

@@ -29,6 +29,8 @@ pub struct Setup {
     pub output: OutputFormat,
     /// Parameters; [`Technique`]s get them checked.
     pub params: Params,
+    /// Also make the images of [`Technique::intermediates`], where these cost a pass and memory of their own.
+    pub intermediates: bool,
 }
 
 /// Format of the visibility image: 1 lit, 0 in shadow.
@@ -65,7 +67,7 @@ pub trait Technique {
     /// The visibility image.
     fn output(&self) -> &Image;
 
-    /// Named images made on the way, for viewing.
+    /// Named images made on the way, for viewing; some only where [`Setup::intermediates`] asked for them.
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
         vec![]
     }

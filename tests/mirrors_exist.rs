@@ -11,6 +11,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("pixel_list", Some("rbsm")),
     ("rbsm_branches", Some("rbsm")),
     ("rbsm_receiver", Some("rbsm")),
+    ("rbsm_view", Some("rbsm")),
     ("receiver", Some("view")),
     ("tiles", None),
 ];

@@ -122,6 +122,7 @@ impl Engine {
             map_size: [MAP_SIZE; 2],
             output: OutputFormat::R8,
             params: Params::parse(info, options.params.iter().copied())?,
+            intermediates: false,
         };
         let shadows = technique::prepare(options.technique, &context, &setup)?;
         let timings = Timings::new(&context, gpu.family, FRAMES_IN_FLIGHT * VIEWS as u32)?;

@@ -111,7 +111,13 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
     console.say(format_args!("{} ({})", host.info().name, host.info().driver))?;
     console.say(stage.describe())?;
 
-    let desc = RenderDesc { size, map_size: args.shadow_map, casters: args.scene.casters(), ..RenderDesc::default() };
+    let desc = RenderDesc {
+        size,
+        map_size: args.shadow_map,
+        casters: args.scene.casters(),
+        intermediates: !view::NAMES.contains(&args.view.as_str()),
+        ..RenderDesc::default()
+    };
     let mut renderer = Renderer::new(&host, &stage.scene, stage.camera, &stage.light, desc)?;
     let mut tracer = Tracer::new(&stage, renderer.light(), size, &args.truth);
     let rendered = render(args, &choice, &mut renderer, &mut tracer, &mut clock, &mut seconds)?;

@@ -5,6 +5,7 @@ pub mod depth_bounds;
 pub mod pcf;
 pub mod pixels;
 pub mod rbsm;
+pub mod rbsm_view;
 pub mod rpcf;
 pub mod sm;
 pub mod tiles;

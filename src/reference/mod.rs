@@ -1,7 +1,7 @@
 //! The CPU side of every claim: exact visibility by ray tracing, and a mirror in `f64` of each pass.
 //!
 //! A mirror has its shader's stem. These share one: `pcf` covers `pcf_classify.comp`, `pcf_bounds.glsl` and
-//! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_receiver.glsl`, `edge_list.glsl` and
+//! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_receiver.glsl`, `edge_list.glsl` and
 //! `pixel_list.glsl`; `view` covers `receiver.glsl` and `view.glsl`. `tiles.glsl` is exempt: it only packs tile numbers, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 

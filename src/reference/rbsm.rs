@@ -1,7 +1,7 @@
 //! Mirror of `glsl/pass/rbsm.comp`: the functions of [`super::revectorize`] over the tests on a receiver's plane.
 
 use super::map_receiver::{MapReceiver, OpenReceiver, receive};
-use super::revectorize::{self, Function, Outcome};
+use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};
 use super::view::{FrameData, Mirror, ROUNDING, Verdict, View, shadow_test};
 use crate::Result;
 use glam::{DVec2, dvec2};
@@ -136,6 +136,74 @@ impl<'a> Tests<'a> {
         let doubt = if doubtful.borrow().len() > tried.len() { 1.0 } else { doubt };
         (outcome, doubt)
     }
+}
+
+/// What `rbsm_view.comp` finds of a pixel; channels left, right, +v, -v.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Intermediates {
+    /// Listing 2's packed form.
+    pub discontinuity: [f64; 3],
+    /// Listing 3's signed steps; 0 where there is no edge.
+    pub traversal: [f64; 4],
+    /// The edge profile's height over each side that differs, texels.
+    pub height: [f64; 4],
+    /// False where a test or the place in the map may rightly differ in single precision.
+    pub sure: bool,
+}
+
+/// The intermediates of every pixel; `quality` is that of the profile.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn intermediates(data: &FrameData<'_>, settings: &Settings, quality: Quality) -> Result<Vec<Intermediates>> {
+    let view = View::new(data)?;
+    Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) => Intermediates {
+            discontinuity: [0.0, 0.0, 1.0 - verdict.visibility],
+            sure: verdict.doubt == 0.0,
+            ..Intermediates::default()
+        },
+        MapReceiver::Open(r) => {
+            let tests = Tests::new(&view, &r, settings);
+            let texels = tests.texels();
+            let ask = |lit: &dyn Fn([i64; 2]) -> bool| found_at(&tests, texels[0], lit, settings, quality);
+            // Any test in doubt makes the pixel so.
+            let doubt = RefCell::new(false);
+            let found = ask(&|t| {
+                let test = tests.test(texels[0], t);
+                *doubt.borrow_mut() |= test.is_doubtful();
+                test.is_yes()
+            });
+            let sure = texels.len() == 1 && !*doubt.borrow() && !r.is_doubtful();
+            Intermediates { sure, ..found }
+        }
+    }))
+}
+
+fn found_at(
+    tests: &Tests<'_>,
+    texel: [i64; 2],
+    lit: &dyn Fn([i64; 2]) -> bool,
+    settings: &Settings,
+    quality: Quality,
+) -> Intermediates {
+    let texels = |t| lit(t);
+    let d = revectorize::discontinuity(&texels, texel);
+    let mut found = Intermediates { discontinuity: d.packed().to_array(), ..Intermediates::default() };
+    if d.mask == 0 {
+        return found;
+    }
+    let fraction = tests.fraction(texel);
+    found.traversal = revectorize::traverse_all(&texels, texel, d, settings.max_distance).map(|t| t as f64);
+    found.height = Side::ALL.map(|side| {
+        if !d.at(side) {
+            return 0.0;
+        }
+        let crack = Crack { texel, side, lit: d.lit };
+        let profile = revectorize::profile(&texels, crack, quality, settings.max_distance);
+        profile.height(profile.before + if side.is_horizontal() { fraction.y } else { fraction.x })
+    });
+    found
 }
 
 fn look_up(tests: &Tests<'_>, settings: &Settings) -> Verdict {

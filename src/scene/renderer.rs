@@ -31,6 +31,8 @@ pub struct RenderDesc {
     pub normals: bool,
     /// Draw the shadow map anew every frame, as for a light that moves.
     pub dynamic_light: bool,
+    /// Have techniques make their intermediate images too.
+    pub intermediates: bool,
 }
 
 impl Default for RenderDesc {
@@ -43,6 +45,7 @@ impl Default for RenderDesc {
             shade: ShadeOptions::default(),
             normals: true,
             dynamic_light: true,
+            intermediates: false,
         }
     }
 }
@@ -120,6 +123,7 @@ impl<'h> Renderer<'h> {
             map_size: [self.desc.map_size; 2],
             output: self.desc.output,
             params: params.clone(),
+            intermediates: self.desc.intermediates,
         };
         technique::prepare(id, self.host.context(), &setup)
     }

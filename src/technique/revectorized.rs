@@ -3,6 +3,7 @@
 use super::{Info, Param, Setup, Technique, sm, visibility_image};
 use crate::gpu::Image;
 use crate::pass::rbsm::{Rbsm, RbsmConfig, RbsmPush, Revectorization};
+use crate::pass::rbsm_view::RbsmView;
 use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
@@ -48,6 +49,7 @@ struct Revectorized {
     info: &'static Info,
     view: ViewBuffer,
     rbsm: Rbsm,
+    intermediates: Option<RbsmView>,
     push: RbsmPush,
     map_size: [u32; 2],
     visibility: Image,
@@ -71,6 +73,10 @@ pub(super) fn prepare(
         info,
         view: ViewBuffer::new(context.device())?,
         rbsm: Rbsm::new(context, setup.extent, config)?,
+        intermediates: match setup.intermediates {
+            true => Some(RbsmView::new(context, setup.extent, config)?),
+            false => None,
+        },
         push: push(setup),
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "revectorized visibility", setup)?,
@@ -84,6 +90,9 @@ impl Technique for Revectorized {
         frame.begin_group(self.info.title);
         let view = self.view.update(frame, inputs);
         self.rbsm.record(frame, view, inputs, self.push, visibility)?;
+        if let Some(pass) = &self.intermediates {
+            pass.record(frame, view, inputs, self.push)?;
+        }
         frame.end_group();
         Ok(visibility.as_ref())
     }
@@ -92,7 +101,12 @@ impl Technique for Revectorized {
         &self.visibility
     }
 
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.intermediates.as_ref().map(RbsmView::images).unwrap_or_default()
+    }
+
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.rbsm.memory_bytes()
+        let intermediates = self.intermediates.as_ref().map_or(0, RbsmView::memory_bytes);
+        self.visibility.memory_bytes() + self.rbsm.memory_bytes() + intermediates
     }
 }

@@ -22,7 +22,8 @@ fn differing_bits(a: &[f32], b: &[f32]) -> usize {
 /// Runs one technique over inputs that lie ready.
 fn run(host: &Host, inputs: &Inputs<'_>, map_size: [u32; 2], id: &str, settings: &[(&str, &str)]) -> Vec<f32> {
     let params = Params::parse(find(id).unwrap(), settings.iter().copied()).unwrap();
-    let setup = Setup { extent: inputs.depth.extent, map_size, output: OutputFormat::R32, params };
+    let setup =
+        Setup { extent: inputs.depth.extent, map_size, output: OutputFormat::R32, params, intermediates: false };
     let mut technique = prepare_technique(id, host.context(), &setup).unwrap();
     visibility_of(host, technique.as_mut(), inputs)
 }

@@ -1,10 +1,13 @@
 //! The RBSM family against its mirror in `f64`, pixel by pixel.
 
-use crate::common::{Shot, assert_same_bits, every_shipped, shipped_scene, visibility, with_gpu};
+use crate::common::{
+    Shot, assert_same_bits, desc, every_shipped, prepare, renderer, shipped_scene, visibility, with_gpu,
+};
 use crate::mirrors::{Agreement, compare, default_of, lit_renderer};
 use edgeshade::reference::rbsm::{self, Settings};
 use edgeshade::reference::revectorize::{Function, Quality};
 use edgeshade::reference::{Mirror, rpcf};
+use edgeshade::scene::RenderDesc;
 
 const SIZE: [u32; 2] = [256, 144];
 
@@ -157,4 +160,52 @@ fn check_rpcf(
         // It can fail: the mean over another width.
         assert!(compare(&off, &mirror(width + 2), 1e-4).wrong > 20, "{what}: another width goes unnoticed");
     }
+}
+
+/// The pictures of what is found on the way.
+#[test]
+fn intermediates_equal_their_mirror() {
+    with_gpu(|host| {
+        let scene = shipped_scene("robot");
+        for (quality, word) in [(Quality::Run, "run"), (Quality::Neighbours, "neighbours"), (Quality::Line, "line")] {
+            let desc = RenderDesc { intermediates: true, ..desc(SIZE, 333) };
+            let mut renderer = renderer(host, &scene, desc);
+            let mut technique = prepare(&renderer, "rbsm-profile", &[("quality", word)]);
+            renderer.frame(technique.as_mut()).unwrap();
+            let images: Vec<_> = technique.intermediates();
+            assert_eq!(
+                images.iter().map(|i| i.0).collect::<Vec<_>>(),
+                ["discontinuity", "runs", "ends", "profile-height"]
+            );
+            let [d, runs, ends, height] =
+                [0, 1, 2, 3].map(|i: usize| host.read_image::<[f32; 4]>(images[i].1).unwrap());
+            let shot = Shot::of(host, &renderer, true);
+            let settings = settings(Function::Profile(quality), false, 16);
+            let mirror = rbsm::intermediates(&shot.data(), &settings, quality).unwrap();
+            let wrong = |height: &[[f32; 4]]| {
+                (0..mirror.len())
+                    .filter(|&i| {
+                        let m = &mirror[i];
+                        let same = (0..3).all(|k| f64::from(d[i][k]) == m.discontinuity[k])
+                            && (0..4).all(|k| f64::from(runs[i][k] * ends[i][k]) == m.traversal[k])
+                            && (0..4).all(|k| (f64::from(height[i][k]) - m.height[k]).abs() <= 1e-4);
+                        m.sure && !same
+                    })
+                    .count()
+            };
+            let unsure = mirror.iter().filter(|m| !m.sure).count();
+            println!("intermediates {word}: {} wrong, {unsure} of {} unsure", wrong(&height), mirror.len());
+            assert_eq!(wrong(&height), 0, "{word}");
+            assert!(unsure * 50 < mirror.len(), "{word}: {unsure} unsure");
+            // It can fail, and there is something to see.
+            let edges: Vec<_> = (0..mirror.len()).filter(|&i| mirror[i].height != [0.0; 4] && mirror[i].sure).collect();
+            assert!(edges.len() > 200, "{word}: {} pixels at edges", edges.len());
+            let mut planted = height.clone();
+            planted[edges[0]][0] += 1e-3;
+            assert_eq!(wrong(&planted), 1, "{word}: a planted difference goes unnoticed");
+        }
+        // Nobody asked: nothing is made.
+        let r = renderer(host, &scene, desc(SIZE, 64));
+        assert!(prepare(&r, "rbsm", &[]).intermediates().is_empty());
+    });
 }

@@ -40,6 +40,9 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
+    ("pass/rbsm_view.comp", |c| {
+        c.pipeline::<RbsmPush>("pass/rbsm_view.comp", &[0, 16, 2])?.check_uniform::<ViewConstants>("view")
+    }),
     ("pass/rpcf.comp", |c| {
         for constants in [[0, 16, 1, 0, 0, 0], [1, 1, 7, 1, 1, 0], [0, 64, 31, 2, 2, 1]] {
             c.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
