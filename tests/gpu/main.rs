@@ -7,6 +7,7 @@
 mod bias;
 mod branches;
 mod common;
+mod flat;
 mod foreign;
 mod gbuffer;
 mod golden;
@@ -16,6 +17,7 @@ mod noise;
 mod passes;
 mod properties;
 mod revectorize;
+mod shapes;
 mod stability;
 mod structs;
 mod validation;
