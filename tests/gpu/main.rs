@@ -5,6 +5,7 @@
 #![cfg(feature = "app")]
 
 mod bias;
+mod borders;
 mod branches;
 mod common;
 mod flat;
