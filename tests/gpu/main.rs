@@ -12,6 +12,7 @@ mod flat;
 mod foreign;
 mod gbuffer;
 mod golden;
+mod hard_test;
 mod made;
 mod mirrors;
 mod noise;
