@@ -5,17 +5,21 @@
 #![cfg(feature = "app")]
 
 mod bias;
+mod borders;
 mod branches;
 mod common;
+mod flat;
 mod foreign;
 mod gbuffer;
 mod golden;
+mod hard_test;
 mod made;
 mod mirrors;
 mod noise;
 mod passes;
 mod properties;
 mod revectorize;
+mod shapes;
 mod stability;
 mod structs;
 mod validation;

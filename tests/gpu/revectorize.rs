@@ -109,7 +109,7 @@ fn planted_differences_are_found() {
     });
 }
 
-const FILTERED: &[(&str, Function)] =
+pub const FILTERED: &[(&str, Function)] =
     &[("filtered", Function::Filtered), ("star", Function::Star), ("profile", Function::Profile(Quality::Run))];
 
 /// The passes share tests and runs between samples; the mirror takes each sample for itself.
