@@ -149,7 +149,7 @@ impl Flat {
         let settings = settings.iter().copied().chain([("normal_offset", "0")]);
         let params = Params::parse(technique::find(id).unwrap(), settings).unwrap();
         let (extent, map_size) = (self.window.size(), self.window.map);
-        let setup = Setup { extent, map_size, output: OutputFormat::R32, params };
+        let setup = Setup { extent, map_size, output: OutputFormat::R32, params, intermediates: false };
         let mut technique = technique::prepare(id, host.context(), &setup).unwrap();
         visibility_of(host, technique.as_mut(), &self.inputs())
     }

@@ -11,8 +11,11 @@ use edgeshade::scene::RenderDesc;
 
 const SIZE: [u32; 2] = [256, 144];
 
+/// Id, settings, and the function that the technique is.
+type Member = (&'static str, &'static [(&'static str, &'static str)], Function);
+
 /// Every function of the family, with the technique that is it.
-pub const FUNCTIONS: &[(&str, &[(&str, &str)], Function)] = &[
+pub const FUNCTIONS: &[Member] = &[
     ("rbsm", &[], Function::Silhouette),
     ("rbsm-filtered", &[], Function::Filtered),
     ("rbsm-star", &[], Function::Star),
