@@ -8,8 +8,10 @@ use edgeshade::reference::{Mirror, rpcf};
 
 const SIZE: [u32; 2] = [256, 144];
 
+type Member = (&'static str, &'static [(&'static str, &'static str)], Function);
+
 /// Every function of the family, with the technique that is it.
-pub const FUNCTIONS: &[(&str, &[(&str, &str)], Function)] = &[
+pub const FUNCTIONS: &[Member] = &[
     ("rbsm", &[], Function::Silhouette),
     ("rbsm-filtered", &[], Function::Filtered),
     ("rbsm-star", &[], Function::Star),
