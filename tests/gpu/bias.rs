@@ -61,7 +61,7 @@ fn a_tilted_plane_is_lit_everywhere() {
 fn a_fixed_depth_shadows_a_tilted_plane_falsely() {
     with_gpu(|host| {
         println!("pixels of a lit plane that are dark, receiver=plane and fixed:");
-        for degrees in [0.0, 30.0, 60.0, 75.0, 85.0] {
+        for degrees in [0.0, 60.0, 85.0] {
             for light in lights(degrees, 0.6) {
                 let name = light.name.clone();
                 let camera = perspective(dvec3(0.3, 9.0, 3.0), DVec3::ZERO, 0.1);
