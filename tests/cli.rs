@@ -158,6 +158,20 @@ fn every_view_is_a_picture_of_its_own() {
     assert_ne!(std::fs::read(place.path("a.png")).unwrap(), seen[0]);
 }
 
+#[test]
+fn techniques_show_what_they_find_on_the_way() {
+    let place = Place::new();
+    let mut seen: Vec<Vec<u8>> = vec![];
+    let base = ["render", "jenga", "-t", "rbsm-profile", "-o", "a.png", "--frames", "1", "--size", "96x54"];
+    for view in ["discontinuity", "runs", "ends", "profile-height"] {
+        place.good(&[&base[..], &["--shadow-map", "128", "--view", view]].concat());
+        let bytes = std::fs::read(place.path("a.png")).unwrap();
+        assert!(!seen.contains(&bytes), "{view}");
+        seen.push(bytes);
+    }
+    place.bad(&[&base[..], &["--view", "rnus"]].concat(), 2, &["rnus", "shadow-map", "discontinuity, runs, ends"]);
+}
+
 /// A standing triangle and nothing else.
 const LONE_TRIANGLE: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0,
     "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],

@@ -10,8 +10,14 @@ use std::path::{Path, PathBuf};
 const SIZE: [u32; 2] = [256, 144];
 /// Scene, technique, settings.
 type Golden = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
-const GOLDEN: &[Golden] =
-    &[("courtyard", "pcf", &[("width", "3")]), ("foliage", "sm", &[]), ("jenga", "pcf", &[("width", "7")])];
+const GOLDEN: &[Golden] = &[
+    ("courtyard", "pcf", &[("width", "3")]),
+    ("foliage", "sm", &[]),
+    ("jenga", "pcf", &[("width", "7")]),
+    ("fence", "rbsm-filtered", &[]),
+    ("robot", "rbsm-profile", &[("quality", "line")]),
+    ("jenga", "rpcf", &[]),
+];
 
 fn path(scene: &str, technique: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(format!("{scene}-{technique}.png"))

@@ -214,9 +214,9 @@ fn far_ranges_hold() {
             let (mut dark, mut lit) = (0, 0);
             for (v, hit) in values.iter().zip(&hits) {
                 let Some(hit) = hit.filter(|h| h.triangle < 2) else { continue };
-                // The plate's shadow is a square of half width 60.
+                // The plate's shadow is a square of half width 60, a texel 1.5 wide: the widest kernel reaches 25 units.
                 let p = hit.position.abs();
-                let (inside, outside) = (p.x.max(p.z) < 50.0, p.x.max(p.z) > 80.0);
+                let (inside, outside) = (p.x.max(p.z) < 35.0, p.x.max(p.z) > 85.0);
                 dark += usize::from(inside && *v > 0.0);
                 lit += usize::from(outside && *v < 1.0);
             }
@@ -321,7 +321,10 @@ fn a_mirrored_instance_equals_its_explicit_geometry() {
         };
         let scenes = [with(body, t), with(made::mesh(&triangles), DAffine3::IDENTITY)];
         let [mut a, mut b] = [&scenes[0], &scenes[1]].map(|s| renderer(host, s, desc(SIZE, 512)));
-        for (id, settings) in MODES {
+        // The light's view is fitted to the instances' boxes: another grid of texels, and with it other false shadows where
+        // all texels are compared with one depth.
+        let is_fixed = |settings: &[(&str, &str)]| settings.contains(&("receiver", "fixed"));
+        for (id, settings) in MODES.iter().filter(|m| !is_fixed(m.1)) {
             let (x, y) = (visibility(&mut a, id, settings), visibility(&mut b, id, settings));
             let off = differing(&x, &y, 0.05);
             println!("mirrored instance {id:4} {off} of {} pixels differ", x.len());

@@ -198,10 +198,13 @@ fn line(label: &str, map: u32, [mismatch, per_px, over, under, mean, p95]: [Opti
     )
 }
 
-/// Mean mismatch over the map's size, a line a technique.
+/// Mean mismatch over the map's size, a line a technique. The fixed depth, ten times as far off, is left to the tables,
+/// and so is the opponent that is bit for bit another technique.
 fn chart(figures: &Figures, choices: &[Choice]) -> Result<String> {
+    let is_fixed = |c: &Choice| c.params.show().iter().any(|(name, value)| *name == "receiver" && value == "fixed");
     let lines: Vec<_> = choices
         .iter()
+        .filter(|c| !is_fixed(c) && c.info.id != "rbsm-branches")
         .map(|c| {
             let name = label(c);
             let mine = figures.means.iter().filter(|m| m.label == name);
