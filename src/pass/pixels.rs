@@ -1,53 +1,83 @@
-//! A list of pixels that a heavy pass works off by indirect dispatch, every thread with work.
+//! A pass in two dispatches: the first decides most pixels and lists the others, the second works on the list, every
+//! thread with work. Or in one, that works on every pixel where it finds it: the same image.
 
-use crate::gpu::{Buffer, BufferDesc, Device, MemoryKind};
-use crate::pass::tiles::TILE;
-use crate::{Frame, Result, Threads};
-use ash::vk;
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::pass::tiles::{TILE, indirect_list};
+use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Bytes before the pixels: the dispatch arguments, the count of pixels, that of tiles.
+/// Bytes before the pixels: the dispatch arguments, the count of pixels, that of tiles with any.
 const HEADER: u64 = 20;
 /// Offset of the count of tiles.
 const TILES: u64 = 16;
 
-/// The list; 4 bytes a pixel. `PixelList` of the shaders is the other side.
-pub struct PixelList {
-    buffer: Buffer,
+/// What the specialization constant `STEP` of `glsl/pass/pixel_list.glsl` says.
+#[derive(Clone, Copy)]
+pub(crate) enum Step {
+    AtOnce,
+    List,
+    Listed,
+}
+
+/// The pipelines of such a pass with their list; 4 bytes a pixel.
+pub struct PixelPass {
+    pixels: Arc<ComputePipeline>,
+    /// Works on the list.
+    listed: Option<Arc<ComputePipeline>>,
+    list: Buffer,
     tiles_total: u32,
 }
 
-impl PixelList {
-    /// Room for every pixel of an image.
-    pub fn new(device: &Arc<Device>, name: &str, extent: [u32; 2]) -> Result<Self> {
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
-            | vk::BufferUsageFlags::INDIRECT_BUFFER
-            | vk::BufferUsageFlags::TRANSFER_DST
-            | vk::BufferUsageFlags::TRANSFER_SRC;
-        let pixels = u64::from(extent[0]) * u64::from(extent[1]);
-        let desc = BufferDesc { name, size: HEADER + 4 * pixels, usage, memory: MemoryKind::Gpu };
-        let tiles_total = extent[0].div_ceil(TILE) * extent[1].div_ceil(TILE);
-        Ok(Self { buffer: Buffer::new(device, &desc)?, tiles_total })
+impl PixelPass {
+    /// Makes the pipelines of the steps that `listed` needs, and room for every pixel of an image.
+    pub(crate) fn new(
+        context: &Context,
+        name: &str,
+        extent: [u32; 2],
+        listed: bool,
+        pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
+    ) -> Result<Self> {
+        let (pixels, edges) = match listed {
+            true => (pipeline(Step::List)?, Some(pipeline(Step::Listed)?)),
+            false => (pipeline(Step::AtOnce)?, None),
+        };
+        // Where nothing is listed the shader's binding still wants a buffer.
+        let entries = if listed { u64::from(extent[0]) * u64::from(extent[1]) } else { 0 };
+        let list = indirect_list(context.device(), name, HEADER, entries)?;
+        Ok(Self { pixels, listed: edges, list, tiles_total: extent[0].div_ceil(TILE) * extent[1].div_ceil(TILE) })
     }
 
-    /// Empties the list.
-    pub fn clear(&self, frame: &mut Frame<'_>) {
-        let header: [u32; 5] = [0, 1, 1, 0, 0];
-        frame.update(&self.buffer, bytemuck::bytes_of(&header));
+    /// Bytes of device memory that the list holds.
+    pub fn memory_bytes(&self) -> u64 {
+        self.list.size()
     }
 
-    /// For binding.
-    pub fn buffer(&self) -> &Buffer {
-        &self.buffer
+    /// The list, for binding.
+    pub(crate) fn list(&self) -> Bind<'_> {
+        Bind::Buffer(&self.list)
     }
 
-    /// A thread a listed pixel.
-    pub fn threads(&self) -> Threads<'_> {
-        Threads::Indirect(&self.buffer, 0)
-    }
-
-    /// Notes in how many tiles the pixels lie that the pass recorded last worked on.
-    pub fn count(&self, frame: &mut Frame<'_>) {
-        frame.count_tiles(self.tiles_total, &self.buffer, TILES);
+    /// Writes every pixel of `output`; `names` are those of the two dispatches.
+    pub(crate) fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        names: [&str; 2],
+        bind: &[Bind<'_>],
+        push: &[u8],
+        output: &Image,
+    ) -> Result<()> {
+        let [width, height] = output.extent();
+        if self.listed.is_some() {
+            let header: [u32; 5] = [0, 1, 1, 0, 0];
+            frame.update(&self.list, bytemuck::bytes_of(&header));
+        }
+        let threads = Threads::Count([width, height, 1]);
+        frame.dispatch(&Pass { name: names[0], pipeline: &self.pixels, bind, push, threads })?;
+        if let Some(listed) = &self.listed {
+            let threads = Threads::Indirect(&self.list, 0);
+            frame.dispatch(&Pass { name: names[1], pipeline: listed, bind, push, threads })?;
+            frame.count_tiles(self.tiles_total, &self.list, TILES);
+        }
+        Ok(())
     }
 }

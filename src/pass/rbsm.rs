@@ -1,10 +1,9 @@
 //! Revectorized visibility: every pixel by its texel's neighbourhood, those at an edge by the edge's shape.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
-use crate::pass::pixels::PixelList;
+use crate::gpu::{Buffer, Image, shader_struct};
+use crate::pass::pixels::PixelPass;
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
-use std::sync::Arc;
+use crate::{Bind, Context, Frame, Inputs, Result};
 
 shader_struct! {
     /// Push constants of the revectorization passes (`glsl/pass/rbsm_receiver.glsl`).
@@ -89,10 +88,7 @@ pub struct RbsmConfig {
 
 /// The pass with its pipelines.
 pub struct Rbsm {
-    pixels: Arc<ComputePipeline>,
-    /// The list with the pipeline that works on it.
-    edges: Option<Arc<ComputePipeline>>,
-    list: PixelList,
+    pass: PixelPass,
 }
 
 impl Rbsm {
@@ -100,21 +96,18 @@ impl Rbsm {
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
         let RbsmConfig { revectorization, fixed_depth, max_distance, listed } = config;
         let [function, quality] = revectorization.constants();
-        let pipeline = |step| -> Result<_> {
-            let constants = [fixed_depth.into(), max_distance, function, quality, step];
+        let pass = PixelPass::new(context, "edge pixels", extent, listed, |step| {
+            let constants = [fixed_depth.into(), max_distance, function, quality, step as u32];
             let pipeline = context.pipeline::<RbsmPush>(revectorization.shader(), &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
-        };
-        let (pixels, edges) = if listed { (pipeline(1)?, Some(pipeline(2)?)) } else { (pipeline(0)?, None) };
-        // Where nothing is listed the shader's binding still wants a buffer.
-        let list = PixelList::new(context.device(), "edge pixels", if listed { extent } else { [0; 2] })?;
-        Ok(Self { pixels, edges, list })
+        })?;
+        Ok(Self { pass })
     }
 
     /// Bytes of device memory that the pass holds.
     pub fn memory_bytes(&self) -> u64 {
-        self.list.buffer().size()
+        self.pass.memory_bytes()
     }
 
     /// Writes the visibility of every pixel into `output`.
@@ -126,26 +119,14 @@ impl Rbsm {
         push: RbsmPush,
         output: &Image,
     ) -> Result<()> {
-        let [width, height] = output.extent();
         let bind = &[
             Bind::Buffer(view),
             Bind::Input(&inputs.depth),
             Bind::Input(inputs.normal_or_depth()),
             Bind::Input(&inputs.shadow_map),
             Bind::Image(output),
-            Bind::Buffer(self.list.buffer()),
+            self.pass.list(),
         ];
-        let push = bytemuck::bytes_of(&push);
-        if self.edges.is_some() {
-            self.list.clear(frame);
-        }
-        let threads = Threads::Count([width, height, 1]);
-        frame.dispatch(&Pass { name: "revectorize", pipeline: &self.pixels, bind, push, threads })?;
-        if let Some(edges) = &self.edges {
-            let threads = self.list.threads();
-            frame.dispatch(&Pass { name: "revectorize edges", pipeline: edges, bind, push, threads })?;
-            self.list.count(frame);
-        }
-        Ok(())
+        self.pass.record(frame, ["revectorize", "revectorize edges"], bind, bytemuck::bytes_of(&push), output)
     }
 }

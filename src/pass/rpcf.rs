@@ -1,12 +1,11 @@
 //! Percentage-closer filtering of revectorized visibility.
 
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Buffer, Image};
 use crate::pass::depth_bounds::DepthBounds;
-use crate::pass::pixels::PixelList;
+use crate::pass::pixels::PixelPass;
 use crate::pass::rbsm::RbsmPush;
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
-use std::sync::Arc;
+use crate::{Bind, Context, Frame, Inputs, Result};
 
 /// What is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,12 +35,9 @@ pub struct RpcfConfig {
     pub listed: bool,
 }
 
-/// The pass with its pipeline, and what it skips by.
+/// The pass with its pipelines, and what it skips by.
 pub struct Rpcf {
-    pixels: Arc<ComputePipeline>,
-    /// Works on the list.
-    edges: Option<Arc<ComputePipeline>>,
-    list: PixelList,
+    pass: PixelPass,
     bounds: Option<DepthBounds>,
 }
 
@@ -49,22 +45,19 @@ impl Rpcf {
     /// Allocates for a camera image and a shadow map.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RpcfConfig) -> Result<Self> {
         let RpcfConfig { width, visibility, fixed_depth, max_distance, bounded, listed } = config;
-        let pipeline = |step| -> Result<_> {
-            let constants = [fixed_depth.into(), max_distance, width, visibility as u32, step, bounded.into()];
+        let pass = PixelPass::new(context, "rpcf pixels", extent, listed, |step| {
+            let constants = [fixed_depth.into(), max_distance, width, visibility as u32, step as u32, bounded.into()];
             let pipeline = context.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
-        };
-        let (pixels, edges) = if listed { (pipeline(1)?, Some(pipeline(2)?)) } else { (pipeline(0)?, None) };
-        // Where nothing is listed the shader's binding still wants a buffer.
-        let list = PixelList::new(context.device(), "rpcf pixels", if listed { extent } else { [0; 2] })?;
+        })?;
         let bounds = if bounded { Some(DepthBounds::new(context, map_size)?) } else { None };
-        Ok(Self { pixels, edges, list, bounds })
+        Ok(Self { pass, bounds })
     }
 
     /// Bytes of device memory that the pass holds.
     pub fn memory_bytes(&self) -> u64 {
-        self.list.buffer().size() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
+        self.pass.memory_bytes() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
     }
 
     /// Writes the visibility of every pixel into `output`.
@@ -79,28 +72,16 @@ impl Rpcf {
         if let Some(bounds) = &mut self.bounds {
             bounds.record(frame, inputs)?;
         }
-        let [width, height] = output.extent();
         let bind = &[
             Bind::Buffer(view),
             Bind::Input(&inputs.depth),
             Bind::Input(inputs.normal_or_depth()),
             Bind::Input(&inputs.shadow_map),
             Bind::Image(output),
-            Bind::Buffer(self.list.buffer()),
+            self.pass.list(),
             // Without bounds the shader's binding still wants an image, which it does not read.
             self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
         ];
-        let push = bytemuck::bytes_of(&push);
-        if self.edges.is_some() {
-            self.list.clear(frame);
-        }
-        let threads = Threads::Count([width, height, 1]);
-        frame.dispatch(&Pass { name: "rpcf", pipeline: &self.pixels, bind, push, threads })?;
-        if let Some(edges) = &self.edges {
-            let threads = self.list.threads();
-            frame.dispatch(&Pass { name: "rpcf edges", pipeline: edges, bind, push, threads })?;
-            self.list.count(frame);
-        }
-        Ok(())
+        self.pass.record(frame, ["rpcf", "rpcf edges"], bind, bytemuck::bytes_of(&push), output)
     }
 }

@@ -13,6 +13,16 @@ const HEADER: u64 = 16;
 /// Offset of the count.
 const COUNT: u64 = 12;
 
+/// A buffer whose first bytes are the arguments of an indirect dispatch, with room for entries of 4 bytes after `header`
+/// bytes.
+pub(super) fn indirect_list(device: &Arc<Device>, name: &str, header: u64, entries: u64) -> Result<Buffer> {
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        | vk::BufferUsageFlags::INDIRECT_BUFFER
+        | vk::BufferUsageFlags::TRANSFER_DST
+        | vk::BufferUsageFlags::TRANSFER_SRC;
+    Buffer::new(device, &BufferDesc { name, size: header + 4 * entries, usage, memory: MemoryKind::Gpu })
+}
+
 /// The list; `glsl/pass/tiles.glsl` has the other side.
 pub struct TileList {
     buffer: Buffer,
@@ -23,12 +33,7 @@ impl TileList {
     /// Room for every tile of an image.
     pub fn new(device: &Arc<Device>, name: &str, extent: [u32; 2]) -> Result<Self> {
         let total = extent[0].div_ceil(TILE) * extent[1].div_ceil(TILE);
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
-            | vk::BufferUsageFlags::INDIRECT_BUFFER
-            | vk::BufferUsageFlags::TRANSFER_DST
-            | vk::BufferUsageFlags::TRANSFER_SRC;
-        let desc = BufferDesc { name, size: HEADER + 4 * u64::from(total), usage, memory: MemoryKind::Gpu };
-        Ok(Self { buffer: Buffer::new(device, &desc)?, total })
+        Ok(Self { buffer: indirect_list(device, name, HEADER, total.into())?, total })
     }
 
     /// Empties the list.
