@@ -241,7 +241,7 @@ fn wrong_usage_is_status_2_and_says_what_is_allowed() {
     place.bad(&["compare", "-t", "sm,nope"], 2, &["nope"]);
     place.bad(&["compare", "-t", "pcf:width"], 2, &["name=value"]);
     place.bad(&["compare", "--reference", "guess"], 2, &["guess", "ray-traced"]);
-    place.bad(&["bench", "--suite", "nope"], 2, &["nope", "techniques, map-sizes, pcf"]);
+    place.bad(&["bench", "--suite", "nope"], 2, &["nope", "techniques, map-sizes, revectorization, pcf"]);
 }
 
 #[test]
