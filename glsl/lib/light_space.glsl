@@ -30,21 +30,24 @@ vec3 rowOf(mat4 m, int row) { return vec3(m[0][row], m[1][row], m[2][row]); }
 // World size of a texel at a point's depth, along the wider axis of the texel.
 float texelSize(mat4 light_clip_from_view, LightPoint l, vec2 map_size) {
   vec2 scale = vec2(length(rowOf(light_clip_from_view, 0)), length(rowOf(light_clip_from_view, 1))) * map_size;
-  return 2.0 * l.w / min(scale.x, scale.y);
+  precise float size = 2.0 * l.w / min(scale.x, scale.y);
+  return size;
 }
 
 // Change of the stored depth over a texel's world size along the light's axis.
 float texelDepth(mat4 light_clip_from_view, float depth_scale, LightPoint l, vec2 map_size) {
   float depth_per_unit = depth_scale > 0.0 ? depth_scale / (l.w * l.w) : length(rowOf(light_clip_from_view, 2));
-  return depth_per_unit * texelSize(light_clip_from_view, l, map_size);
+  precise float depth = depth_per_unit * texelSize(light_clip_from_view, l, map_size);
+  return depth;
 }
 
 // How far a point of a plane must move along its normal `n` so that it lies in front of the plane's own depth in
 // the texel it then falls into, in units of texelSize: at a texel's centre, at most half a texel away on either
 // axis, the plane is deeper by at most (|n_u| + |n_v|)/2 over the plane's slope along the ray, which cancels.
 float planeOffsetTexels(mat4 light_clip_from_view, vec3 n) {
-  return 0.5 * (abs(dot(n, normalize(rowOf(light_clip_from_view, 0)))) +
-                abs(dot(n, normalize(rowOf(light_clip_from_view, 1)))));
+  precise float texels = 0.5 * (abs(dot(n, normalize(rowOf(light_clip_from_view, 0)))) +
+                                abs(dot(n, normalize(rowOf(light_clip_from_view, 1)))));
+  return texels;
 }
 
 // Receiver plane: d(depth)/d(uv) over the plane with normal `n` through the point, exact for both projections.
@@ -61,7 +64,8 @@ vec2 receiverPlane(mat4 light_clip_from_view, float depth_scale, LightPoint l, v
   vec3 area = cross(U, V);
   float facing = dot(n, area);
   if (abs(facing) < 1e-3 * length(area)) return vec2(0.0);
-  return vec2(dot(n, cross(D, V)), dot(n, cross(U, D))) / facing;
+  precise vec2 plane = vec2(dot(n, cross(D, V)), dot(n, cross(U, D))) / facing;
+  return plane;
 }
 
 #endif

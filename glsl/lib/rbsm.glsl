@@ -60,8 +60,8 @@ ShadowPoint shadowPoint(vec2 place, float z, vec2 dz, float slack) {
   precise ShadowPoint p;
   vec2 first = floor(place);
   p.texel = p.origin = ivec2(first);
-  // Not 0: distances carry a sign.
-  p.fraction = max(place - first, vec2(1e-7));
+  // Neither 0 nor 1: distances carry a sign.
+  p.fraction = clamp(place - first, vec2(1e-7), vec2(1.0 - 6e-8));
   p.dz = dz;
   p.slack = slack;
   p.z = z + dot(dz, first + 0.5 - place);

@@ -1,6 +1,6 @@
 // The edge profile: each side of a texel whose neighbour differs has a run, the run a height over the side, and the
-// fragments below that height take the other visibility. This project's own; it handles every shape of edge (Z steps,
-// U ends, corners, gaps, bars). Include as lib/rbsm.glsl; it wants lib/rbsm_line.glsl next to it.
+// fragments below that height take the other visibility. This project's own; it says what to do with every shape of
+// edge (Z steps, U ends, gaps, bars; corners keep the test). Include as lib/rbsm.glsl; it wants lib/rbsm_line.glsl next to it.
 //
 // Heights are in texels into the fragment's texel, along a run of L texels at u in [0, L]:
 //   Z, the ends turn different ways: the line between the middles of the steps at both ends.

@@ -2,15 +2,15 @@
 // Euclidean distance transform shadow mapping", section 5; the mean of [JCGT] listing 5, or of another function, over
 // w x w texel offsets. Include as lib/rbsm.glsl, with RPCF_WIDTH defined: odd, 1 to 31.
 //
-// Every texel of the kernel and of the ring around it is tested once and kept as a bit. The runs of listing 3 are then
-// found by bit scans; where a run leaves the kernel it is followed by tests, once for all texels of the run (the reuse
+// The includer tests every texel of the kernel and of the ring around it, and keeps them as bits in rpcf_rows and
+// rpcf_columns before it calls rpcfMean. The runs of listing 3 are found by bit scans; where a run leaves the kernel it is followed by tests, once for all texels of the run (the reuse
 // of "Revectorization-Based Soft Shadow Mapping", algorithm 3, in both directions, for all shapes of edge).
 #ifndef EDGESHADE_RPCF
 #define EDGESHADE_RPCF
 #include "lib/rbsm_profile.glsl"
 #include "lib/rbsm_star.glsl"
 
-const uint RPCF_ALL = RPCF_WIDTH == 31 ? 0x7fffffffu : (1u << RPCF_WIDTH) - 1u;
+const uint RPCF_ALL = (1u << RPCF_WIDTH) - 1u;
 
 // Lit is 1. Rows from the ring's first to its last, without the ring's columns; bit i is the kernel's column i.
 uint rpcf_rows[RPCF_WIDTH + 2];
@@ -61,11 +61,11 @@ struct Beyond {
 Beyond rpcf_beyond[4 * RPCF_WIDTH];
 
 // `line` is the kernel's along that side, `ring` the tests next to it, outwards; `before` and `after` those at its ends;
-// `next` the way from texel to texel,
-// opposite to the neighbour that across.x speaks of.
+// `next` is the way from texel to texel, opposite to the neighbour that across.x speaks of.
 void followBeyond(ShadowPoint p, int first_index, TexelLine line, uint ring, uint before, uint after, ivec2 texel, ivec2 dir,
                   ivec2 next) {
-  uint differs_before = line.tests ^ (line.tests << 1 | before), differs_after = line.tests ^ (line.tests >> 1 | after << (RPCF_WIDTH - 1));
+  uint differs_before = line.tests ^ (line.tests << 1 | before);
+  uint differs_after = line.tests ^ (line.tests >> 1 | after << (RPCF_WIDTH - 1));
   uint leaves = line.tests ^ ring;
   for (int i = 0; i < RPCF_WIDTH; ++i) rpcf_beyond[first_index + i] = Beyond(bitAt(leaves, i) ? 1 : -1, bvec2(false));
   // All lanes walk together: a walk within the sum would keep others waiting there.
@@ -151,7 +151,9 @@ float rpcfMean(ShadowPoint p, int function) {
     q.texel = first + ivec2(i, j);
     float s = bitAt(rpcf_rows[j + 1], i) ? 1.0 : 0.0;
     vec3 d = computeDiscontinuity(q, s);
-    sum += function == 0 ? revectorizeShadowEdge(q, d, false) : function == 1 ? revectorizeStar(q, d) : revectorizeProfile(q, d, RUN_ONLY);
+    if (function == 0) sum += revectorizeShadowEdge(q, d, false);
+    else if (function == 1) sum += revectorizeStar(q, d);
+    else sum += revectorizeProfile(q, d, RUN_ONLY);
   }
   return clamp((float(uniform_lit) + sum) / float(w * w), 0.0, 1.0);
 }

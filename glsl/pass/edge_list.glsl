@@ -17,8 +17,10 @@ bool decide(ShadowPoint p, out float v) {
 
 float workOut(ShadowPoint p) {
   vec4 N;
-  float s = testNeighbourhood(p, N);
-  return revectorize(p, packDiscontinuity(N, s));
+  float s = testNeighbourhood(p, N), v;
+  vec3 d = packDiscontinuity(N, s);
+  // Once more: nothing but `precise` makes two pipelines see the same texel.
+  return decideByNeighbourhood(p, s, d, v) ? v : revectorize(p, d);
 }
 
 #endif

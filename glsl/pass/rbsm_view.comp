@@ -1,6 +1,6 @@
 #version 460
-// What the RBSM family finds on its way, as pictures; zero where there is no edge. Channels in the order of listing 2:
-// left, right, +v, -v.
+// What the RBSM family finds on its way, as pictures. Channels but for the first picture's in the order of listing 2: left,
+// right, +v, -v; zero where there is no edge.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
@@ -13,7 +13,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 4) writeonly uniform image2D discontinuity; // listing 2's packed form
 layout(binding = 5) writeonly uniform image2D runs;          // texels of listing 3, unsigned
-layout(binding = 6) writeonly uniform image2D ends;          // 1: at an edge end, -1: stepped out
+layout(binding = 6) writeonly uniform image2D ends;          // 1: at an edge end, -1: stepped out, or not reached
 layout(binding = 7) writeonly uniform image2D height;        // of the profile over each side, texels
 
 void main() {

@@ -77,7 +77,8 @@ Receiver receiverAt(ivec2 pixel) {
 vec3 offsetReceiver(Receiver r, LightPoint l, float texels, int layer) {
   mat4 m = view.light_clip_from_view[layer];
   float offset = texels * texelSize(m, l, vec2(view.map_size)) * planeOffsetTexels(m, r.normal);
-  return r.position + r.normal * (offset + r.error);
+  precise vec3 p = r.position + r.normal * (offset + r.error);
+  return p;
 }
 
 #endif

@@ -1,4 +1,4 @@
-//! Shared steps: a file a step, each with its shader of the same stem under `glsl/pass/`.
+//! Shared steps: a file a step; those that are a pass of their own have their shader under `glsl/pass/` by the same stem.
 
 pub mod accumulate;
 pub mod depth_bounds;

@@ -29,7 +29,8 @@ pub struct PixelPass {
 }
 
 impl PixelPass {
-    /// Makes the pipelines of the steps that `listed` needs, and room for every pixel of an image.
+    /// Makes the pipelines of the steps that `listed` needs, and room for every pixel of an image. An image with more
+    /// pixels than a storage buffer may have entries is worked on without a list.
     pub(crate) fn new(
         context: &Context,
         name: &str,
@@ -37,13 +38,15 @@ impl PixelPass {
         listed: bool,
         pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
     ) -> Result<Self> {
+        let entries = u64::from(extent[0]) * u64::from(extent[1]);
+        let fits = HEADER + 4 * entries <= u64::from(context.device().limits.max_storage_buffer_range);
+        let listed = listed && fits;
         let (pixels, edges) = match listed {
             true => (pipeline(Step::List)?, Some(pipeline(Step::Listed)?)),
             false => (pipeline(Step::AtOnce)?, None),
         };
         // Where nothing is listed the shader's binding still wants a buffer.
-        let entries = if listed { u64::from(extent[0]) * u64::from(extent[1]) } else { 0 };
-        let list = indirect_list(context.device(), name, HEADER, entries)?;
+        let list = indirect_list(context.device(), name, HEADER, if listed { entries } else { 0 })?;
         Ok(Self { pixels, listed: edges, list, tiles_total: extent[0].div_ceil(TILE) * extent[1].div_ceil(TILE) })
     }
 

@@ -3,7 +3,7 @@
 use crate::gpu::{Buffer, Image, shader_struct};
 use crate::pass::pixels::PixelPass;
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Result};
+use crate::{Bind, Context, Error, Frame, Inputs, Result};
 
 shader_struct! {
     /// Push constants of the revectorization passes (`glsl/pass/rbsm_receiver.glsl`).
@@ -86,6 +86,14 @@ pub struct RbsmConfig {
     pub listed: bool,
 }
 
+/// The shaders' loops and signed distances hold for these only.
+pub(crate) fn check_max_distance(max_distance: u32) -> Result<()> {
+    match max_distance {
+        1..=64 => Ok(()),
+        n => Err(Error::Parameter(format!("max_distance {n} is not possible: 1 to 64 texels"))),
+    }
+}
+
 /// The pass with its pipelines.
 pub struct Rbsm {
     pass: PixelPass,
@@ -95,6 +103,7 @@ impl Rbsm {
     /// Allocates for a camera image.
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
         let RbsmConfig { revectorization, fixed_depth, max_distance, listed } = config;
+        check_max_distance(max_distance)?;
         let [function, quality] = revectorization.constants();
         let pass = PixelPass::new(context, "edge pixels", extent, listed, |step| {
             let constants = [fixed_depth.into(), max_distance, function, quality, step as u32];

@@ -1,17 +1,18 @@
 //! What the RBSM family finds on its way, as pictures.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
-use crate::pass::rbsm::{RbsmConfig, RbsmPush, Revectorization};
+use crate::pass::rbsm::{RbsmConfig, RbsmPush, Revectorization, check_max_distance};
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
-/// Names of the images; four channels each, in the order of listing 2 (left, right, +v, -v), 0 where there is no edge.
+/// Names of the images of four channels; but for the first they are in the order of listing 2 (left, right, +v, -v) and
+/// 0 where there is no edge.
 ///
-/// * `discontinuity`: listing 2's packed form, `(2 left + right)/4`, `(2 (+v) + (-v))/4`, 1 in shadow.
-/// * `runs`: steps of listing 3 to the end of the run, texels, 1 to `MAXDIST` + 1.
-/// * `ends`: 1 where the run ends at an edge end, -1 where it steps out of the edge.
+/// * `discontinuity`: listing 2's packed form: `(2 left + right)/4`, `(2 (+v) + (-v))/4`, 1 in shadow; then 1.
+/// * `runs`: steps of listing 3 to the end of the run, texels; `MAXDIST` + 1 where it was not reached.
+/// * `ends`: 1 where the run ends at an edge end, -1 where it steps out of the edge or its end was not reached.
 /// * `profile-height`: the edge profile's height over each side of the texel, texels.
 pub const NAMES: [&str; 4] = ["discontinuity", "runs", "ends", "profile-height"];
 
@@ -24,6 +25,7 @@ pub struct RbsmView {
 impl RbsmView {
     /// Allocates for a camera image.
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
+        check_max_distance(config.max_distance)?;
         let quality = match config.revectorization {
             Revectorization::Profile(quality) => quality as u32,
             _ => 0,

@@ -3,9 +3,9 @@
 use crate::gpu::{Buffer, Image};
 use crate::pass::depth_bounds::DepthBounds;
 use crate::pass::pixels::PixelPass;
-use crate::pass::rbsm::RbsmPush;
+use crate::pass::rbsm::{RbsmPush, check_max_distance};
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Result};
+use crate::{Bind, Context, Error, Frame, Inputs, Result};
 
 /// What is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +45,12 @@ impl Rpcf {
     /// Allocates for a camera image and a shadow map.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RpcfConfig) -> Result<Self> {
         let RpcfConfig { width, visibility, fixed_depth, max_distance, bounded, listed } = config;
+        check_max_distance(max_distance)?;
+        if width % 2 == 0 || width > 31 {
+            return Err(Error::Parameter(format!(
+                "a kernel of {width} texels is not possible: an odd number, 1 to 31"
+            )));
+        }
         let pass = PixelPass::new(context, "rpcf pixels", extent, listed, |step| {
             let constants = [fixed_depth.into(), max_distance, width, visibility as u32, step as u32, bounded.into()];
             let pipeline = context.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?;

@@ -10,7 +10,7 @@ pub const INFO: Info = Info {
     id: "rbsm-profile",
     title: "Revectorization by edge profiles",
     paper: "this project",
-    summary: "A height over every run of an edge, by how its ends turn: the most accurate hard edge from the same texels.",
+    summary: "A height over every run of an edge, by how its ends turn: on average the most accurate hard edge from the same texels.",
     params: &[QUALITY, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
     kind: Kind::RealTime(prepare),
 };

@@ -36,7 +36,7 @@ pub(super) const SKIP: Param = Param::choice(
     "skip",
     &["auto", "off", "list"],
     0,
-    "pixels at an edge are worked on where they are found, or listed and worked on by a dispatch of their own: the same image",
+    "pixels at an edge are worked on where they are found, or listed (auto) and worked on by a dispatch of their own: the same image",
 );
 
 /// The constants of a frame from the parameters.

@@ -12,7 +12,7 @@ use crate::{Context, Frame, ImageRef, Inputs, Result};
 pub const INFO: Info = Info {
     id: "rpcf",
     title: "Revectorized percentage-closer filtering",
-    paper: "Macedo, Apolinário 2016, 2018",
+    paper: "Macedo, Apolinário 2018, section 5",
     summary: "Averages revectorized visibility over w x w texels: a soft edge w texels wide without the map's stairs.",
     params: &[
         Param::odd("width", 1, 31, 7, "texels", "width of the kernel"),
@@ -31,8 +31,8 @@ pub const INFO: Info = Info {
             "skip",
             &["auto", "off", "list", "bounds"],
             0,
-            "pixels near an edge are worked on where they are found, or listed for a dispatch of their own; with bounds, \
-             depth bounds of the map's blocks decide pixels before any test: the same image",
+            "pixels near an edge are worked on where they are found, or listed (auto) for a dispatch of their own; with \
+             bounds, depth bounds of the map's blocks decide pixels before any test, and the rest is listed: the same image",
         ),
     ],
     kind: Kind::RealTime(prepare),

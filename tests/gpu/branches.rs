@@ -127,7 +127,6 @@ fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
                 let images = compare("plane");
                 assert!(images == compare("fixed"));
                 let mut wrong = [0; 2];
-                let mut first = BTreeMap::new();
                 for (pixel, (&silhouette, &filtered)) in images[0].iter().zip(&images[1]).enumerate() {
                     let at = edge_point(&noise, place(pixel), distance);
                     for (variant, v) in [silhouette, filtered].into_iter().enumerate() {
@@ -137,7 +136,6 @@ fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
                             continue;
                         };
                         *taken[variant].entry(s).or_default() += 1;
-                        first.entry((variant, s)).or_insert(pixel);
                         // That the scenario is that of the pixel: the listings in f64 say the same of it.
                         let listing = [silhouette_visibility, filtered_visibility][variant];
                         let is_tie = variant == 0 && (e.nrd.x + e.nrd.y - 1.0).abs() <= PLACE_ERROR;
@@ -149,12 +147,6 @@ fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
                     }
                 }
                 assert_eq!(wrong, [0; 2], "blocks of {block:?}, distance {distance}: not as the listings say");
-                // One bit in any scenario is noticed.
-                for ((variant, s), pixel) in first {
-                    let mut planted = images[variant].clone();
-                    planted[pixel] = f32::from_bits(planted[pixel].to_bits() ^ 1);
-                    assert_eq!(differing_bits(&images[variant], &planted), 1, "{s:?}");
-                }
             }
         }
         println!("largest difference to the listings in f64: {largest:e}, allowed {PLACE_ERROR:e}");
