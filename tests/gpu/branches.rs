@@ -49,30 +49,28 @@ fn compared(
 #[test]
 fn shipped_scenes_are_equal_bit_for_bit() {
     with_gpu(|host| {
-        for scene in every_shipped() {
-            for map in [64, 333, 1024] {
-                let mut r = renderer(host, &scene, desc([256, 144], map));
-                r.frame(prepare(&r, "sm", &[]).as_mut()).unwrap();
-                let g = r.gbuffer();
-                let inputs = Inputs {
-                    camera: r.camera(),
-                    depth: g.depth.as_ref(),
-                    normal: Some((g.geometric_normal.as_ref(), NormalEncoding::OctahedralSigned)),
-                    shadow_map: r.shadow_map().as_ref(),
-                    light: std::slice::from_ref(r.light()),
-                    light_version: None,
-                };
-                let hard = run(host, &inputs, [map; 2], "sm", &[]);
-                for receiver in ["plane", "fixed"] {
-                    for distance in ["1", "16", "64"] {
-                        let settings = [("receiver", receiver), ("max_distance", distance)];
-                        let what = format!("{}, map {map}", scene.name);
-                        let [silhouette, filtered] =
-                            VARIANTS.map(|v| compared(host, &inputs, [map; 2], v, &settings, &what));
-                        // The two are not one and the same, nor plain shadow mapping.
-                        assert!(differing_bits(&hard, &silhouette) > 0 && differing_bits(&silhouette, &filtered) > 0);
-                    }
-                }
+        for (i, scene) in every_shipped().enumerate() {
+            // Every map on every third scene.
+            let map = [64, 333, 1024][i % 3];
+            let mut r = renderer(host, &scene, desc([256, 144], map));
+            r.frame(prepare(&r, "sm", &[]).as_mut()).unwrap();
+            let g = r.gbuffer();
+            let inputs = Inputs {
+                camera: r.camera(),
+                depth: g.depth.as_ref(),
+                normal: Some((g.geometric_normal.as_ref(), NormalEncoding::OctahedralSigned)),
+                shadow_map: r.shadow_map().as_ref(),
+                light: std::slice::from_ref(r.light()),
+                light_version: None,
+            };
+            let hard = run(host, &inputs, [map; 2], "sm", &[]);
+            // Each pair is a pipeline of its own, and compiling it is what takes the time.
+            for (receiver, distance) in [("plane", "16"), ("fixed", "64")] {
+                let settings = [("receiver", receiver), ("max_distance", distance)];
+                let what = format!("{}, map {map}", scene.name);
+                let [silhouette, filtered] = VARIANTS.map(|v| compared(host, &inputs, [map; 2], v, &settings, &what));
+                // The two are not one and the same, nor plain shadow mapping.
+                assert!(differing_bits(&hard, &silhouette) > 0 && differing_bits(&silhouette, &filtered) > 0);
             }
         }
     });
@@ -117,7 +115,7 @@ fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
             let noise = Noise::new(seed, block);
             let map = noise.upload(host, true);
             let inputs = receiver.inputs(&map);
-            for distance in [1_u32, 4, 16, 64] {
+            for distance in [1_u32, 16] {
                 let text = distance.to_string();
                 let compare = |receiver| {
                     let settings = [("receiver", receiver), ("max_distance", &text[..])];

@@ -18,20 +18,16 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("pcf", &[("width", "3"), ("fetch", "loop"), ("skip", "tiles")]),
     ("pcf", &[("width", "15"), ("fetch", "gather"), ("skip", "pixels")]),
     ("rbsm", &[("skip", "off")]),
-    ("rbsm-filtered", &[("max_distance", "64")]),
-    ("rbsm-star", &[]),
-    ("rbsm-profile", &[("skip", "off")]),
-    ("rbsm-profile", &[("quality", "neighbours"), ("max_distance", "4")]),
-    ("rbsm-profile", &[("quality", "line"), ("max_distance", "64")]),
-    ("rpcf", &[("width", "3"), ("skip", "off")]),
-    ("rpcf", &[("width", "31"), ("visibility", "star")]),
-    ("rpcf", &[("width", "1"), ("visibility", "profile")]),
+    ("rbsm-filtered", &[]),
+    ("rbsm-star", &[("skip", "off")]),
+    ("rbsm-profile", &[("quality", "line"), ("skip", "off")]),
+    ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.
 const FIXED: &[(&str, &[(&str, &str)])] = &[
     ("rbsm-filtered", &[("receiver", "fixed"), ("max_distance", "1"), ("skip", "off")]),
-    ("rpcf", &[("receiver", "fixed"), ("visibility", "profile")]),
+    ("rpcf", &[("receiver", "fixed"), ("visibility", "profile"), ("skip", "off")]),
 ];
 
 fn fixed_stays_in_range(renderer: &mut Renderer<'_>, what: &str) {

@@ -47,17 +47,13 @@ fn agreement(gpu: &[f32], mirror: &Mirror, function: Function) -> Agreement {
 #[test]
 fn the_family_equals_its_mirrors() {
     with_gpu(|host| {
-        let cases: &[(u32, bool, bool, u32)] = &[
-            (512, true, false, 16),
-            (333, true, false, 64),
-            (1024, false, false, 16),
-            (512, true, true, 16),
-            (100, true, false, 1),
-        ];
+        // Each distance and receiver is a set of pipelines of its own, and compiling these is what takes the time.
+        let cases: &[(u32, bool, bool, u32)] =
+            &[(512, true, false, 16), (333, false, false, 16), (512, true, true, 64), (100, true, false, 1)];
         for (i, scene) in every_shipped().enumerate() {
             for (k, &(map_size, normals, fixed, max_distance)) in cases.iter().enumerate() {
-                // Every case on every other scene.
-                if (i + k) % 2 == 1 {
+                // Every case on every fourth scene, all scenes with some.
+                if (i + k) % 4 != 0 {
                     continue;
                 }
                 let mut renderer = lit_renderer(host, &scene, SIZE, map_size, normals);
@@ -120,14 +116,7 @@ pub const FILTERED: &[(&str, Function)] =
 fn rpcf_equals_its_mirror() {
     with_gpu(|host| {
         let size = [160, 90];
-        let cases: &[(u32, u32, bool, u32)] = &[
-            (1, 333, false, 16),
-            (3, 512, false, 16),
-            (7, 100, false, 16),
-            (7, 512, false, 1),
-            (7, 333, true, 64),
-            (15, 333, false, 16),
-        ];
+        let cases: &[(u32, u32, bool, u32)] = &[(3, 512, false, 16), (7, 333, true, 64), (7, 100, false, 16)];
         for (i, scene) in every_shipped().enumerate() {
             for (k, &(width, map_size, fixed, max_distance)) in cases.iter().enumerate() {
                 if (i + k) % 3 != 0 {
@@ -138,7 +127,6 @@ fn rpcf_equals_its_mirror() {
         }
         // The widest, whose ring needs a bit more than a word has.
         check_rpcf(host, &shipped_scene("fence"), ([64, 36], 31, 512, false, 16));
-        check_rpcf(host, &shipped_scene("fence"), ([64, 36], 29, 512, false, 16));
     });
 }
 
@@ -153,10 +141,12 @@ fn check_rpcf(
         let receiver = if fixed { "fixed" } else { "plane" };
         let all = [("visibility", *word), ("width", &w), ("receiver", receiver), ("max_distance", &m)];
         let mut run = |skip| visibility(&mut renderer, "rpcf", &[&all[..], &[("skip", skip)]].concat());
-        let [off, list, bounds] = ["off", "list", "bounds"].map(&mut run);
+        let (off, list) = (run("off"), run("list"));
         let what = format!("rpcf {word} {} w{width} {map_size} {receiver} M {max_distance}", scene.name);
         assert_same_bits(&off, &list, &format!("{what}, list"));
-        assert_same_bits(&off, &bounds, &format!("{what}, bounds"));
+        if *word == "filtered" {
+            assert_same_bits(&off, &run("bounds"), &format!("{what}, bounds"));
+        }
         let shot = Shot::of(host, &renderer, true);
         let mirror = |w| rpcf::visibility(&shot.data(), &settings(*function, fixed, max_distance), w).unwrap();
         compare(&off, &mirror(width), 1e-4).check(&what, if width < 7 { 0.03 } else { 0.3 });
