@@ -1,6 +1,6 @@
 //! Suite `accuracy`: hard shadows of every shipped scene against the truth, over the size of the map.
 
-use super::judge::{contenders, hard, label, mask, mean, renderer, save, tracer, visibility};
+use super::judge::{contenders, hard, is_fixed, label, mask, mean, renderer, save, tracer, visibility};
 use super::{Args, SIZE, plot};
 use crate::cli::progress::Progress;
 use crate::cli::report::{self, Origin};
@@ -198,13 +198,11 @@ fn line(label: &str, map: u32, [mismatch, per_px, over, under, mean, p95]: [Opti
     )
 }
 
-/// Mean mismatch over the map's size, a line a technique. The fixed depth, ten times as far off, is left to the tables,
-/// and so is the opponent that is bit for bit another technique.
+/// Mean mismatch over the map's size, a line a technique. The fixed depth, ten times as far off, is left to the tables.
 fn chart(figures: &Figures, choices: &[Choice]) -> Result<String> {
-    let is_fixed = |c: &Choice| c.params.show().iter().any(|(name, value)| *name == "receiver" && value == "fixed");
     let lines: Vec<_> = choices
         .iter()
-        .filter(|c| !is_fixed(c) && c.info.id != "rbsm-branches")
+        .filter(|c| !is_fixed(c))
         .map(|c| {
             let name = label(c);
             let mine = figures.means.iter().filter(|m| m.label == name);

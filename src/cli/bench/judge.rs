@@ -28,10 +28,13 @@ const VARIANTS: [(&str, (&str, &str)); 5] = [
 /// Each variant is judged with this as well, where it has the parameter: one depth for all texels of a kernel.
 const FIXED: (&str, &str) = ("receiver", "fixed");
 
+/// Draws what `rbsm` and `rbsm-filtered` draw, bit for bit: there is nothing more to judge.
+const SAME: &str = "rbsm-branches";
+
 /// Every real-time technique at its defaults, and the variants above; in the registry's order, none twice.
 pub fn contenders() -> Result<Vec<Choice>> {
     let has = |id: &str, name: &str| technique::find(id).is_ok_and(|t| t.params.iter().any(|p| p.name == name));
-    let defaults = real_time().map(|id| (id, vec![]));
+    let defaults = real_time().filter(|&id| id != SAME).map(|id| (id, vec![]));
     let variants = VARIANTS.iter().filter(|(id, (name, _))| has(id, name)).map(|&(id, setting)| (id, vec![setting]));
     let mut found: Vec<Choice> = vec![];
     for (id, settings) in defaults.chain(variants) {
@@ -45,6 +48,11 @@ pub fn contenders() -> Result<Vec<Choice>> {
     }
     found.sort_by_key(|c| technique::ALL.iter().position(|t| t.id == c.info.id));
     Ok(found)
+}
+
+/// Whether all of its texels are compared with one depth.
+pub fn is_fixed(choice: &Choice) -> bool {
+    choice.params.show().iter().any(|(name, value)| *name == FIXED.0 && value == FIXED.1)
 }
 
 /// Id and changed settings, for people.
@@ -114,7 +122,7 @@ mod tests {
     #[test]
     fn every_technique_is_judged_and_none_twice() {
         let names: Vec<_> = contenders().unwrap().iter().map(label).collect();
-        for id in real_time() {
+        for id in real_time().filter(|&id| id != SAME) {
             assert!(names.iter().any(|n| n == id), "{id}: {names:?}");
         }
         for (i, name) in names.iter().enumerate() {
