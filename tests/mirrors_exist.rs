@@ -5,6 +5,16 @@ use std::path::Path;
 /// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
 const COVERED: &[(&str, Option<&str>)] = &[
     ("edge_list", Some("rbsm")),
+    ("edt_columns", Some("edt")),
+    ("edt_envelope", Some("edt")),
+    ("edt_live", Some("edt")),
+    ("edt_pack", Some("edt")),
+    ("edt_pack_uint", Some("edt")),
+    ("edt_pba_bands", Some("edt")),
+    ("edt_pba_color", Some("edt")),
+    ("edt_pba_merge", Some("edt")),
+    ("edt_row", Some("edt")),
+    ("edt_tile", Some("edt")),
     ("pcf_bounds", Some("pcf")),
     ("pcf_classify", Some("pcf")),
     ("pcf_receiver", Some("pcf")),

@@ -5,6 +5,7 @@ mod bench;
 mod compare;
 mod console;
 mod devices;
+mod edt;
 mod list;
 mod progress;
 mod render;
@@ -51,6 +52,8 @@ enum Command {
     Compare(Box<compare::Args>),
     /// Measure suites of variants, interleaved in one run
     Bench(bench::Args),
+    /// The exact Euclidean distance transform of a mask, with the nearest seed of every pixel
+    Edt(Box<edt::Args>),
     /// List the techniques and their parameters
     List(list::Args),
     /// List the Vulkan devices
@@ -92,6 +95,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args, started),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Edt(args) => edt::run(&args),
         Command::List(args) => list::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Scenes(args) => scenes::run(&args),

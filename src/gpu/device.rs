@@ -20,6 +20,7 @@ pub struct Device {
     pub(crate) push_descriptor: ash::khr::push_descriptor::Device,
     pub(crate) debug_utils: Option<ash::ext::debug_utils::Device>,
     pub(crate) limits: vk::PhysicalDeviceLimits,
+    device_type: vk::PhysicalDeviceType,
     pub(crate) pipeline_cache: vk::PipelineCache,
     allocator: Arc<Mutex<Allocator>>,
     /// After the allocator: fields drop in their order, and the allocator frees its memory.
@@ -30,14 +31,15 @@ impl Device {
     pub(crate) fn new(desc: &ContextDesc<'_>, allocator: Arc<Mutex<Allocator>>) -> Self {
         let ContextDesc { instance, physical_device, device, .. } = *desc;
         // SAFETY: the caller of `Context::new` vouches for the handles.
-        let limits = unsafe { instance.get_physical_device_properties(physical_device) }.limits;
+        let properties = unsafe { instance.get_physical_device_properties(physical_device) };
         Self {
             instance: instance.clone(),
             physical_device,
             raw: device.clone(),
             push_descriptor: ash::khr::push_descriptor::Device::new(instance, device),
             debug_utils: desc.debug_utils.then(|| ash::ext::debug_utils::Device::new(instance, device)),
-            limits,
+            limits: properties.limits,
+            device_type: properties.device_type,
             pipeline_cache: desc.pipeline_cache,
             allocator,
             _keep_alive: desc.keep_alive.clone(),
@@ -51,6 +53,11 @@ impl Device {
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
         // SAFETY: the handle belongs to this device. A failure (out of host memory) only loses a name.
         let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+    }
+
+    /// True for a driver that runs on the CPU: few threads, each of them fast.
+    pub(crate) fn is_cpu(&self) -> bool {
+        self.device_type == vk::PhysicalDeviceType::CPU
     }
 
     fn allocator(&self) -> MutexGuard<'_, Allocator> {

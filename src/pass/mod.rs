@@ -2,6 +2,7 @@
 
 pub mod accumulate;
 pub mod depth_bounds;
+pub mod edt;
 pub mod pcf;
 pub mod pixels;
 pub mod rbsm;

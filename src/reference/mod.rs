@@ -2,12 +2,13 @@
 //!
 //! A mirror has its shader's stem. These share one: `pcf` covers `pcf_classify.comp`, `pcf_bounds.glsl` and
 //! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_receiver.glsl`, `edge_list.glsl` and
-//! `pixel_list.glsl`; `view` covers `receiver.glsl` and `view.glsl`. `tiles.glsl` is exempt: it only packs numbers of
+//! `pixel_list.glsl`; `edt` covers `edt_*`; `view` covers `receiver.glsl` and `view.glsl`. `tiles.glsl` is exempt: it only packs numbers of
 //! tiles and pixels, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
 pub mod accumulate;
 pub mod depth_bounds;
+pub mod edt;
 mod map_receiver;
 pub mod pcf;
 pub mod ray_traced;

@@ -4,6 +4,7 @@ use crate::common::with_gpu;
 use edgeshade::Context;
 use edgeshade::pass::accumulate::AccumulatePush;
 use edgeshade::pass::depth_bounds::DepthBoundsPush;
+use edgeshade::pass::edt::EdtPush;
 use edgeshade::pass::pcf::PcfPush;
 use edgeshade::pass::rbsm::RbsmPush;
 use edgeshade::pass::sm::SmPush;
@@ -18,6 +19,15 @@ type Make = fn(&Context) -> edgeshade::Result<()>;
 const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
     ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
+    ("pass/edt_columns.comp", |c| c.pipeline::<EdtPush>("pass/edt_columns.comp", &[]).map(drop)),
+    ("pass/edt_live.comp", |c| c.pipeline::<EdtPush>("pass/edt_live.comp", &[]).map(drop)),
+    ("pass/edt_pack.comp", |c| c.pipeline::<EdtPush>("pass/edt_pack.comp", &[]).map(drop)),
+    ("pass/edt_pack_uint.comp", |c| c.pipeline::<EdtPush>("pass/edt_pack_uint.comp", &[]).map(drop)),
+    ("pass/edt_pba_bands.comp", |c| c.pipeline::<EdtPush>("pass/edt_pba_bands.comp", &[]).map(drop)),
+    ("pass/edt_pba_color.comp", |c| c.pipeline::<EdtPush>("pass/edt_pba_color.comp", &[]).map(drop)),
+    ("pass/edt_pba_merge.comp", |c| c.pipeline::<EdtPush>("pass/edt_pba_merge.comp", &[]).map(drop)),
+    ("pass/edt_row.comp", |c| c.pipeline::<EdtPush>("pass/edt_row.comp", &[]).map(drop)),
+    ("pass/edt_tile.comp", |c| c.pipeline::<EdtPush>("pass/edt_tile.comp", &[]).map(drop)),
     ("pass/pcf.comp", |c| {
         for constants in [[1, 0, 0, 0], [3, 1, 1, 0], [63, 1, 0, 1]] {
             c.pipeline::<PcfPush>("pass/pcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;

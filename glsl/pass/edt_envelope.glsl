@@ -1,0 +1,45 @@
+// The seeds that are nearest to any pixel of a stretch of a row, in order: the lower envelope of the columns' parabolas
+// (Meijster, Roerdink, Hesselink 2000; Felzenszwalb, Huttenlocher 2012), or "proximate points" (Cao, Tang, Mohamed, Tan
+// 2010). The includer stores them by the two functions declared here. A site is a seed's label and the first pixel that is
+// nearest to it.
+#ifndef EDGESHADE_EDT_ENVELOPE
+#define EDGESHADE_EDT_ENVELOPE
+#include "edt.glsl"
+
+layout(binding = 0, scalar) readonly buffer Columns { uvec2 columns[]; };
+layout(binding = 1, scalar) readonly buffer Live { uint live[]; };
+
+uvec2 loadSite(uint i);
+void storeSite(uint i, uvec2 site);
+
+// Stores the sites of columns from..to of row y that own pixels of begin..end, all half open; gives their number and the
+// last one. A site that owns no such pixel can be left out: another is nearer to each of them.
+uint envelope(uint y, uint from, uint to, uint begin, uint end, out uvec2 top) {
+  uint tiles = (push.size.x + 31) / 32, block = y / 32, count = 0;
+  top = uvec2(NO_SEED, begin);
+  for (uint tile = from / 32; 32 * tile < to; tile++) {
+    uint bits = live[tile + tiles * block];
+    if (32 * tile < from) bits &= 0xffffffffu << (from - 32 * tile);
+    if (to - 32 * tile < 32) bits &= (1u << (to - 32 * tile)) - 1;
+    while (bits != 0) {
+      uint x = 32 * tile + findLSB(bits);
+      bits &= bits - 1;
+      int offset = columnOffset(columns[x + push.size.x * block], y & 31);
+      if (uint(abs(offset)) > push.radius) continue;
+      uint label = x | uint(int(y) + offset) << 16;
+      uint start = begin;
+      while (count > 0) {
+        start = uint(max(firstNearer(top.x, label, y), int(begin)));
+        if (start > top.y) break;
+        start = begin;
+        if (--count > 0) top = loadSite(count - 1);
+      }
+      if (start >= end) continue;
+      top = uvec2(label, start);
+      storeSite(count++, top);
+    }
+  }
+  return count;
+}
+
+#endif

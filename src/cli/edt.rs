@@ -1,0 +1,238 @@
+//! `edgeshade edt`.
+
+use super::args::DeviceArgs;
+use super::console::{self, Console};
+use super::render::check_folder;
+use super::report::{self, Origin};
+use super::stats::{self, PassStats};
+use super::{Outcome, close, view};
+use edgeshade::gpu::ImageDesc;
+use edgeshade::host::Host;
+use edgeshade::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_SIDE, NO_SEED};
+use edgeshade::picture::{NOT_JUDGED, Picture, read_png_mask, write_atomic, write_exr, write_png};
+use edgeshade::reference::edt::{Mask, nearest_fast, squared_distance};
+use edgeshade::table::{Table, number};
+use edgeshade::timing::{FrameTiming, Timings};
+use edgeshade::{Error, Frame, Handoff, Result};
+use serde::Serialize;
+use std::fmt;
+use std::path::PathBuf;
+
+#[derive(clap::Args)]
+#[command(after_help = "Methods, all exact and with the same result bit for bit:
+  pba           Parallel Banding Algorithm: unbounded transforms on a GPU
+  bounded-tile  windows in tiles with seeds in reach: radius up to 64, on a GPU
+  bounded-row   lower envelopes of rows: any radius or none; on a CPU driver
+  brute         by trying, on the CPU: what the others are tested against
+  auto          the fastest for the device and the radius
+
+Of several nearest seeds the one with the smallest y counts, then that with the
+smallest x.
+
+Examples:
+  edgeshade edt mask.png -o distance.exr
+                                     distances in pixels, +inf without seed
+  edgeshade edt mask.png --radius 32 -o distance.png
+                                     a picture: seeds white, far pixels dark
+  edgeshade edt mask.png --labels nearest.u32
+                                     nearest seeds: x + 65536 y, 32 bits each,
+                                     little-endian, row by row; 0xFFFFFFFF: none
+  edgeshade edt mask.png --method pba --frames 50 --json -
+                                     times of 50 transforms, as JSON
+
+Times are of the GPU: medians over the frames, after a first one that is not
+counted, with packing of the mask and without transfers from and to the CPU.")]
+pub struct Args {
+    /// The mask, a .png: white pixels, of luma 128 or more, are the seeds
+    mask: PathBuf,
+    /// How: pba, bounded-tile, bounded-row, brute or auto
+    #[arg(long, value_name = "METHOD", default_value = "auto", value_parser = method)]
+    method: Method,
+    /// Largest distance in pixels; farther pixels have no seed. Without it there is no limit
+    #[arg(long, value_name = "R")]
+    radius: Option<u32>,
+    /// The distances: .exr for plain floats in pixels, .png for a picture
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// The nearest seeds, as raw numbers
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
+    /// Frames to measure
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Write all figures as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// A method of the GPU, or the reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Method {
+    Gpu(EdtMethod),
+    Brute,
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Gpu(method) => method.fmt(f),
+            Self::Brute => f.pad("brute"),
+        }
+    }
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    match text {
+        "brute" => Ok(Method::Brute),
+        _ => text.parse().map(Method::Gpu).map_err(|e: Error| format!("{e}, brute")),
+    }
+}
+
+/// What `edt --json` writes.
+#[derive(Debug, Serialize)]
+struct Figures {
+    #[serde(flatten)]
+    origin: Origin,
+    mask: String,
+    size: [u32; 2],
+    method: String,
+    radius: Option<u32>,
+    seeds: usize,
+    /// Pixels with a seed within the radius.
+    labelled: usize,
+    frames: u32,
+    passes: Vec<PassStats>,
+    total_gpu_ms: Option<f64>,
+    memory_bytes: u64,
+    validation_messages: Vec<String>,
+}
+
+/// What a transform gave.
+struct Done {
+    method: Method,
+    labels: Vec<u32>,
+    frames: Vec<FrameTiming>,
+    memory_bytes: u64,
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Outcome {
+    let console = Console::new(args.json.as_deref());
+    for path in [&args.output, &args.labels, &args.json].into_iter().flatten().filter(|p| !console::is_stdout(p)) {
+        check_folder(path)?;
+    }
+    let exr = args.output.as_deref().map(view::is_exr).transpose()?;
+    let (size, seeds) = read_png_mask(&args.mask, MAX_SIDE)?;
+    let mask = Mask { size: size.map(|n| n as usize), seeds };
+    let host = args.device.open()?;
+    console.say(format_args!("{} ({})", host.info().name, host.info().driver))?;
+    let done = match args.method {
+        Method::Gpu(method) => transform(args, &host, &mask, method)?,
+        Method::Brute => {
+            Done { method: Method::Brute, labels: nearest_fast(&mask, args.radius), frames: vec![], memory_bytes: 0 }
+        }
+    };
+    let width = mask.size[0];
+    let squared = || (0..).zip(&done.labels).map(|(i, &label)| squared_distance(width, i, label));
+    if let (Some(path), Some(exr)) = (&args.output, exr) {
+        let distances: Vec<f32> = squared().map(|d| d.map_or(f32::INFINITY, |d| (d as f64).sqrt() as f32)).collect();
+        if exr { write_exr(path, size, &[("Y", &distances)])? } else { write_png(path, &picture(&distances, size))? }
+    }
+    if let Some(path) = &args.labels {
+        let bytes: Vec<u8> = done.labels.iter().flat_map(|l| l.to_le_bytes()).collect();
+        write_atomic(path, &bytes)?;
+    }
+    let figures = Figures {
+        origin: Origin::new(host.info()),
+        mask: args.mask.display().to_string(),
+        size,
+        method: done.method.to_string(),
+        radius: args.radius,
+        seeds: mask.seeds.iter().filter(|s| **s).count(),
+        labelled: done.labels.iter().filter(|l| **l != NO_SEED).count(),
+        frames: done.frames.len() as u32,
+        passes: stats::passes(&done.frames),
+        total_gpu_ms: stats::total(&done.frames).map(|s| s.median),
+        memory_bytes: done.memory_bytes,
+        validation_messages: host.messages().all(),
+    };
+    say(&console, &figures)?;
+    for path in [&args.output, &args.labels].into_iter().flatten() {
+        console.say(format_args!("wrote {}", path.display()))?;
+    }
+    if let Some(path) = &args.json {
+        report::write(path, &figures)?;
+    }
+    close(host)
+}
+
+fn transform(args: &Args, host: &Host, mask: &Mask, method: EdtMethod) -> Result<Done> {
+    let size = mask.size.map(|n| n as u32);
+    let desc = ImageDesc {
+        usage: ash::vk::ImageUsageFlags::SAMPLED,
+        ..ImageDesc::storage("mask", ash::vk::Format::R8_UNORM, size)
+    };
+    let texels: Vec<u8> = mask.seeds.iter().map(|&s| if s { 255 } else { 0 }).collect();
+    let config = EdtConfig { method, radius: args.radius, ..EdtConfig::default() };
+    let mut edt = Edt::new(host.context(), size, config)?;
+    let image = host.upload_image(&desc, &texels)?;
+    let mut timings = Timings::new(host.context(), host.queue_family(), 1)?;
+    let mut frames = vec![];
+    // The first is not counted.
+    for i in 0..=args.frames {
+        host.run(|cmd| {
+            // SAFETY: `cmd` is recording and is waited for.
+            let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), Some(&mut timings)) };
+            edt.record(&mut frame, &image.as_ref())?;
+            frame.end();
+            Ok(())
+        })?;
+        frames.extend(timings.poll().into_iter().filter(|_| i > 0));
+    }
+    Ok(Done {
+        method: Method::Gpu(edt.method()),
+        labels: host.read_image(edt.labels())?,
+        frames,
+        memory_bytes: edt.memory_bytes(),
+    })
+}
+
+/// Seeds are white, the farthest pixels black; a colour of its own where there is no seed.
+fn picture(distances: &[f32], size: [u32; 2]) -> Picture {
+    let farthest = distances.iter().copied().filter(|d| d.is_finite()).fold(1.0, f32::max);
+    let grey = |d: f32| [(255.5 * (1.0 - d / farthest)) as u8; 3];
+    let rgb = distances.iter().map(|&d| if d.is_finite() { grey(d) } else { NOT_JUDGED }).collect();
+    Picture { size, rgb }
+}
+
+fn say(console: &Console, figures: &Figures) -> Result<()> {
+    let [w, h] = figures.size;
+    let radius = figures.radius.map_or("no limit".into(), |r| format!("radius {r}"));
+    console.say(format_args!(
+        "{}, {w}x{h}, {radius}, {} seeds, {} of {} pixels have one\n",
+        figures.method,
+        figures.seeds,
+        figures.labelled,
+        u64::from(w) * u64::from(h)
+    ))?;
+    if figures.method == "brute" {
+        return Ok(());
+    }
+    let Some(total) = figures.total_gpu_ms else {
+        return console.say("This device has no timestamps: no times.\n");
+    };
+    let mut table = Table::new(["pass", "gpu ms", "min", "max", "tiles"]);
+    for p in &figures.passes {
+        let tiles = match (p.tiles_active, p.tiles_total) {
+            (Some(active), Some(total)) => format!("{active} of {total}"),
+            _ => String::new(),
+        };
+        let [median, min, max] = [p.gpu_ms, p.gpu_ms_min, p.gpu_ms_max].map(|v| number(v, 3));
+        table.row([p.name.as_str(), &median, &min, &max, &tiles]);
+    }
+    table.row(["all", &number(total, 3)]);
+    console.say(table)?;
+    console.say(format_args!("memory: {} MiB", number(figures.memory_bytes as f64 / f64::from(1 << 20), 1)))
+}

@@ -1,0 +1,61 @@
+//! The rows to the next seed above and below every block of 32 rows, column by column, and which columns have any.
+
+use super::{EdtPush, storage, words};
+use crate::gpu::{Buffer, ComputePipeline};
+use crate::{Bind, Context, Frame, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// The two passes with their buffers.
+pub(super) struct Columns {
+    join: Arc<ComputePipeline>,
+    live: Arc<ComputePipeline>,
+    push: EdtPush,
+    row_bands: u32,
+    columns: Buffer,
+    bits: Buffer,
+}
+
+impl Columns {
+    /// `row_bands` is into how many bands the blocks of a column are shared out: a thread sweeps over one.
+    pub fn new(context: &Context, push: EdtPush, row_bands: u32) -> Result<Self> {
+        let [width, height] = push.size;
+        let blocks = height.div_ceil(32);
+        let row_bands = row_bands.clamp(1, blocks);
+        Ok(Self {
+            join: context.pipeline::<EdtPush>("pass/edt_columns.comp", &[])?,
+            live: context.pipeline::<EdtPush>("pass/edt_live.comp", &[])?,
+            push: EdtPush { span: blocks.div_ceil(row_bands), ..push },
+            row_bands,
+            columns: storage(context, "edt columns", words(push.size), 8)?,
+            bits: storage(context, "edt live columns", u64::from(width.div_ceil(32)) * u64::from(blocks), 4)?,
+        })
+    }
+
+    pub fn record(&self, frame: &mut Frame<'_>, seed_bits: &Buffer) -> Result<()> {
+        let [width, height] = self.push.size;
+        let push = bytemuck::bytes_of(&self.push);
+        frame.dispatch(&Pass {
+            name: "edt columns",
+            pipeline: &self.join,
+            bind: &[Bind::Buffer(seed_bits), Bind::Buffer(&self.columns)],
+            push,
+            threads: Threads::Count([width, self.row_bands, 1]),
+        })?;
+        frame.dispatch(&Pass {
+            name: "edt live columns",
+            pipeline: &self.live,
+            bind: &[Bind::Buffer(&self.columns), Bind::Buffer(&self.bits)],
+            push,
+            threads: Threads::Count([width.div_ceil(32), height.div_ceil(32), 1]),
+        })
+    }
+
+    /// For binding to `edt_envelope.glsl`.
+    pub fn bind(&self) -> [Bind<'_>; 2] {
+        [Bind::Buffer(&self.columns), Bind::Buffer(&self.bits)]
+    }
+
+    pub fn memory_bytes(&self) -> u64 {
+        self.columns.size() + self.bits.size()
+    }
+}

@@ -1,0 +1,282 @@
+//! The exact Euclidean distance transform with labels: the nearest seed of every pixel, unbounded or within a radius.
+//!
+//! | method | what | time | memory besides the output |
+//! |---|---|---|---|
+//! | `pba` | Parallel Banding Algorithm (Cao, Tang, Mohamed, Tan 2010) in bands of rows, of columns, and of pixels | O(pixels), many threads a row | 8.5 bytes a pixel |
+//! | `bounded-tile` | one dispatch: a window around every pixel of a tile with seeds in reach, from the inside out; radius up to 64 | O(pixels in reach · distance) | 1 bit a pixel |
+//! | `bounded-row` | lower envelopes of segments of rows with seeds in reach (Meijster, Roerdink, Hesselink 2000; Felzenszwalb, Huttenlocher 2012); any radius, or none | O(pixels in reach) | 0.4 bytes a pixel and a few rows |
+//!
+//! All give the same labels bit for bit: of several nearest seeds the one with the smallest y counts, then that with the
+//! smallest x. All arithmetic is on integers and exact up to 65535 pixels a side. Squared distances are `u32` for the same
+//! reason: an `f32` rounds them above 2^24, which the diagonal of a 4K image exceeds.
+
+mod columns;
+mod pack;
+mod pba;
+mod row;
+mod tile;
+
+pub use pba::Bands;
+pub use tile::MAX_RADIUS as MAX_TILE_RADIUS;
+
+use crate::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind, shader_struct};
+use crate::{Context, Error, Frame, ImageRef, Result};
+use ash::vk;
+use std::fmt;
+use std::str::FromStr;
+
+/// Label of a pixel that has no seed, or none within the radius; also its squared distance.
+pub const NO_SEED: u32 = u32::MAX;
+
+/// Most pixels a side: labels are of 16 and 16 bits, and `0xffff` is none.
+pub const MAX_SIDE: u32 = 65535;
+
+/// Distance in rows that no two rows have: where nothing is cut.
+const UNBOUNDED: u32 = MAX_SIDE - 1;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/edt_*.comp`; `glsl/pass/edt.glsl` says what they are.
+    pub struct EdtPush {
+        size: [u32; 2],
+        radius: u32,
+        span: u32,
+        bands: u32,
+        merge: u32,
+        squared: u32,
+    }
+}
+
+/// How the transform is computed. The result is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EdtMethod {
+    /// Parallel Banding Algorithm.
+    Pba,
+    /// Windows in tiles; radius of at most [`MAX_TILE_RADIUS`].
+    BoundedTile,
+    /// Lower envelopes of segments of rows.
+    BoundedRow,
+    /// `bounded-row` on a CPU driver; else `bounded-tile` up to its largest radius, and `pba` beyond.
+    Auto,
+}
+
+impl EdtMethod {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Pba, Self::BoundedTile, Self::BoundedRow, Self::Auto];
+
+    /// What `Auto` stands for on this device and with this radius.
+    fn resolve(self, is_cpu: bool, radius: Option<u32>) -> Self {
+        match self {
+            Self::Auto if is_cpu => Self::BoundedRow,
+            Self::Auto if radius.is_some_and(|r| r <= MAX_TILE_RADIUS) => Self::BoundedTile,
+            Self::Auto => Self::Pba,
+            chosen => chosen,
+        }
+    }
+}
+
+impl fmt::Display for EdtMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Pba => "pba",
+            Self::BoundedTile => "bounded-tile",
+            Self::BoundedRow => "bounded-row",
+            Self::Auto => "auto",
+        })
+    }
+}
+
+impl FromStr for EdtMethod {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        Self::ALL.into_iter().find(|m| m.to_string() == text).ok_or_else(|| {
+            let names = Self::ALL.map(|m| m.to_string()).join(", ");
+            Error::Parameter(format!("there is no EDT method {text:?}; there are: {names}"))
+        })
+    }
+}
+
+/// What of the transform is fixed at its making.
+#[derive(Clone, Copy, Debug)]
+pub struct EdtConfig {
+    /// How.
+    pub method: EdtMethod,
+    /// Largest distance in pixels, inclusive: pixels farther from every seed get [`NO_SEED`]. `None` for no limit.
+    pub radius: Option<u32>,
+    /// Also write an image of squared distances.
+    pub squared: bool,
+    /// Band counts of `pba`; `None` chooses them by the kind of device.
+    pub bands: Option<Bands>,
+}
+
+impl Default for EdtConfig {
+    fn default() -> Self {
+        Self { method: EdtMethod::Auto, radius: None, squared: false, bands: None }
+    }
+}
+
+enum Steps {
+    Pba(pba::Pba),
+    Tile(tile::Tile),
+    Row(row::Row),
+}
+
+/// The transform with its pipelines, input and output.
+pub struct Edt {
+    extent: [u32; 2],
+    method: EdtMethod,
+    pack: pack::Pack,
+    seed_bits: Buffer,
+    labels: Image,
+    squared: Option<Image>,
+    steps: Steps,
+}
+
+/// What the methods write, for binding.
+struct Output<'a> {
+    labels: &'a Image,
+    /// The labels again where no squared distances are asked for: the shader's binding still wants an image.
+    squared: &'a Image,
+}
+
+impl Edt {
+    /// Allocates for images of a size in pixels, 1 to [`MAX_SIDE`] a side.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a side of 0 or too many pixels, for a radius beyond what `bounded-tile` can do, for squared
+    /// distances that 32 bits do not hold, and for buffers larger than the device can bind.
+    pub fn new(context: &Context, extent: [u32; 2], config: EdtConfig) -> Result<Self> {
+        let [width, height] = extent;
+        let wrong =
+            |problem: String| Err(Error::Parameter(format!("distance transform of {width}x{height}: {problem}")));
+        if extent.iter().any(|&n| n == 0 || n > MAX_SIDE) {
+            return wrong(format!("a side has 1 to {MAX_SIDE} pixels"));
+        }
+        let diagonal_squared = extent.iter().map(|&n| u64::from(n - 1).pow(2)).sum::<u64>();
+        let reach_squared = config.radius.map_or(u64::MAX, |r| u64::from(r).pow(2));
+        if config.squared && diagonal_squared.min(reach_squared) >= u64::from(NO_SEED) {
+            return wrong(
+                "squared distances do not fit 32 bits; give a radius of at most 65535, or take labels alone".into(),
+            );
+        }
+        let device = context.device();
+        let is_cpu = device.is_cpu();
+        let method = config.method.resolve(is_cpu, config.radius);
+        let push = EdtPush {
+            size: extent,
+            radius: config.radius.map_or(UNBOUNDED, |r| r.min(UNBOUNDED)),
+            squared: config.squared.into(),
+            ..EdtPush::default()
+        };
+        let steps = match method {
+            EdtMethod::BoundedTile => Steps::Tile(tile::Tile::new(context, push, config.radius)?),
+            EdtMethod::BoundedRow => Steps::Row(row::Row::new(context, push, is_cpu)?),
+            EdtMethod::Pba | EdtMethod::Auto => {
+                let bands = config.bands.unwrap_or_else(|| Bands::for_device(is_cpu, extent));
+                Steps::Pba(pba::Pba::new(context, push, bands)?)
+            }
+        };
+        let image = |name| Image::new(device, &ImageDesc::storage(name, vk::Format::R32_UINT, extent));
+        Ok(Self {
+            extent,
+            method,
+            pack: pack::Pack::default(),
+            seed_bits: storage(context, "edt seed bits", words(extent), 4)?,
+            labels: image("edt labels")?,
+            squared: if config.squared { Some(image("edt squared distances")?) } else { None },
+            steps,
+        })
+    }
+
+    /// Finds the seeds of a mask, a single-channel image as large as the transform (`R8_UNORM`, `R8_UINT` and their wider
+    /// kin): every texel that is not 0.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for an image of another size or format.
+    pub fn record(&mut self, frame: &mut Frame<'_>, mask: &ImageRef) -> Result<()> {
+        self.pack.record(frame, mask, self.extent, &self.seed_bits)?;
+        self.record_packed(frame)
+    }
+
+    /// Takes the seeds from [`Edt::seed_bits`], which an earlier pass of the frame has written.
+    pub fn record_packed(&self, frame: &mut Frame<'_>) -> Result<()> {
+        let output = Output { labels: &self.labels, squared: self.squared.as_ref().unwrap_or(&self.labels) };
+        match &self.steps {
+            Steps::Pba(pba) => pba.record(frame, &self.seed_bits, &output),
+            Steps::Tile(tile) => tile.record(frame, &self.seed_bits, &output),
+            Steps::Row(row) => row.record(frame, &self.seed_bits, &output),
+        }
+    }
+
+    /// The seeds: a vertical bit mask of one `u32` a column and block of 32 rows. Pixel (x, y) is bit `y % 32` of word
+    /// `x + width * (y / 32)`; bits of rows beyond the image are 0.
+    pub fn seed_bits(&self) -> &Buffer {
+        &self.seed_bits
+    }
+
+    /// `R32_UINT`: `x | y << 16` of the nearest seed, [`NO_SEED`] where there is none within the radius.
+    pub fn labels(&self) -> &Image {
+        &self.labels
+    }
+
+    /// `R32_UINT`, if asked for: the squared distance in pixels, [`NO_SEED`] where there is none within the radius.
+    pub fn squared(&self) -> Option<&Image> {
+        self.squared.as_ref()
+    }
+
+    /// The method, what `Auto` stands for in its place.
+    pub fn method(&self) -> EdtMethod {
+        self.method
+    }
+
+    /// Bytes of device memory, the output's too.
+    pub fn memory_bytes(&self) -> u64 {
+        let steps = match &self.steps {
+            Steps::Pba(pba) => pba.memory_bytes(),
+            Steps::Tile(tile) => tile.memory_bytes(),
+            Steps::Row(row) => row.memory_bytes(),
+        };
+        let squared = self.squared.as_ref().map_or(0, Image::memory_bytes);
+        self.seed_bits.size() + self.labels.memory_bytes() + squared + steps
+    }
+}
+
+/// Words of the seed bits.
+fn words(extent: [u32; 2]) -> u64 {
+    u64::from(extent[0]) * u64::from(extent[1].div_ceil(32))
+}
+
+/// A storage buffer on the GPU of entries of some bytes.
+fn storage(context: &Context, name: &str, entries: u64, bytes_each: u64) -> Result<Buffer> {
+    let (size, most) = (entries * bytes_each, u64::from(context.device().limits.max_storage_buffer_range));
+    if size > most {
+        return Err(Error::Parameter(format!(
+            "{name}: {size} bytes are needed, and this device binds at most {most}; take a smaller image or another method"
+        )));
+    }
+    let usage =
+        vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
+    Buffer::new(context.device(), &BufferDesc { name, size, usage, memory: MemoryKind::Gpu })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_have_their_names() {
+        for method in EdtMethod::ALL {
+            assert_eq!(method.to_string().parse::<EdtMethod>().unwrap(), method);
+        }
+        let error = "jump-flooding".parse::<EdtMethod>().unwrap_err().to_string();
+        assert!(error.contains("jump-flooding") && error.contains("bounded-row"), "{error}");
+    }
+
+    #[test]
+    fn auto_goes_by_device_and_radius() {
+        let gpu = |radius| EdtMethod::Auto.resolve(false, radius);
+        assert_eq!(EdtMethod::Auto.resolve(true, Some(8)), EdtMethod::BoundedRow);
+        assert_eq!((gpu(Some(64)), gpu(Some(65)), gpu(None)), (EdtMethod::BoundedTile, EdtMethod::Pba, EdtMethod::Pba));
+        assert_eq!(EdtMethod::Pba.resolve(true, Some(8)), EdtMethod::Pba);
+    }
+}

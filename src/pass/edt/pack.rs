@@ -1,0 +1,50 @@
+//! From a mask image to the bits of its seeds.
+
+use super::EdtPush;
+use crate::gpu::{Buffer, ComputePipeline};
+use crate::{Bind, Error, Frame, ImageRef, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+/// The pipelines, made at their first use: one for each kind of mask.
+#[derive(Default)]
+pub(super) struct Pack {
+    unorm: Option<Arc<ComputePipeline>>,
+    uint: Option<Arc<ComputePipeline>>,
+}
+
+impl Pack {
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        mask: &ImageRef,
+        extent: [u32; 2],
+        seed_bits: &Buffer,
+    ) -> Result<()> {
+        let wrong = |problem| Err(Error::Input { technique: "edt".into(), input: "mask", problem });
+        if mask.extent != extent {
+            let ([w, h], [width, height]) = (mask.extent, extent);
+            return wrong(format!("it is of {w}x{h} pixels, the transform was made for {width}x{height}"));
+        }
+        let (slot, shader) = match mask.format {
+            vk::Format::R8_UINT | vk::Format::R16_UINT | vk::Format::R32_UINT => {
+                (&mut self.uint, "pass/edt_pack_uint.comp")
+            }
+            vk::Format::R8_UNORM | vk::Format::R16_UNORM | vk::Format::R16_SFLOAT | vk::Format::R32_SFLOAT => {
+                (&mut self.unorm, "pass/edt_pack.comp")
+            }
+            format => return wrong(format!("{format:?} is no single-channel format of numbers; R8_UNORM is")),
+        };
+        let pipeline = match slot {
+            Some(pipeline) => pipeline,
+            None => slot.insert(frame.context().pipeline::<EdtPush>(shader, &[])?),
+        };
+        frame.dispatch(&Pass {
+            name: "edt pack",
+            pipeline,
+            bind: &[Bind::Input(mask), Bind::Buffer(seed_bits)],
+            push: bytemuck::bytes_of(&EdtPush { size: extent, ..EdtPush::default() }),
+            threads: Threads::Count([extent[0], extent[1].div_ceil(32), 1]),
+        })
+    }
+}

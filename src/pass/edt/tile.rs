@@ -1,0 +1,58 @@
+//! `bounded-tile`: one dispatch, a workgroup a tile.
+
+use super::{EdtPush, Output, storage};
+use crate::gpu::{Buffer, ComputePipeline};
+use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// Largest radius in pixels: of what a workgroup can hold, and where the window stops being the faster way.
+pub const MAX_RADIUS: u32 = 64;
+/// Pixels along a tile's side.
+const TILE: u32 = 32;
+/// Threads of the workgroup of `edt_tile.comp`.
+const THREADS: u32 = 128;
+
+pub(super) struct Tile {
+    pipeline: Arc<ComputePipeline>,
+    push: EdtPush,
+    active: Buffer,
+}
+
+impl Tile {
+    pub fn new(context: &Context, push: EdtPush, radius: Option<u32>) -> Result<Self> {
+        if radius.is_none_or(|r| r > MAX_RADIUS) {
+            let asked = radius.map_or("no radius".into(), |r| format!("a radius of {r} pixels"));
+            return Err(Error::Parameter(format!(
+                "bounded-tile has a radius of 0 to {MAX_RADIUS} pixels, here it is {asked}; bounded-row and pba do any"
+            )));
+        }
+        Ok(Self {
+            pipeline: context.pipeline::<EdtPush>("pass/edt_tile.comp", &[])?,
+            push,
+            active: storage(context, "edt active tiles", 1, 4)?,
+        })
+    }
+
+    pub fn record(&self, frame: &mut Frame<'_>, seed_bits: &Buffer, output: &Output<'_>) -> Result<()> {
+        let tiles = self.push.size.map(|n| n.div_ceil(TILE));
+        frame.update(&self.active, &[0; 4]);
+        frame.dispatch(&Pass {
+            name: "edt tiles",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(seed_bits),
+                Bind::Image(output.labels),
+                Bind::Image(output.squared),
+                Bind::Buffer(&self.active),
+            ],
+            push: bytemuck::bytes_of(&self.push),
+            threads: Threads::Count([tiles[0] * THREADS, tiles[1], 1]),
+        })?;
+        frame.count_tiles(tiles[0] * tiles[1], &self.active, 0);
+        Ok(())
+    }
+
+    pub fn memory_bytes(&self) -> u64 {
+        self.active.size()
+    }
+}
