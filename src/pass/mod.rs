@@ -3,6 +3,7 @@
 pub mod accumulate;
 pub mod depth_bounds;
 pub mod pcf;
+pub mod penumbra;
 pub mod pixels;
 pub mod rbsm;
 pub mod rbsm_view;
