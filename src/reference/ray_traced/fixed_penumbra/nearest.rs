@@ -45,6 +45,11 @@ impl Segment {
         Self { from: a.position, to: b.position, normal, surface: a.surface }
     }
 
+    #[cfg(test)]
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.from.lerp(self.to, t)
+    }
+
     /// Its point that is nearest to `p`.
     fn nearest(&self, p: DVec3) -> Place {
         let along = self.to - self.from;
