@@ -53,7 +53,7 @@ pub use truth::{MIN_N_DOT_L, SKY, Truth};
 use crate::Result;
 use crate::view::{CameraView, LightView};
 
-/// [`hard`], [`soft`] or [`fixed_penumbra`], as `method` says.
+/// [`hard`], [`soft`] or [`fixed_penumbra()`], as `method` says.
 ///
 /// # Errors
 /// As the three functions.
