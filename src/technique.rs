@@ -104,6 +104,16 @@ pub struct Info {
     pub kind: Kind,
 }
 
+/// The width of penumbrae that do not depend on the light's size; 0 is [`crate::pass::penumbra::default_penumbra`].
+const PENUMBRA: Param = Param::float(
+    "penumbra",
+    0.0,
+    1e9,
+    0.0,
+    "world units",
+    "full width of the penumbra; 0 = 15 texels of a map of 1024, half-way through the light's depth range",
+);
+
 /// Every technique.
 pub const ALL: &[Info] = &[
     sm::INFO,
@@ -120,6 +130,17 @@ pub const ALL: &[Info] = &[
         paper: "the ground truth of Macedo et al. 2017-2019",
         summary: "Averages the hard shadows of many points on the light, a shadow map each; carries their aliasing and bias.",
         params: &[Param::int("samples", 1, 16384, 256, "shadow maps", "points on the area light")],
+        kind: Kind::Reference,
+    },
+    Info {
+        id: "fixed-penumbra",
+        title: "Ray-traced penumbrae of a fixed width",
+        paper: "Macedo, Apolinário 2018, eq. 8, without its approximations",
+        summary: "The truth for fixed-size penumbrae: distances in the world to the exact boundary of the hard shadow.",
+        params: &[
+            PENUMBRA,
+            Param::int("subsamples", 1, 16, 4, "samples", "samples along a pixel's side that the boundary is found by"),
+        ],
         kind: Kind::Reference,
     },
     Info {

@@ -343,6 +343,60 @@ fn compare_measures_and_draws_a_sheet() {
 }
 
 #[test]
+fn penumbrae_of_a_fixed_width_are_a_truth() {
+    let place = Place::new();
+    let base = ["compare", "jenga", "--size", "96x54", "--frames", "1", "--reference", "fixed-penumbra", "--json", "-"];
+    let with = |more: &[&str]| place.json(&[&base[..], more].concat());
+    let usual = with(&["-t", "sm,fixed-penumbra"]);
+    let reference = &usual["reference"];
+    assert_eq!((&reference["kind"], &reference["samples"]), (&"fixed-penumbra".into(), &16.into()));
+    assert_eq!(
+        (&reference["cached"], row(&usual, "fixed-penumbra", None)["rmse"].as_f64()),
+        (&false.into(), Some(0.0))
+    );
+    let width = reference["penumbra"].as_f64().unwrap();
+    assert!(width > 0.0);
+    // The same width, given, but for the last digit; another one; and --samples, which is another reference's, changes nothing.
+    let rmse = |figures: &Value| row(figures, "sm", Some(1024))["rmse"].as_f64().unwrap();
+    let given = with(&["-t", "sm", "--penumbra", &width.to_string()]);
+    assert!((rmse(&given) - rmse(&usual)).abs() < 1e-6);
+    let again = with(&["-t", "sm", "--penumbra", &width.to_string(), "--samples", "4"]);
+    assert_eq!((&again["reference"]["cached"], rmse(&again)), (&true.into(), rmse(&given)));
+    let wider = with(&["-t", "sm", "--penumbra", &(3.0 * width).to_string()]);
+    assert_eq!(
+        (&wider["reference"]["cached"], &wider["reference"]["penumbra"]),
+        (&false.into(), &(3.0 * width).into())
+    );
+    assert!(rmse(&wider) > rmse(&given));
+    assert!(with(&["-t", "sm", "--penumbra", "0"])["reference"]["penumbra"] == width);
+    let traced = place.json(&[
+        "compare",
+        "jenga",
+        "--size",
+        "96x54",
+        "--frames",
+        "1",
+        "--samples",
+        "1",
+        "-t",
+        "sm",
+        "--json",
+        "-",
+    ]);
+    assert!(traced["reference"]["penumbra"].is_null());
+
+    let picture = |set: &str| {
+        place.good(&["render", "jenga", "-t", "fixed-penumbra", "--set", set, "--size", "96x54", "-o", "a.png"]);
+        std::fs::read(place.path("a.png")).unwrap()
+    };
+    assert_eq!(picture("penumbra=0"), picture(&format!("penumbra={width}")));
+    assert_ne!(picture("penumbra=0"), picture(&format!("penumbra={}", 3.0 * width)));
+    place.bad(&["compare", "--penumbra", "0.1"], 2, &["--penumbra", "--reference fixed-penumbra"]);
+    place.bad(&[&base[..], &["--penumbra", "-1"]].concat(), 2, &["penumbra=-1", "0 to"]);
+    place.bad(&[&base[..], &["--penumbra", "NaN"]].concat(), 2, &["penumbra=NaN"]);
+}
+
+#[test]
 fn a_file_serves_as_the_truth() {
     let place = Place::new();
     let size = ["--size", "96x54", "--light-size", "0"];

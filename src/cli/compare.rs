@@ -15,7 +15,7 @@ use edgeshade::picture::{Picture, read_visibility, sheet, write_atomic, write_pn
 use edgeshade::reference::ray_traced::{Origin, Truth};
 use edgeshade::scene::{RenderDesc, Renderer};
 use edgeshade::table::{Table, number};
-use edgeshade::technique::OutputFormat;
+use edgeshade::technique::{self, Kind, OutputFormat};
 use edgeshade::view::LightKind;
 use edgeshade::{Error, Result, metrics};
 use serde_json::json;
@@ -44,6 +44,8 @@ Examples:
                                      against hard shadows
   edgeshade compare drum -t pcf,ray-traced
                                      a second truth: the noise floor
+  edgeshade compare robot --reference fixed-penumbra --penumbra 0.1
+                                     against shadows with edges 0.1 units wide
   edgeshade compare robot --reference truth.exr
                                      against a file of visibilities
 
@@ -58,9 +60,13 @@ pub struct Args {
     /// Sides of the shadow map, texels: a row for each
     #[arg(long, value_name = "N,N", default_value = "1024", value_delimiter = ',', value_parser = args::map_size)]
     shadow_map: Vec<u32>,
-    /// What to compare with: `ray-traced`, `area-samples`, or an .exr or .png file of visibilities
+    /// What to compare with: `ray-traced`, `area-samples`, `fixed-penumbra`, or an .exr or .png file of visibilities
     #[arg(long, value_name = "ID|FILE", default_value = "ray-traced")]
     reference: String,
+    /// Width of the penumbra of `--reference fixed-penumbra`, world units; 0 for 15 texels of a 1024 map, half-way
+    /// through the light's depth range [default: 0]
+    #[arg(long, value_name = "P", allow_negative_numbers = true)]
+    penumbra: Option<f64>,
     /// Frames to measure
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
@@ -99,6 +105,7 @@ struct Judged {
 pub fn run(args: &Args) -> Outcome {
     let console = Console::new(args.json.as_deref());
     let choices = techniques::parse(&args.techniques, args.truth.samples)?;
+    reference_choice(args)?;
     let rows = row_count(args, &choices);
     if args.output.is_some() && rows >= sheet::MAX_ROWS {
         Err(Error::Usage(format!("{rows} rows are too many for a contact sheet; {} fit", sheet::MAX_ROWS - 1)))?;
@@ -217,41 +224,60 @@ fn run_technique(
     Ok(judged)
 }
 
+/// The reference and its settings, if it is one of the registry.
+fn reference_choice(args: &Args) -> Result<Option<Choice>> {
+    let kind = args.reference.as_str();
+    if args.penumbra.is_some() && kind != "fixed-penumbra" {
+        return usage("--penumbra is the width that --reference fixed-penumbra draws; give both");
+    }
+    let Ok(info) = technique::find(kind) else { return Ok(None) };
+    if matches!(info.kind, Kind::RealTime(_)) {
+        return Ok(None);
+    }
+    let samples = args.truth.samples.filter(|_| techniques::takes_samples(info));
+    let samples = samples.map(|n| ("samples".to_owned(), n.to_string()));
+    let penumbra = args.penumbra.map(|p| ("penumbra".to_owned(), p.to_string()));
+    let settings: Vec<_> = samples.into_iter().chain(penumbra).collect();
+    Choice::new(kind, &settings).map(Some)
+}
+
 /// Makes or reads the reference, and lights the scene with it.
 fn measure(args: &Args, tracer: &mut Tracer<'_>, renderer: &mut Renderer<'_>, host: &Host) -> Result<Measure> {
     let size = args.scene.size;
     let started = Instant::now();
     let kind = args.reference.as_str();
-    let (truth, visibility, about): (Truth, _, _) = if kind == "ray-traced" || kind == "area-samples" {
-        let settings: Vec<_> = args.truth.samples.map(|n| ("samples".into(), n.to_string())).into_iter().collect();
-        let choice = Choice::new(kind, &settings)?;
-        let samples = choice.params.int("samples");
+    let (truth, visibility, about): (Truth, _, _) = if let Some(choice) = reference_choice(args)? {
+        let penumbra = (kind == "fixed-penumbra").then(|| tracer.penumbra(&choice));
         let about = |samples, seconds, cached| Reference {
             kind: kind.into(),
             samples: Some(samples),
+            penumbra,
             seconds: Some(seconds),
             cached,
         };
-        if kind == "ray-traced" {
-            let (truth, origin) = tracer.truth(samples, Seed::Truth)?;
+        if kind == "area-samples" {
+            let visibility = truth::reference(&choice, tracer, renderer, Seed::Truth)?;
+            let about = about(choice.params.int("samples"), started.elapsed().as_secs_f64(), false);
+            (tracer.hard()?, visibility, about)
+        } else {
+            let (truth, origin) = match kind {
+                "fixed-penumbra" => tracer.fixed_penumbra(&choice)?,
+                _ => tracer.truth(choice.params.int("samples"), Seed::Truth)?,
+            };
             if let Origin::TracedNotStored(why) = &origin {
                 console::note(format_args!("warning: the truth could not be kept for the next run: {why}"));
             }
             let about = about(truth.samples, truth.seconds, origin == Origin::Cached);
             let visibility = truth.visibility.clone();
             (truth, visibility, about)
-        } else {
-            let visibility = truth::reference(&choice, tracer, renderer, Seed::Truth)?;
-            let about = about(samples, started.elapsed().as_secs_f64(), false);
-            (tracer.hard()?, visibility, about)
         }
     } else {
         let path = Path::new(kind);
         if !path.exists() && path.extension().is_none() {
-            return usage(format!("--reference {kind}: it is ray-traced, area-samples, or an .exr or .png file"));
+            return usage(format!("--reference {kind}: it is {}, or an .exr or .png file", references()));
         }
         let visibility = read_visibility(path, size)?;
-        (tracer.hard()?, visibility, Reference { kind: kind.into(), samples: None, seconds: None, cached: false })
+        (tracer.hard()?, visibility, Reference { kind: kind.into(), ..Reference::default() })
     };
     renderer.shade_with(&visibility)?;
     let picture = view::picture(host, renderer.picture())?;
@@ -300,14 +326,27 @@ fn judge(
 fn note(figures: &report::Compare) -> String {
     let [w, h] = figures.size;
     let r = &figures.reference;
-    let samples = r.samples.map_or_else(String::new, |n| format!(" with {n} samples"));
+    let about = settings(r);
+    let about = if about.is_empty() { about } else { format!(" with {about}") };
     let made = match (r.cached, r.seconds) {
         (true, _) => ", from an earlier run".to_owned(),
         (false, Some(s)) => format!(", made in {s:.1} s"),
         (false, None) => String::new(),
     };
     let share = 100.0 * figures.pixels_judged as f64 / figures.pixels.max(1) as f64;
-    format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{samples}{made}", r.kind)
+    format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{about}{made}", r.kind)
+}
+
+/// The settings of the reference, in words.
+fn settings(reference: &Reference) -> String {
+    let penumbra = reference.penumbra.map(|p| format!("penumbrae {} wide", number(p, 4)));
+    let samples = reference.samples.map(|n| format!("{n} samples"));
+    penumbra.into_iter().chain(samples).collect::<Vec<_>>().join(", ")
+}
+
+fn references() -> String {
+    let ids = technique::ALL.iter().filter(|t| matches!(t.kind, Kind::Reference)).map(|t| t.id);
+    ids.collect::<Vec<_>>().join(", ")
 }
 
 fn mib(bytes: u64) -> Option<f64> {
@@ -367,7 +406,7 @@ fn sheet(stage: &Stage, measure: &Measure, judged: &[Judged], note: &str) -> Res
     };
     let captions: Vec<_> = judged.iter().map(caption).collect();
     let kind = &measure.about.kind;
-    let about = measure.about.samples.map_or_else(String::new, |n| format!("{n} samples"));
+    let about = settings(&measure.about);
     let truth = sheet::Row { label: kind, caption: &about, full: &measure.picture, error: None };
     let rows = judged.iter().zip(&captions);
     let rows =

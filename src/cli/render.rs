@@ -5,7 +5,7 @@ use super::console::{self, Console};
 use super::report::{self, Seconds};
 use super::stage::Stage;
 use super::stats;
-use super::techniques::Choice;
+use super::techniques::{self, Choice};
 use super::truth::{self, Seed, Tracer};
 use super::view::{self, Shot};
 use super::{Outcome, close};
@@ -156,8 +156,8 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
 
 fn choice(args: &Args) -> Result<Choice> {
     let mut settings = args.settings.clone();
-    let is_reference = Choice::new(&args.technique, &[])?.is_reference();
-    if let Some(n) = args.truth.samples.filter(|_| is_reference) {
+    let info = Choice::new(&args.technique, &[])?.info;
+    if let Some(n) = args.truth.samples.filter(|_| techniques::takes_samples(info)) {
         settings.insert(0, ("samples".into(), n.to_string()));
     }
     Choice::new(&args.technique, &settings)

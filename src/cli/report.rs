@@ -87,11 +87,13 @@ pub struct Compare {
 }
 
 /// What the techniques were compared with.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Reference {
     pub kind: String,
     /// Rays a pixel or shadow maps; null for a file.
     pub samples: Option<u32>,
+    /// Width of the penumbra, world units; null unless it is fixed.
+    pub penumbra: Option<f64>,
     /// Seconds it took to make, when it was made; null for a file.
     pub seconds: Option<f64>,
     /// True where a former run had made it.

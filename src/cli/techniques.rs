@@ -26,7 +26,7 @@ impl Choice {
 
     /// True if the result depends on the shadow map's size.
     pub fn uses_map(&self) -> bool {
-        self.info.id != "ray-traced"
+        !matches!(self.info.id, "ray-traced" | "fixed-penumbra")
     }
 
     /// The settings that differ from the defaults; `-` for none.
@@ -38,7 +38,12 @@ impl Choice {
     }
 }
 
-/// Reads the values of `-t`; `samples` goes to the references that do not say their own.
+/// True for the references that `--samples` is for.
+pub fn takes_samples(info: &Info) -> bool {
+    matches!(info.kind, Kind::Reference) && info.params.iter().any(|p| p.name == "samples")
+}
+
+/// Reads the values of `-t`; `samples` goes to the references that have such a parameter and do not say their own.
 pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
     let mut found: Vec<(&str, Vec<(String, String)>)> = vec![];
     for text in texts {
@@ -72,8 +77,7 @@ pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
             }
             continue;
         }
-        let is_reference = matches!(technique::find(id)?.kind, Kind::Reference);
-        if let Some(n) = samples.filter(|_| is_reference) {
+        if let Some(n) = samples.filter(|_| technique::find(id).is_ok_and(takes_samples)) {
             settings.insert(0, ("samples".into(), n.to_string()));
         }
         choices.push(Choice::new(id, &settings)?);
@@ -96,6 +100,7 @@ mod tests {
         assert_eq!(shown("pcf:width=7,skip=off,sm"), ["pcf width=7 skip=off", "sm -"]);
         assert_eq!(shown("pcf:width=7,pcf:width=9"), ["pcf width=7", "pcf width=9"]);
         assert_eq!(shown("ray-traced,ray-traced:samples=16"), ["ray-traced samples=64", "ray-traced samples=16"]);
+        assert_eq!(shown("fixed-penumbra:penumbra=0.5"), ["fixed-penumbra penumbra=0.5"]);
         assert!(shown("all").len() >= 2 && !shown("all").iter().any(|t| t.contains("ray-traced")));
     }
 

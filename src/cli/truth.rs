@@ -5,8 +5,9 @@ use super::progress::Progress;
 use super::stage::Stage;
 use super::techniques::Choice;
 use edgeshade::Result;
+use edgeshade::pass::penumbra::penumbra_width;
 use edgeshade::reference::ray_traced::{
-    Cache, MIN_N_DOT_L, Method, Origin, RayScene, SoftSettings, Truth, cache_key, trace,
+    Cache, FixedPenumbraSettings, MIN_N_DOT_L, Method, Origin, RayScene, SoftSettings, Truth, cache_key, trace,
 };
 use edgeshade::scene::{Light, Renderer, Scene};
 use edgeshade::view::{CameraView, LightKind, LightView};
@@ -78,6 +79,18 @@ impl<'a> Tracer<'a> {
         Ok(self.trace(&Method::Hard)?.0)
     }
 
+    /// Penumbrae of a fixed width, by the parameters of `fixed-penumbra`.
+    pub fn fixed_penumbra(&mut self, choice: &Choice) -> Result<(Truth, Origin)> {
+        let penumbra = self.penumbra(choice);
+        let subsamples = choice.params.int("subsamples");
+        self.trace(&Method::FixedPenumbra(FixedPenumbraSettings { penumbra, subsamples }))
+    }
+
+    /// The width that the parameters of `fixed-penumbra` ask for under this light, world units.
+    pub fn penumbra(&self, choice: &Choice) -> f64 {
+        penumbra_width(choice.params.get("penumbra"), &self.light)
+    }
+
     fn trace(&mut self, method: &Method) -> Result<(Truth, Origin)> {
         let Self { scene, camera, light, size, cache, rays, quiet, .. } = self;
         let key = cache_key(scene, camera, light, *size, method);
@@ -87,6 +100,9 @@ impl<'a> Tracer<'a> {
                 Progress::start(match method {
                     Method::Hard => format!("tracing the truth, {w}x{h}, a ray a pixel"),
                     Method::Soft(s) => format!("tracing the truth, {w}x{h}, {} rays a pixel", s.samples),
+                    Method::FixedPenumbra(s) => {
+                        format!("tracing the shadows' boundary, {w}x{h}, {0}x{0} rays a pixel", s.subsamples)
+                    }
                 })
             });
             let rays = match rays {
@@ -109,10 +125,11 @@ pub fn reference(
     renderer: &mut Renderer<'_>,
     seed: Seed,
 ) -> Result<Vec<f32>> {
-    let samples = choice.params.int("samples");
     match choice.info.id {
-        "ray-traced" => Ok(tracer.truth(samples, seed)?.0.visibility),
+        "ray-traced" => Ok(tracer.truth(choice.params.int("samples"), seed)?.0.visibility),
+        "fixed-penumbra" => Ok(tracer.fixed_penumbra(choice)?.0.visibility),
         "area-samples" => {
+            let samples = choice.params.int("samples");
             let progress = Progress::start(format!("averaging {samples} shadow maps"));
             let mut done = |done: u32, total: u32| progress.set(done.into(), total.into());
             renderer.area_samples(tracer.scene, tracer.lamp, samples, &mut done)

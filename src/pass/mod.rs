@@ -4,6 +4,7 @@ pub mod accumulate;
 pub mod depth_bounds;
 pub mod edt;
 pub mod pcf;
+pub mod penumbra;
 pub mod pixels;
 pub mod rbsm;
 pub mod rbsm_view;

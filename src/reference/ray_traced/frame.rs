@@ -117,7 +117,7 @@ fn trace_pixel(
     last: &mut u32,
 ) -> (Pixel, u64) {
     let sky = Pixel { visibility: 1.0, triangle: SKY, depth_view: f32::INFINITY, n_dot_l: 0.0, outside_light: false };
-    let (origin, direction, t_max) = eye.ray(pixel);
+    let (origin, direction, t_max) = eye.ray_at(pixel.map(f64::from));
     let Some(hit) = scene.primary_local(origin, direction, t_max) else { return (sky, 0) };
     let n_dot_l = hit.normal.dot(lamp.towards(hit.local));
     let mut out = Pixel {
@@ -131,14 +131,14 @@ fn trace_pixel(
         return (out, 0);
     }
     let index = u64::from(pixel[1]) * u64::from(eye.size[0]) + u64::from(pixel[0]);
-    let origin = hit.local + hit.normal * scene.surface_offset();
+    let origin = scene.above(&hit);
     let shade = shade(&Point { hit: &hit, pixel: index, origin }, last);
     out.visibility = shade.visibility;
     (out, shade.rays)
 }
 
 /// The camera, ready to make rays in local space.
-struct Eye {
+pub(super) struct Eye {
     size: [u32; 2],
     view_from_clip: DMat4,
     local_from_view: glam::DAffine3,
@@ -149,7 +149,7 @@ struct Eye {
 }
 
 impl Eye {
-    fn new(scene: &RayScene, camera: &CameraView, size: [u32; 2]) -> Self {
+    pub fn new(scene: &RayScene, camera: &CameraView, size: [u32; 2]) -> Self {
         let (near, far) = if camera.depth == DepthRange::Reversed { (1.0, 0.0) } else { (0.0, 1.0) };
         let local_from_view = glam::DAffine3 {
             matrix3: camera.world_from_view.matrix3 * (1.0 / scene.scale()),
@@ -166,10 +166,11 @@ impl Eye {
         }
     }
 
-    /// Through a pixel centre: from the near plane, and the `t` of the far plane. Local space.
-    fn ray(&self, pixel: [u32; 2]) -> (DVec3, DVec3, f64) {
-        let ndc = |p: u32, n: u32| (2.0 * f64::from(p) + 1.0) / f64::from(n) - 1.0;
-        let (x, y) = (ndc(pixel[0], self.size[0]), ndc(pixel[1], self.size[1]));
+    /// Through a point of the picture, pixels right and down from the centre of the first one: from the near plane, and
+    /// the `t` of the far plane. Local space.
+    pub fn ray_at(&self, at: [f64; 2]) -> (DVec3, DVec3, f64) {
+        let ndc = |p: f64, n: u32| (2.0 * p + 1.0) / f64::from(n) - 1.0;
+        let (x, y) = (ndc(at[0], self.size[0]), ndc(at[1], self.size[1]));
         let near = self.view_from_clip * glam::dvec4(x, y, self.near, 1.0);
         let far = self.view_from_clip * glam::dvec4(x, y, self.far, 1.0);
         let start = near.truncate() / near.w;
@@ -182,6 +183,11 @@ impl Eye {
         // In front of the camera, whatever the sign of the homogeneous direction.
         let direction = if t_max.is_infinite() && direction.z > 0.0 { -direction } else { direction };
         (self.local_from_view.transform_point3(start), self.local_from_view.transform_vector3(direction), t_max)
+    }
+
+    /// A local point in the camera's own space, world units.
+    pub fn to_view(&self, local: DVec3) -> DVec3 {
+        self.local_from_view.inverse().transform_point3(local)
     }
 }
 
@@ -209,7 +215,7 @@ impl Lamp {
     }
 
     /// Unit vector from a local point to the centre of the light.
-    fn towards(&self, local: DVec3) -> DVec3 {
+    pub fn towards(&self, local: DVec3) -> DVec3 {
         if self.directional { self.axes[2] } else { (self.position - local).normalize_or_zero() }
     }
 
@@ -220,7 +226,7 @@ impl Lamp {
     }
 }
 
-fn check(camera: &CameraView, light: &LightView, size: [u32; 2]) -> Result<()> {
+pub(super) fn check(camera: &CameraView, light: &LightView, size: [u32; 2]) -> Result<()> {
     let pixels = u64::from(size[0]) * u64::from(size[1]);
     if pixels == 0 || pixels > MAX_PIXELS {
         return Err(Error::Usage(format!(

@@ -1,7 +1,7 @@
 //! One ray a pixel to the centre of the light.
 
 use super::frame::{Lamp, Progress, Shade, render};
-use super::trace::RayScene;
+use super::trace::{Hit, RayScene};
 use super::truth::Truth;
 use crate::Result;
 use crate::view::{CameraView, LightView};
@@ -19,11 +19,17 @@ pub fn hard(
 ) -> Result<Truth> {
     let lamp = Lamp::new(scene, light);
     let (mut truth, seconds) = render(scene, camera, light, size, progress, |point, last| {
-        let (direction, t_max) =
-            if lamp.directional { (lamp.axes[2], f64::INFINITY) } else { (lamp.position - point.origin, 1.0) };
-        let blocked = scene.occluded_local(point.origin, direction, t_max, point.hit.triangle, last);
-        Shade { visibility: if blocked { 0.0 } else { 1.0 }, rays: 1 }
+        let visibility = if is_lit(scene, &lamp, point.hit, last) { 1.0 } else { 0.0 };
+        Shade { visibility, rays: 1 }
     })?;
     truth.seconds = seconds;
     Ok(truth)
+}
+
+/// Whether a point that faces the light sees its centre; `last` is the slot of the last occluder.
+pub(super) fn is_lit(scene: &RayScene, lamp: &Lamp, hit: &Hit, last: &mut u32) -> bool {
+    let origin = scene.above(hit);
+    let (direction, t_max) =
+        if lamp.directional { (lamp.axes[2], f64::INFINITY) } else { (lamp.position - origin, 1.0) };
+    !scene.occluded_local(origin, direction, t_max, hit.triangle, last)
 }

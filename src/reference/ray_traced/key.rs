@@ -1,5 +1,6 @@
 //! What a truth depends on, as a hash.
 
+use super::fixed_penumbra::FixedPenumbraSettings;
 use super::soft::SoftSettings;
 use crate::scene::{Material, Mesh, Scene, Wrap};
 use crate::view::{CameraView, DepthRange, LightKind, LightView};
@@ -15,6 +16,8 @@ pub enum Method {
     Hard,
     /// [`super::soft`].
     Soft(SoftSettings),
+    /// [`super::fixed_penumbra()`].
+    FixedPenumbra(FixedPenumbraSettings),
 }
 
 /// Hash of everything that a [`super::Truth`] depends on.
@@ -42,11 +45,11 @@ pub fn cache_key(scene: &Scene, camera: &CameraView, light: &LightView, size: [u
     k.u64((camera.depth == DepthRange::Reversed).into());
     k.affine(&light.world_from_view);
     k.matrix(&light.clip_from_view);
-    let hard = *method == Method::Hard;
+    let is_soft = matches!(method, Method::Soft(_));
     match light.kind {
-        // Hard shadows do not depend on the light's size.
-        LightKind::Spot { size } => k.f64s(&[0.0, if hard { 0.0 } else { size }]),
-        LightKind::Directional { angle } => k.f64s(&[1.0, if hard { 0.0 } else { angle }]),
+        // Hard shadows, and penumbrae of a given width, do not depend on the light's size.
+        LightKind::Spot { size } => k.f64s(&[0.0, if is_soft { size } else { 0.0 }]),
+        LightKind::Directional { angle } => k.f64s(&[1.0, if is_soft { angle } else { 0.0 }]),
     }
     k.u64(size[0].into());
     k.u64(size[1].into());
@@ -57,6 +60,11 @@ pub fn cache_key(scene: &Scene, camera: &CameraView, light: &LightView, size: [u
             k.u64(s.samples.into());
             k.u64(s.adaptive.into());
             k.u64(s.seed);
+        }
+        Method::FixedPenumbra(s) => {
+            k.u64(2);
+            k.f64s(&[s.penumbra]);
+            k.u64(s.subsamples.into());
         }
     }
     CacheKey(*k.0.finalize().as_bytes())

@@ -2,7 +2,8 @@
 //!
 //! A primary ray goes through each pixel centre, and from the surface that it meets one ray ([`hard`]) or many
 //! ([`soft`]) go to the light. Everything is `f64` except the boxes of the hierarchy, which are padded so that
-//! they never reject what the `f64` triangle test would hit.
+//! they never reject what the `f64` triangle test would hit. [`fixed_penumbra`](mod@fixed_penumbra) puts penumbrae of a
+//! given width around the boundary of the hard shadows.
 //!
 //! What counts as an occluder, for every ray:
 //!
@@ -26,18 +27,21 @@ mod alpha;
 mod bvh;
 mod cache;
 mod edges;
+pub mod fixed_penumbra;
 mod flatten;
 mod frame;
 mod hard;
 mod key;
 mod pyramid;
 mod sampling;
+mod smooth;
 mod soft;
 mod trace;
 mod triangle;
 mod truth;
 
 pub use cache::{Cache, DEFAULT_CACHE_BYTES, Origin};
+pub use fixed_penumbra::{FixedPenumbraSettings, fixed_penumbra};
 pub use frame::Progress;
 pub use hard::hard;
 pub use key::{CacheKey, Method, cache_key};
@@ -49,10 +53,10 @@ pub use truth::{MIN_N_DOT_L, SKY, Truth};
 use crate::Result;
 use crate::view::{CameraView, LightView};
 
-/// [`hard`] or [`soft`], as `method` says.
+/// [`hard`], [`soft`] or [`fixed_penumbra()`], as `method` says.
 ///
 /// # Errors
-/// As the two functions.
+/// As the three functions.
 pub fn trace(
     scene: &RayScene,
     camera: &CameraView,
@@ -64,5 +68,6 @@ pub fn trace(
     match method {
         Method::Hard => hard(scene, camera, light, size, progress),
         Method::Soft(settings) => soft(scene, camera, light, size, settings, progress),
+        Method::FixedPenumbra(settings) => fixed_penumbra(scene, camera, light, size, settings, progress),
     }
 }

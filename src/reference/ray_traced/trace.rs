@@ -305,12 +305,17 @@ impl RayScene {
         self.scale
     }
 
+    /// Where a shadow ray starts: a little above the surface, local space.
+    pub(super) fn above(&self, hit: &Hit) -> DVec3 {
+        hit.local + hit.normal * self.surface_offset()
+    }
+
     /// How far a shadow ray starts above its surface, in local space.
     ///
     /// 2^-40 of the scene's size is far above the rounding of a point on a triangle (2^-51) and far below
     /// anything seen. World coordinates that are large against the scene add their own rounding: two
     /// instances that touch do so to within it.
-    pub(super) fn surface_offset(&self) -> f64 {
+    fn surface_offset(&self) -> f64 {
         let rounding = self.center.abs().max_element() / self.scale;
         3.0 * (-40f64).exp2() + rounding * (-50f64).exp2()
     }
