@@ -1,5 +1,8 @@
 //! The registry: the only list of techniques, with each one's parameter table and constructor.
 
+pub mod edtsm;
+pub mod edtsm_star;
+mod euclidean;
 mod params;
 pub mod pcf;
 pub mod rbsm;
@@ -124,6 +127,8 @@ pub const ALL: &[Info] = &[
     rbsm_star::INFO,
     rbsm_profile::INFO,
     rpcf::INFO,
+    edtsm::INFO,
+    edtsm_star::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

@@ -19,6 +19,8 @@ layout(binding = 0, scalar) uniform ViewBlock {
   uint normal_encoding;
   float far_depth;                         // what a cleared camera depth holds
   float depth_error;                       // of the camera depth, absolute, towards the viewer; 0: relative only
+  vec2 pixel_size;                         // world width of a pixel at eye depth z: x z + y; the finer axis
+  float off_axis;                          // largest secant of the angle between a view ray and the axis
 } view;
 
 // Camera view space of a pixel with the given depth.

@@ -2,7 +2,10 @@
 
 pub mod accumulate;
 pub mod depth_bounds;
+pub mod edge_seeds;
 pub mod edt;
+pub mod mean_filter;
+pub mod nearest_edge;
 pub mod pcf;
 pub mod penumbra;
 pub mod pixels;

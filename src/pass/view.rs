@@ -1,7 +1,7 @@
 //! The constants of a frame: what every pass knows of camera and light.
 
 use crate::gpu::{Buffer, BufferDesc, Device, MemoryKind, shader_struct};
-use crate::view::{DepthRange, LightKind};
+use crate::view::{CameraView, DepthRange, LightKind};
 use crate::{Frame, Inputs, NormalEncoding, Result};
 use ash::vk;
 use glam::{DMat3, DMat4, Mat3, Mat4};
@@ -24,6 +24,8 @@ shader_struct! {
         normal_encoding: u32,
         far_depth: f32,
         depth_error: f32,
+        pixel_size: [f32; 2],
+        off_axis: f32,
     }
 }
 
@@ -40,6 +42,20 @@ fn depth_error(format: vk::Format, range: DepthRange) -> f32 {
     if range == DepthRange::Reversed { steps } else { -steps }
 }
 
+/// World width of a pixel, finer axis, at eye depth `z`: `[0] z + [1]`; and the largest secant of the view rays.
+fn pixel_size(camera: &CameraView, extent: [u32; 2]) -> ([f32; 2], f32) {
+    let m = &camera.clip_from_view;
+    let finest =
+        (2.0 / (f64::from(extent[0]) * m.x_axis.x)).abs().min((2.0 / (f64::from(extent[1]) * m.y_axis.y)).abs());
+    if camera.is_orthographic() {
+        return ([0.0, finest as f32], 1.0);
+    }
+    // An off-centre projection shears along the axis.
+    let tangent = |scale: f64, shear: f64| (1.0 + shear.abs()) / scale.abs();
+    let (x, y) = (tangent(m.x_axis.x, m.z_axis.x), tangent(m.y_axis.y, m.z_axis.y));
+    ([finest as f32, 0.0], (1.0 + x * x + y * y).sqrt() as f32)
+}
+
 fn columns(m: DMat4) -> [[f32; 4]; 4] {
     m.as_mat4().to_cols_array_2d()
 }
@@ -49,6 +65,7 @@ impl ViewConstants {
     pub fn new(inputs: &Inputs<'_>) -> Self {
         let camera = inputs.camera;
         let view_from_world = camera.world_from_view.inverse();
+        let (pixel_size, off_axis) = pixel_size(camera, inputs.depth.extent);
         let mut out = Self {
             view_from_clip: columns(camera.clip_from_view.inverse()),
             view_from_world: view_from_world.matrix3.as_mat3().to_cols_array_2d(),
@@ -62,6 +79,8 @@ impl ViewConstants {
             },
             depth_error: depth_error(inputs.depth.format, camera.depth),
             far_depth: if camera.depth == DepthRange::Reversed { 0.0 } else { 1.0 },
+            pixel_size,
+            off_axis,
             ..Self::default()
         };
         for (layer, light) in inputs.light.iter().take(MAX_LAYERS).enumerate() {

@@ -1,0 +1,36 @@
+// Fixed-size penumbrae out of the distance to the nearest shadow edge.
+// Macedo, Apolinario, "Improved anti-aliasing for Euclidean distance transform shadow mapping" (2018), eq. 8-10.
+// Binding-free: include it anywhere.
+//
+// Departures, each with the paper's form beside it:
+// * What lies on one surface is told by the planes of both points, in pixels, which holds at every scale and does not cut
+//   penumbrae on surfaces seen at a grazing angle. The paper compares depths (sameDepth), in a unit that it does not state.
+// * Eq. 9 gives a filter's width as a share of the viewport's height; here in pixels, from the size of a pixel.
+#ifndef EDGESHADE_PENUMBRA
+#define EDGESHADE_PENUMBRA
+
+// Eq. 8: the intensity at a point of hard visibility `hard` (0 or 1), `D` away from the edge of a penumbra of full width
+// `P`; both in world units.
+float penumbraIntensity(float hard, float D, float P) {
+  if (!(D <= 0.5 * P)) return hard;
+  return clamp(0.5 + (hard > 0.5 ? D : -D) / P, 0.0, 1.0);
+}
+
+// How many pixels away at most a point can be seen that lies within `radius` of one whose eye depth is at least `nearest`.
+// A pixel at eye depth z is pixel_size.x z + pixel_size.y wide; `off_axis` is the largest secant of the view rays. With the
+// two points at depths z and z' the tangents differ by at most radius off_axis / z'.
+float pixelReach(float radius, float nearest, vec2 pixel_size, float off_axis) {
+  float width = pixel_size.x * (nearest - radius) + pixel_size.y;
+  return width > 0.0 ? min(radius * off_axis / width, 65536.0) : 65536.0;
+}
+
+// Whether a point `apart` away from one with unit normal `n`, `pixels` away in the image where a pixel is `pixel` wide, lies
+// on the surface there: off its plane by at most `tolerance` pixels a pixel.
+bool nearPlane(vec3 n, vec3 apart, float pixels, float pixel, float tolerance) {
+  return abs(dot(n, apart)) <= tolerance * pixel * pixels;
+}
+
+// The paper's test: eye depths differ by at most `tolerance`, here a share of the nearer one.
+bool sameDepth(float a, float b, float tolerance) { return abs(a - b) <= tolerance * min(abs(a), abs(b)); }
+
+#endif

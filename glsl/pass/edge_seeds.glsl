@@ -1,0 +1,45 @@
+// What the passes share that turn edges of hard shadows into penumbrae: seeds, push constants, tiles and their reach.
+#ifndef EDGESHADE_EDGE_SEEDS
+#define EDGESHADE_EDGE_SEEDS
+#include "lib/penumbra.glsl"
+#include "receiver.glsl"
+#include "tiles.glsl"
+
+const int TILE = 8, TILE_PIXELS = TILE * TILE;
+const uint NO_SEED = 0xffffffffu; // else x + 65536 y of a seed's pixel
+
+layout(constant_id = 0) const bool PLANES = true; // tell surfaces apart by planes; false: by depth, as the paper
+
+// In the image of seeds, at their own pixels: a point of the edge in camera view space, and the normal there.
+uvec4 packSeed(vec3 point, vec3 normal) {
+  return uvec4(floatBitsToUint(point), packSnorm2x16(octahedralEncode(normal)));
+}
+vec3 seedPoint(uvec4 seed) { return uintBitsToFloat(seed.xyz); }
+vec3 seedNormal(uvec4 seed) { return octahedralDecode(unpackSnorm2x16(seed.w)); }
+
+layout(push_constant, scalar) uniform Push {
+  float penumbra;     // full width, world units
+  float filter_width; // world units
+  float tolerance;    // of the test for one surface: pixels a pixel, or a share of the depth
+  int step;           // of nearest_block.comp, blocks
+} push;
+
+float eyeDepth(vec3 p) { return abs(p.z); }
+float pixelWidth(vec3 p) { return view.pixel_size.x * eyeDepth(p) + view.pixel_size.y; }
+
+// Within this distance of an edge the image may differ from hard shadows: half the penumbra, blurred by half the filter.
+float penumbraReach() { return 0.5 * (push.penumbra + push.filter_width); }
+
+// Tiles along both axes.
+ivec2 tileCount() { return (ivec2(view.size) + TILE - 1) / TILE; }
+int tileIndex(ivec2 tile) { return tile.y * tileCount().x + tile.x; }
+
+// First and last tile that may show anything within `radius` of what a tile shows at eye depths from `nearest` on.
+void tilesInReach(ivec2 tile, float radius, float nearest, out ivec2 first, out ivec2 last) {
+  // A point of an edge lies up to half a pixel off its own pixel's centre.
+  int reach = int(ceil(pixelReach(radius, nearest, view.pixel_size, view.off_axis))) + 2;
+  first = max((tile * TILE - reach) >> 3, 0);
+  last = min((tile * TILE + TILE - 1 + reach) >> 3, tileCount() - 1);
+}
+
+#endif

@@ -1,0 +1,62 @@
+#version 460
+// One axis of the separable mean filter over the penumbra: taps on the pixel's own surface, evenly spaced over a width that
+// is constant in the world. Macedo, Apolinario (2018), eq. 9-10.
+// Departures: only pixels in the penumbra or next to it are filtered, with no more taps than pixels; what lies on the
+// surface is told by its plane (PLANES).
+#extension GL_GOOGLE_include_directive : require
+#include "edge_seeds.glsl"
+
+layout(constant_id = 1) const bool VERTICAL = false; // the second of the two; writes the visibility
+layout(constant_id = 2) const int TAPS = 15;         // at most; odd
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// Intensity and camera depth, wherever a tap may fall. Less than 0: out of the penumbra's reach, two less than it is.
+layout(binding = 3) uniform sampler2D source;
+layout(binding = 4) writeonly uniform image2D target;
+layout(binding = 5, scalar) readonly buffer TileList {
+  uint groups[3];
+  uint count;
+  uint tiles[];
+} list;
+
+float meanOnSurface(ivec2 pixel, float own) {
+  const int axis = VERTICAL ? 1 : 0;
+  Receiver p = receiverAt(pixel);
+  float width = pixelWidth(p.position), pixels = push.filter_width / width;
+  if (!(pixels > 1.0)) return own;
+  // As many as pixels, odd.
+  int half_taps = min(TAPS, int(min(ceil(pixels), 64.0)) | 1) / 2;
+  float between = half_taps > 0 ? 0.5 * pixels / float(half_taps) : 0.0;
+  // The plane through p, in clip space: a tap's distance to it without the tap's position.
+  vec4 plane = vec4(p.normal, -dot(p.normal, p.position)) * view.view_from_clip;
+  vec4 w_row = vec4(view.view_from_clip[0][3], view.view_from_clip[1][3], view.view_from_clip[2][3], view.view_from_clip[3][3]);
+  float off_plane = push.tolerance * width;
+  float sum = own, count = 1.0;
+  int last = int(view.size[axis]) - 1;
+  for (int i = -half_taps; i <= half_taps; ++i) {
+    int offset = int(round(between * float(i)));
+    ivec2 at = pixel;
+    at[axis] += offset;
+    vec2 tap = texelFetch(source, clamp(at, ivec2(0), ivec2(view.size) - 1), 0).xy;
+    vec4 clip = vec4((2.0 * vec2(at) + 1.0) / vec2(view.size) - 1.0, tap.y, 1.0);
+    bool same = PLANES ? abs(dot(plane, clip)) <= off_plane * abs(float(offset)) * abs(dot(w_row, clip))
+                       : sameDepth(p.position.z, viewPosition(at, tap.y).z, push.tolerance);
+    // The middle one is counted already.
+    bool taken = same && i != 0 && at[axis] >= 0 && at[axis] <= last && tap.y != view.far_depth;
+    sum += taken ? (tap.x < -0.5 ? tap.x + 2.0 : tap.x) : 0.0;
+    count += taken ? 1.0 : 0.0;
+  }
+  return sum / count;
+}
+
+void main() {
+  for (uint i = gl_WorkGroupID.x; i < list.count; i += gl_NumWorkGroups.x) {
+    ivec2 pixel = unpackTile(list.tiles[i]) * TILE + ivec2(gl_LocalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(view.size)))) continue;
+    vec2 own = texelFetch(source, pixel, 0).xy;
+    bool near = own.x >= -0.5;
+    if (near) own.x = meanOnSurface(pixel, own.x);
+    if (near || !VERTICAL) imageStore(target, pixel, vec4(own, 0.0, 0.0));
+  }
+}

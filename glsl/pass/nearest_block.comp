@@ -1,0 +1,48 @@
+#version 460
+// A step of the search for the nearest edge in the world, for a pixel of every block of 4 x 4: takes over the labels of the
+// blocks `step` away where their edges are nearer. Steps are halved down to 1: jump flooding (Rong, Tan 2006), but from
+// labels that are right in the image already, in the world's metric, and along surfaces.
+#extension GL_GOOGLE_include_directive : require
+#include "nearest_edge.glsl"
+
+layout(constant_id = 1) const bool FIRST = false; // labels are those of the transform, a pixel each
+
+layout(local_size_x = 64) in;
+
+layout(binding = 4) uniform usampler2D labels;
+layout(binding = 5) writeonly uniform uimage2D relaxed_labels; // a block each
+layout(binding = 6, scalar) readonly buffer TileList {
+  uint groups[3];
+  uint count;
+  uint tiles[];
+} list;
+
+// Blocks of a tile.
+const uint BLOCKS = 4;
+
+uint labelAt(ivec2 block) {
+  ivec2 inside = clamp(block, ivec2(0), blockCount() - 1);
+  uint label = texelFetch(labels, FIRST ? blockPixel(inside) : inside, 0).x;
+  return block == inside ? label : NO_SEED;
+}
+
+void workOn(ivec2 block) {
+  ivec2 pixel = blockPixel(block);
+  Receiver p = receiverAt(pixel);
+  Nearest nearest = nothingInReach();
+  if (p.surface) {
+    float width = pixelWidth(p.position);
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) consider(labelAt(block + push.step * ivec2(x, y)), pixel, p, width, nearest);
+    }
+  }
+  imageStore(relaxed_labels, block, uvec4(nearest.label));
+}
+
+void main() {
+  uint threads = 64 * gl_NumWorkGroups.x;
+  for (uint i = gl_GlobalInvocationID.x; i < BLOCKS * list.count; i += threads) {
+    ivec2 block = 2 * unpackTile(list.tiles[i / BLOCKS]) + ivec2(i & 1, i >> 1 & 1);
+    if (all(lessThan(block, blockCount()))) workOn(block);
+  }
+}

@@ -1,0 +1,105 @@
+#version 460
+// The nearest edge of every pixel of the listed tiles, its distance turned into an intensity, eq. 8; lists the tiles that want
+// filtering. Macedo, Apolinario (2018), algorithm 1 and eq. 8.
+// The paper takes the seed that is nearest in the image and then its distance in the world (WORLD = false), which is too
+// large on tilted receivers, and loses the penumbra where that seed lies on another surface.
+#extension GL_GOOGLE_include_directive : require
+#include "nearest_edge.glsl"
+
+layout(constant_id = 1) const bool WORLD = true;
+layout(constant_id = 2) const bool VIEWED = false; // write labels and distances too
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 4) uniform usampler2D labels;       // of the transform
+layout(binding = 5) uniform usampler2D block_labels; // of nearest_block.comp
+layout(binding = 6, scalar) readonly buffer TileList {
+  uint groups[3];
+  uint count;
+  uint tiles[];
+} list;
+layout(binding = 7) uniform sampler2D hard;
+layout(binding = 8) writeonly uniform image2D intensity;
+layout(binding = 9, scalar) buffer FilterList {
+  uint groups[3];
+  uint count;
+  uint tiles[];
+} filter_list;
+layout(binding = 10) writeonly uniform image2D distances;
+layout(binding = 11) writeonly uniform uimage2D nearest_labels;
+
+shared bool wanted;
+shared uint tile_labels[TILE * TILE];
+
+// The pixel's own label, and those of the blocks around.
+Nearest nearestOfBlocks(ivec2 pixel, Receiver p, float width) {
+  Nearest nearest = nothingInReach();
+  if (!p.surface) return nearest;
+  consider(texelFetch(labels, pixel, 0).x, pixel, p, width, nearest);
+  if (!WORLD) return nearest;
+  ivec2 block = pixel / BLOCK;
+  for (int y = -1; y <= 1; ++y) {
+    for (int x = -1; x <= 1; ++x) {
+      ivec2 at = block + ivec2(x, y), inside = clamp(at, ivec2(0), blockCount() - 1);
+      uint label = texelFetch(block_labels, inside, 0).x;
+      consider(at == inside ? label : NO_SEED, pixel, p, width, nearest);
+    }
+  }
+  return nearest;
+}
+
+// And those that other pixels of the tile have found, `step` away.
+void considerTile(int step, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
+  ivec2 local = ivec2(gl_LocalInvocationID.xy);
+  barrier();
+  tile_labels[gl_LocalInvocationIndex] = nearest.label;
+  barrier();
+  for (int y = -1; y <= 1; ++y) {
+    for (int x = -1; x <= 1; ++x) {
+      ivec2 at = local + step * ivec2(x, y), inside = clamp(at, ivec2(0), ivec2(TILE - 1));
+      uint label = tile_labels[inside.x + TILE * inside.y];
+      consider(at == inside && p.surface ? label : NO_SEED, pixel, p, width, nearest);
+    }
+  }
+}
+
+void workOn(ivec2 tile) {
+  ivec2 pixel = tile * TILE + ivec2(gl_LocalInvocationID.xy);
+  if (gl_LocalInvocationIndex == 0) wanted = false;
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  Receiver p;
+  p.surface = false;
+  p.position = vec3(0.0);
+  p.normal = vec3(0.0, 0.0, 1.0);
+  if (inside) p = receiverAt(pixel);
+  float width = pixelWidth(p.position);
+  Nearest nearest = nearestOfBlocks(pixel, p, width);
+  if (WORLD) {
+    considerTile(2, pixel, p, width, nearest);
+    considerTile(1, pixel, p, width, nearest);
+  }
+  barrier();
+  if (inside) {
+    bool near = nearest.label != NO_SEED;
+    float own = texelFetch(hard, pixel, 0).x, D = sqrt(nearest.squared);
+    // A pixel out of reach keeps its hard shadow and is not filtered; two less tells it.
+    float v = near ? penumbraIntensity(own, D, push.penumbra) : own - 2.0;
+    imageStore(intensity, pixel, vec4(v, depthAt(pixel), 0.0, 0.0));
+    if (near) wanted = true;
+    if (VIEWED) {
+      imageStore(distances, pixel, vec4(near ? D : uintBitsToFloat(0x7f800000u)));
+      imageStore(nearest_labels, pixel, uvec4(nearest.label));
+    }
+  }
+  barrier();
+  if (gl_LocalInvocationIndex == 0 && wanted) {
+    uint i = atomicAdd(filter_list.count, 1);
+    filter_list.tiles[i] = packTile(uvec2(tile));
+    if (i < MAX_TILE_GROUPS) atomicMax(filter_list.groups[0], i + 1);
+  }
+  barrier();
+}
+
+void main() {
+  for (uint i = gl_WorkGroupID.x; i < list.count; i += gl_NumWorkGroups.x) workOn(unpackTile(list.tiles[i]));
+}

@@ -1,0 +1,174 @@
+//! Shadow edges found in an image of hard shadows, and the tiles within their reach.
+
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, shader_struct};
+use crate::pass::tiles::{TILE, TileList, indirect_list};
+use crate::pass::view::ViewConstants;
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+/// Tiles along the side of a block of marks.
+const MARKS: u32 = 8;
+
+shader_struct! {
+    /// Push constants of the passes that make penumbrae (`glsl/pass/edge_seeds.glsl`).
+    pub struct PenumbraPush {
+        /// Full width of the penumbra, world units.
+        penumbra: f32,
+        /// Width of the mean filter, world units.
+        filter_width: f32,
+        /// Of the test for one surface: pixels a pixel off the plane, or a share of the eye depth.
+        tolerance: f32,
+        /// Of a step of the search for the nearest edge, blocks of 4 pixels.
+        step: i32,
+    }
+}
+
+shader_struct! {
+    /// Push constants of `glsl/pass/marked_tiles.comp`.
+    pub struct MarkedTilesPush {
+        tiles: [u32; 2],
+    }
+}
+
+/// How two points are told to lie on one surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurfaceTest {
+    /// Each lies near the plane of the other.
+    Planes,
+    /// Their eye depths are alike, as in the paper.
+    Depth,
+}
+
+/// What of the passes is fixed at their making.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeConfig {
+    /// How surfaces are told apart.
+    pub surfaces: SurfaceTest,
+    /// A neighbour on any surface makes a seed, as in the paper: outlines of objects become edges too.
+    pub any_surface: bool,
+    /// Edges run through the seeds' own centres, as in the paper, not half-way to the neighbour that differs.
+    pub at_pixels: bool,
+    /// Only tiles within reach of a seed are listed; otherwise all.
+    pub skip: bool,
+}
+
+/// The passes with their images and lists: about 16 bytes a pixel.
+pub struct EdgeSeeds {
+    detect: Arc<ComputePipeline>,
+    find: Arc<ComputePipeline>,
+    list: Arc<ComputePipeline>,
+    edges: TileList,
+    seeds: Image,
+    marks: Buffer,
+    tiles: TileList,
+    block_groups: Buffer,
+}
+
+impl EdgeSeeds {
+    /// Allocates for a camera image.
+    pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig) -> Result<Self> {
+        let device = context.device();
+        let EdgeConfig { surfaces, any_surface, at_pixels, skip } = config;
+        let constants = [surfaces == SurfaceTest::Planes, any_surface, at_pixels].map(u32::from);
+        let pipeline = |shader: &str, constants: &[u32]| {
+            let pipeline = context.pipeline::<PenumbraPush>(shader, constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        let blocks = extent.map(|n| u64::from(n.div_ceil(TILE * MARKS)));
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+        let (name, size, memory) = ("tiles near an edge, marked", 8 * blocks[0] * blocks[1], MemoryKind::Gpu);
+        let format = vk::Format::R32G32B32A32_UINT;
+        Ok(Self {
+            detect: pipeline("pass/edge_tiles.comp", &constants[..1])?,
+            find: pipeline("pass/edge_seeds.comp", &constants)?,
+            list: context.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[(!skip).into()])?,
+            edges: TileList::new(device, "tiles with an edge", extent)?,
+            seeds: Image::new(device, &ImageDesc::storage("shadow-edge seeds", format, extent))?,
+            marks: Buffer::new(device, &BufferDesc { name, size, usage, memory })?,
+            tiles: TileList::new(device, "tiles near an edge", extent)?,
+            block_groups: indirect_list(device, "groups of blocks near an edge", 12, 0)?,
+        })
+    }
+
+    /// Bytes of images, buffers and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        let buffers = [self.edges.buffer(), &self.marks, self.tiles.buffer()];
+        buffers.iter().map(|b| b.size()).sum::<u64>() + self.seeds.memory_bytes()
+    }
+
+    /// `R32G32B32A32_UINT`, of seeds only: the bits of a point of the edge as three `f32` in camera view space, and the
+    /// surface's normal there, octahedral in 16 and 16 bits.
+    pub fn seeds(&self) -> &Image {
+        &self.seeds
+    }
+
+    /// Tiles within reach of a seed.
+    pub fn tiles(&self) -> &TileList {
+        &self.tiles
+    }
+
+    /// A thread for every block of 4 x 4 pixels of these tiles, in groups of 64.
+    pub fn block_threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.block_groups, 0)
+    }
+
+    /// Finds the seeds in `hard`, an image of visibility 0 and 1, sets their bits in `seed_bits` (see
+    /// [`crate::pass::edt::Edt::seed_bits`]) and lists the tiles in their reach.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: PenumbraPush,
+        (hard, seed_bits): (&Image, &Buffer),
+    ) -> Result<()> {
+        let tiles = hard.extent().map(|n| n.div_ceil(TILE));
+        let threads = Threads::Count([tiles[0], tiles[1], 1]);
+        let (view, depth, normal) =
+            (Bind::Buffer(view), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
+        let (hard, edges, marks) = (Bind::Image(hard), Bind::Buffer(self.edges.buffer()), Bind::Buffer(&self.marks));
+        let push = bytemuck::bytes_of(&push);
+        self.edges.clear(frame);
+        frame.dispatch(&Pass {
+            name: "tiles with an edge",
+            pipeline: &self.detect,
+            bind: &[view, depth, normal, hard, edges],
+            push,
+            threads,
+        })?;
+        frame.clear(&self.marks);
+        frame.clear(seed_bits);
+        let (seeds, bits) = (Bind::Image(&self.seeds), Bind::Buffer(seed_bits));
+        frame.dispatch(&Pass {
+            name: "shadow-edge seeds",
+            pipeline: &self.find,
+            bind: &[view, depth, normal, hard, edges, seeds, bits, marks],
+            push,
+            threads: self.edges.threads(),
+        })?;
+        self.edges.count(frame);
+        self.tiles.clear(frame);
+        frame.update(&self.block_groups, bytemuck::bytes_of(&[0u32, 1, 1]));
+        frame.dispatch(&Pass {
+            name: "tiles near an edge",
+            pipeline: &self.list,
+            bind: &[marks, Bind::Buffer(self.tiles.buffer()), Bind::Buffer(&self.block_groups)],
+            push: bytemuck::bytes_of(&MarkedTilesPush { tiles }),
+            threads,
+        })
+    }
+}
+
+/// An image for a shader's binding: of one pixel where it is not wanted.
+pub(crate) fn scratch(
+    context: &Context,
+    name: &str,
+    format: vk::Format,
+    extent: [u32; 2],
+    wanted: bool,
+) -> Result<Image> {
+    let extent = if wanted { extent } else { [1, 1] };
+    Image::new(context.device(), &ImageDesc::storage(name, format, extent))
+}

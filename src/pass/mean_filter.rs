@@ -1,0 +1,71 @@
+//! The separable mean filter over a penumbra, of constant width in the world.
+
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::pass::edge_seeds::{EdgeConfig, PenumbraPush, SurfaceTest, scratch};
+use crate::pass::nearest_edge::NearestEdge;
+use crate::pass::view::ViewConstants;
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// The two passes and the image between them.
+pub struct MeanFilter {
+    passes: [Arc<ComputePipeline>; 2],
+    between: Image,
+}
+
+impl MeanFilter {
+    /// Allocates for a camera image; `taps` a pass, odd, 1 to 63.
+    pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, taps: u32) -> Result<Self> {
+        if taps % 2 == 0 || taps > 63 {
+            return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
+        }
+        let pass = |vertical: bool| {
+            let planes = config.surfaces == SurfaceTest::Planes;
+            let constants = [planes.into(), vertical.into(), taps];
+            let pipeline = context.pipeline::<PenumbraPush>("pass/mean_filter.comp", &constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        Ok(Self {
+            passes: [pass(false)?, pass(true)?],
+            between: scratch(context, "penumbra filtered along x", vk::Format::R32G32_SFLOAT, extent, true)?,
+        })
+    }
+
+    /// Bytes of images.
+    pub fn memory_bytes(&self) -> u64 {
+        self.between.memory_bytes()
+    }
+
+    /// Filters the pixels within reach of an edge into `output`, which holds the hard shadows of all.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: PenumbraPush,
+        nearest: &NearestEdge,
+        output: &Image,
+    ) -> Result<()> {
+        let steps = [("mean filter, x", nearest.intensity(), &self.between), ("mean filter, y", &self.between, output)];
+        for (pipeline, (name, source, target)) in self.passes.iter().zip(steps) {
+            frame.dispatch(&Pass {
+                name,
+                pipeline,
+                bind: &[
+                    Bind::Buffer(view),
+                    Bind::Input(&inputs.depth),
+                    Bind::Input(inputs.normal_or_depth()),
+                    Bind::Image(source),
+                    Bind::Image(target),
+                    Bind::Buffer(nearest.tiles().buffer()),
+                ],
+                push: bytemuck::bytes_of(&push),
+                threads: nearest.tiles().threads(),
+            })?;
+            nearest.tiles().count(frame);
+        }
+        Ok(())
+    }
+}

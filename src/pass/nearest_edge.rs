@@ -1,0 +1,148 @@
+//! Every pixel's nearest shadow edge, and the intensity of a penumbra of fixed width out of its distance.
+
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
+use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest, scratch};
+use crate::pass::tiles::TileList;
+use crate::pass::view::ViewConstants;
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// Which seed counts as the nearest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nearest {
+    /// In the world, of those on the pixel's surface.
+    World,
+    /// In the image, as in the paper; then its distance in the world counts.
+    Pixel,
+}
+
+/// Side of the blocks of pixels that the search goes over first: `BLOCK` of `glsl/pass/nearest_edge.glsl`.
+const BLOCK: u32 = 4;
+/// Blocks between neighbours, a pass each.
+const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
+
+/// The passes with their images: about 9 bytes a pixel.
+pub struct NearestEdge {
+    /// The first, which reads the transform's labels, and the others; none for a search by pixel.
+    blocks: Option<[Arc<ComputePipeline>; 2]>,
+    finish: Arc<ComputePipeline>,
+    block_labels: [Image; 2],
+    intensity: Image,
+    tiles: TileList,
+    viewed: bool,
+    distances: Image,
+    labels: Image,
+}
+
+impl NearestEdge {
+    /// Allocates for a camera image; `viewed`: also keep distances and labels.
+    pub fn new(
+        context: &Context,
+        extent: [u32; 2],
+        config: EdgeConfig,
+        nearest: Nearest,
+        viewed: bool,
+    ) -> Result<Self> {
+        let (planes, world) = (u32::from(config.surfaces == SurfaceTest::Planes), nearest == Nearest::World);
+        let pipeline = |shader: &str, constants: &[u32]| {
+            let pipeline = context.pipeline::<PenumbraPush>(shader, constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        let block = |first: bool| pipeline("pass/nearest_block.comp", &[planes, first.into()]);
+        let block_labels = || {
+            let extent = if world { extent.map(|n| n.div_ceil(BLOCK)) } else { [1, 1] };
+            let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
+            Image::new(context.device(), &ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
+        };
+        let image = |name, format, wanted| scratch(context, name, format, extent, wanted);
+        Ok(Self {
+            blocks: if world { Some([block(true)?, block(false)?]) } else { None },
+            finish: pipeline("pass/nearest_edge.comp", &[planes, world.into(), viewed.into()])?,
+            block_labels: [block_labels()?, block_labels()?],
+            intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, true)?,
+            tiles: TileList::new(context.device(), "tiles in a penumbra", extent)?,
+            viewed,
+            distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
+            labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
+        })
+    }
+
+    /// Bytes of images and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        let images = [&self.intensity, &self.distances, &self.labels].into_iter().chain(&self.block_labels);
+        images.map(|i| i.memory_bytes()).sum::<u64>() + self.tiles.buffer().size()
+    }
+
+    /// `R32G32_SFLOAT`, in the tiles near an edge only: the intensity of pixels within reach of an edge, of others the
+    /// hard visibility less 2; and the camera depth.
+    pub fn intensity(&self) -> &Image {
+        &self.intensity
+    }
+
+    /// The tiles with any pixel within reach of an edge.
+    pub fn tiles(&self) -> &TileList {
+        &self.tiles
+    }
+
+    /// World distance to the nearest edge, infinite beyond reach (`R32_SFLOAT`), and the pixel of its seed, `x + 65536 y`
+    /// (`R32_UINT`); both in the tiles near an edge only. `None` unless they were asked for.
+    pub fn viewed(&self) -> Option<(&Image, &Image)> {
+        self.viewed.then_some((&self.distances, &self.labels))
+    }
+
+    /// Works on the tiles that `seeds` has listed, from `labels` on, the nearest seeds in the image: of all pixels, or of
+    /// those within some distance. `hard`: the hard shadows.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: PenumbraPush,
+        (seeds, labels, hard): (&EdgeSeeds, &Image, &Image),
+    ) -> Result<()> {
+        let (view, depth, normal) =
+            (Bind::Buffer(view), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
+        let (seed_image, list) = (Bind::Image(seeds.seeds()), Bind::Buffer(seeds.tiles().buffer()));
+        let [mut after, mut before] = [&self.block_labels[0], &self.block_labels[1]];
+        if let Some([first, others]) = &self.blocks {
+            // Blocks in tiles that are not listed have no edge in reach.
+            self.block_labels.iter().for_each(|image| frame.clear_image(image, u32::MAX));
+            for (i, &step) in STEPS.iter().enumerate() {
+                let (pipeline, from) = if i == 0 { (first, labels) } else { (others, before) };
+                frame.dispatch(&Pass {
+                    name: "nearest edge of blocks",
+                    pipeline,
+                    bind: &[view, depth, normal, seed_image, Bind::Image(from), Bind::Image(after), list],
+                    push: bytemuck::bytes_of(&PenumbraPush { step, ..push }),
+                    threads: seeds.block_threads(),
+                })?;
+                (before, after) = (after, before);
+            }
+        }
+        self.tiles.clear(frame);
+        frame.dispatch(&Pass {
+            name: "nearest edge",
+            pipeline: &self.finish,
+            bind: &[
+                view,
+                depth,
+                normal,
+                seed_image,
+                Bind::Image(labels),
+                Bind::Image(before),
+                list,
+                Bind::Image(hard),
+                Bind::Image(&self.intensity),
+                Bind::Buffer(self.tiles.buffer()),
+                Bind::Image(&self.distances),
+                Bind::Image(&self.labels),
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads: seeds.tiles().threads(),
+        })?;
+        seeds.tiles().count(frame);
+        Ok(())
+    }
+}

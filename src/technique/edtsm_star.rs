@@ -1,0 +1,14 @@
+//! Improved Euclidean distance transform shadow mapping, EDTSM*.
+
+use super::{Info, Kind, euclidean};
+use crate::pass::rbsm::Revectorization;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "edtsm-star",
+    title: "Improved Euclidean distance transform shadow mapping, EDTSM*",
+    paper: "Macedo, Apolinário 2018, algorithm 1",
+    summary: "Penumbrae of a fixed width in the world, from each pixel's distance to the edge that RBSM* draws.",
+    params: euclidean::PARAMS,
+    kind: Kind::RealTime(|context, setup| euclidean::prepare(context, setup, &INFO, Revectorization::Star)),
+};

@@ -1,0 +1,193 @@
+//! What the techniques of the EDTSM family share: hard shadows, their edges, every pixel's distance to the nearest, eq. 8,
+//! and the mean filter (Macedo, Apolinário 2018, algorithm 1).
+
+use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
+use super::{Info, Param, Setup, Technique, visibility_image};
+use crate::gpu::Image;
+use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest};
+use crate::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
+use crate::pass::mean_filter::MeanFilter;
+use crate::pass::nearest_edge::{Nearest, NearestEdge};
+use crate::pass::penumbra::penumbra_width;
+use crate::pass::rbsm::{Rbsm, RbsmConfig, RbsmPush, Revectorization};
+use crate::pass::view::ViewBuffer;
+use crate::{Context, Frame, ImageRef, Inputs, Result};
+
+/// The table of both techniques.
+pub(super) const PARAMS: &[Param] = &[
+    Param::float(
+        "penumbra",
+        0.0,
+        1e9,
+        0.0,
+        "world units",
+        "full width of the penumbra; 0: 15/1024 of the width that the light sees half-way",
+    ),
+    Param::float("filter_width", 0.0, 4.0, 0.5, "penumbrae", "width of the mean filter, as a share of the penumbra's"),
+    Param::odd("filter_taps", 1, 63, 15, "taps", "of the mean filter, along each axis"),
+    Param::choice(
+        "surfaces",
+        &["plane", "depth"],
+        0,
+        "points are on one surface if near each other's planes, or if their eye depths are alike as in the paper",
+    ),
+    Param::float(
+        "edge_threshold",
+        0.0,
+        8.0,
+        0.0,
+        "see help",
+        "of that test: pixels off the plane a pixel of distance, or a share of the depth; 0: 0.5 and 0.0025",
+    ),
+    Param::choice(
+        "seeds",
+        &["surface", "any"],
+        0,
+        "a seed differs from a neighbour on its surface, or on any as in the paper",
+    ),
+    Param::choice(
+        "nearest",
+        &["world", "pixel"],
+        0,
+        "the edge nearest in the world, of those on the surface, or the one nearest in the image as in the paper",
+    ),
+    Param::choice(
+        "edt",
+        &["auto", "pba", "bounded-row", "bounded-tile"],
+        0,
+        "method of the Euclidean distance transform: the same image, but for bounded-tile, which ends at 64 pixels",
+    ),
+    Param::choice(
+        "edge",
+        &["between", "pixel"],
+        0,
+        "edges run between the pixels of a pair, or through both as in the paper",
+    ),
+    RECEIVER,
+    MAX_DISTANCE,
+    NORMAL_OFFSET,
+    DEPTH_BIAS,
+    SLACK,
+    Param::choice(
+        "skip",
+        &["auto", "off"],
+        0,
+        "only tiles within reach of an edge are worked on, or all: the same image",
+    ),
+];
+
+/// How far the transform looks where only the start of a search is wanted, pixels.
+const START_RADIUS: u32 = 32;
+
+struct Euclidean {
+    info: &'static Info,
+    view: ViewBuffer,
+    hard: Rbsm,
+    seeds: EdgeSeeds,
+    edt: Edt,
+    nearest: NearestEdge,
+    filter: MeanFilter,
+    push: RbsmPush,
+    /// In world units, or 0 for one that fits the light; the filter's as a share of it.
+    penumbra: f64,
+    filter_width: f64,
+    tolerance: f32,
+    map_size: [u32; 2],
+    visibility: Image,
+}
+
+/// Makes a technique over the given hard shadows.
+pub(super) fn prepare(
+    context: &Context,
+    setup: &Setup,
+    info: &'static Info,
+    revectorization: Revectorization,
+) -> Result<Box<dyn Technique>> {
+    let (p, extent) = (&setup.params, setup.extent);
+    let skip = p.word("skip") != "off";
+    let hard = RbsmConfig {
+        revectorization,
+        fixed_depth: p.word("receiver") == "fixed",
+        max_distance: p.int("max_distance"),
+        listed: skip,
+    };
+    let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
+    let edges =
+        EdgeConfig { surfaces, any_surface: p.word("seeds") == "any", at_pixels: p.word("edge") == "pixel", skip };
+    let nearest = if p.word("nearest") == "world" { Nearest::World } else { Nearest::Pixel };
+    let method: EdtMethod = p.word("edt").parse()?;
+    let edt = EdtConfig {
+        method,
+        // In the world labels spread further by themselves.
+        radius: match nearest {
+            Nearest::World => Some(START_RADIUS),
+            Nearest::Pixel if method == EdtMethod::BoundedTile => Some(MAX_TILE_RADIUS),
+            Nearest::Pixel => None,
+        },
+        ..EdtConfig::default()
+    };
+    let tolerance = match (p.float("edge_threshold"), surfaces) {
+        (0.0, SurfaceTest::Planes) => 0.5,
+        (0.0, SurfaceTest::Depth) => 2.5e-3,
+        (t, _) => t,
+    };
+    Ok(Box::new(Euclidean {
+        info,
+        view: ViewBuffer::new(context.device())?,
+        hard: Rbsm::new(context, extent, hard)?,
+        seeds: EdgeSeeds::new(context, extent, edges)?,
+        edt: Edt::new(context, extent, edt)?,
+        nearest: NearestEdge::new(context, extent, edges, nearest, setup.intermediates)?,
+        filter: MeanFilter::new(context, extent, edges, p.int("filter_taps"))?,
+        push: revectorized::push(setup),
+        penumbra: p.get("penumbra"),
+        filter_width: p.get("filter_width"),
+        tolerance,
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "penumbra visibility", setup)?,
+    }))
+}
+
+impl Technique for Euclidean {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
+        let penumbra = penumbra_width(self.penumbra, &inputs.light[0]);
+        let push = PenumbraPush {
+            penumbra: penumbra as f32,
+            filter_width: (self.filter_width * penumbra) as f32,
+            tolerance: self.tolerance,
+            step: 0,
+        };
+        frame.begin_group(self.info.title);
+        let view = self.view.update(frame, inputs);
+        self.hard.record(frame, view, inputs, self.push, visibility)?;
+        self.seeds.record(frame, view, inputs, push, (visibility, self.edt.seed_bits()))?;
+        self.edt.record_packed(frame)?;
+        self.nearest.record(frame, view, inputs, push, (&self.seeds, self.edt.labels(), visibility))?;
+        self.filter.record(frame, view, inputs, push, &self.nearest, visibility)?;
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        let Some((distance, labels)) = self.nearest.viewed() else { return vec![] };
+        let intensity = self.nearest.intensity();
+        vec![("labels", labels), ("distance", distance), ("intensity", intensity)]
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let passes = [
+            self.hard.memory_bytes(),
+            self.seeds.memory_bytes(),
+            self.edt.memory_bytes(),
+            self.nearest.memory_bytes(),
+            self.filter.memory_bytes(),
+        ];
+        self.visibility.memory_bytes() + passes.iter().sum::<u64>()
+    }
+}
