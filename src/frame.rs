@@ -1,5 +1,6 @@
 //! One frame's recording: labels, barriers, timestamps, bindings, dispatches. Nothing else records.
 
+mod copy;
 #[cfg(feature = "app")]
 mod raster;
 #[cfg(feature = "app")]
