@@ -140,7 +140,7 @@ impl Tally {
             let expected = if is_small { nearest(mask, radius) } else { nearest_fast(mask, radius) };
             let tile = radius.is_some_and(|r| r <= MAX_TILE_RADIUS).then_some(EdtMethod::BoundedTile);
             for method in [EdtMethod::Pba, EdtMethod::BoundedRow].into_iter().chain(tile) {
-                let squared = self.runs % 3 == 0;
+                let squared = self.runs.is_multiple_of(3);
                 let bands = BANDS[self.runs % BANDS.len()];
                 let config = EdtConfig { method, radius, squared, bands };
                 let (labels, distances) = transform(host, &source, config);
@@ -265,6 +265,9 @@ fn edt_of_large_masks() {
                 "large outlines",
             );
         }
+        // Long rows, many of them and all full: llvmpipe ends the loops of a thread after 65535 rounds in all.
+        let dense = random.sprinkle([4099, 2053], 100_000);
+        tally.compare(host, &dense, &[None, Some(64)], "many long rows");
         // As wide as labels are tested for, with squares beyond 2^24; all seeds is the longest envelope.
         let far = mask([16384, 3], |x, y| [x, y] == [0, 2] || [x, y] == [9000, 1] || [x, y] == [16383, 0]);
         tally.compare(host, &far, &[None, Some(5000)], "far");

@@ -10,8 +10,11 @@ use std::sync::Arc;
 const ROWS: u32 = 8;
 /// Columns of a segment under a small radius: shorter ones skip more, longer ones have less of a margin.
 const SEGMENT: u32 = 128;
-/// Most sites that a thread keeps to itself: they lie on the stack of a CPU driver's thread, 8 bytes for each of 16 lanes.
-const MOST_OWN_SITES: u32 = 4096;
+/// Most sites that a thread keeps to itself: they lie on the stack of a CPU driver's thread, 8 bytes for each of
+/// 8 or 16 lanes.
+const MOST_OWN_SITES: u32 = 8192;
+/// Columns that a thread of a CPU driver goes over at most, if a row has no more.
+const ROUNDS: u32 = 18_000;
 
 pub(super) struct Row {
     columns: Columns,
@@ -35,10 +38,16 @@ impl Row {
             radius => SEGMENT.max(radius.saturating_mul(2)).next_multiple_of(4).min(width),
         };
         let items = width.div_ceil(span) * height.div_ceil(ROWS);
-        // A workgroup needs sites of its own: enough of them for all cores, few enough for their caches.
-        let groups = items.min(if is_cpu { 32 } else { 1024 });
         // No more sites than pixels that they own.
         let own_sites = if is_cpu && span <= MOST_OWN_SITES { span.next_power_of_two().max(256) } else { 1 };
+        let longest = span.saturating_add(push.radius.saturating_mul(2)).min(width);
+        // Workgroups that share the buffer of sites take several segments in turn. On a CPU driver only as many as keep a
+        // thread below the 65535 rounds of all its loops after which llvmpipe ends them: up to 3.3 rounds a column.
+        let groups = match (is_cpu, own_sites > 1) {
+            (true, true) => items,
+            (true, false) => items.div_ceil((ROUNDS / longest).max(1)),
+            (false, _) => items.min(1024),
+        };
         let shared = if own_sites > 1 { 1 } else { u64::from(groups * ROWS) * u64::from(span) };
         let padded = u64::from(width.next_multiple_of(4)) * u64::from(height);
         Ok(Self {
