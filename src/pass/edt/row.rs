@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// Rows of a workgroup of `edt_row.comp`.
 const ROWS: u32 = 8;
-/// Columns of a segment under a small radius: shorter ones skip more, longer ones have less of a margin.
+/// Columns of a segment under a small radius, a multiple of 4: shorter ones skip more, longer ones have less of a margin.
 const SEGMENT: u32 = 128;
 /// Most sites that a thread keeps to itself: they lie on the stack of a CPU driver's thread, 8 bytes for each of
 /// 8 or 16 lanes.
@@ -35,7 +35,7 @@ impl Row {
         let [width, height] = push.size;
         let span = match push.radius {
             UNBOUNDED.. => width,
-            radius => SEGMENT.max(radius.saturating_mul(2)).next_multiple_of(4).min(width),
+            radius => SEGMENT.max(radius.saturating_mul(4)).min(width),
         };
         let items = width.div_ceil(span) * height.div_ceil(ROWS);
         // No more sites than pixels that they own.
