@@ -15,7 +15,7 @@ endif
 
 # One target at a time: they share Cargo's build folder.
 .NOTPARALLEL:
-.PHONY: help demo test spv check-spv lint doc bless bench setup setup-shaders
+.PHONY: help demo test spv check-spv lint doc bless bench edt-peers setup setup-shaders
 
 help: ## List these targets
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1	\2/p' $(MAKEFILE_LIST) | expand -t 12
@@ -48,6 +48,10 @@ bless: setup ## Rewrite the golden images from what is rendered now
 
 bench: setup ## Measure all techniques
 	$(CARGO) run --release $(CARGO_FLAGS) -- bench
+
+edt-peers: setup ## Time the distance transform against CPU libraries (the head of tools/edt_peers.py says what it needs)
+	$(CARGO) build --release $(CARGO_FLAGS)
+	tools/edt_peers.py --edgeshade $${CARGO_TARGET_DIR:-target}/release/edgeshade
 
 setup:
 	@scripts/setup.sh runtime

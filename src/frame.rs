@@ -1,5 +1,6 @@
 //! One frame's recording: labels, barriers, timestamps, bindings, dispatches. Nothing else records.
 
+mod copy;
 #[cfg(feature = "app")]
 mod raster;
 #[cfg(feature = "app")]
@@ -185,30 +186,6 @@ impl<'a> Frame<'a> {
         self.hazard(&[(buffer.handle().as_raw(), TRANSFER_USE)]);
         // SAFETY: `begin`'s contract; the sizes are constants of the callers within Vulkan's limit.
         unsafe { self.context.device().raw.cmd_update_buffer(self.cmd, buffer.handle(), 0, bytes) };
-    }
-
-    /// Sets every word of a buffer to 0, in stream order.
-    pub(crate) fn clear(&mut self, buffer: &Buffer) {
-        self.hazard(&[(buffer.handle().as_raw(), TRANSFER_USE)]);
-        // SAFETY: `begin`'s contract; a whole buffer's range is always valid.
-        unsafe { self.context.device().raw.cmd_fill_buffer(self.cmd, buffer.handle(), 0, vk::WHOLE_SIZE, 0) };
-    }
-
-    /// Sets every pixel of an image with one unsigned component; made with `TRANSFER_DST`.
-    pub(crate) fn clear_image(&mut self, image: &Image, value: u32) {
-        self.transition([image].into_iter(), TRANSFER_USE.stage);
-        self.hazard(&[(image.as_ref().image.as_raw(), TRANSFER_USE)]);
-        let r = image.as_ref();
-        let range = vk::ImageSubresourceRange {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            base_mip_level: 0,
-            level_count: vk::REMAINING_MIP_LEVELS,
-            base_array_layer: 0,
-            layer_count: vk::REMAINING_ARRAY_LAYERS,
-        };
-        let value = vk::ClearColorValue { uint32: [value; 4] };
-        // SAFETY: `begin`'s contract; the image is in the layout that the transition left.
-        unsafe { self.context.device().raw.cmd_clear_color_image(self.cmd, r.image, r.layout, &value, &[range]) };
     }
 
     /// Notes how many tiles the pass recorded last worked on: a `u32` at `offset` of `counter`.

@@ -9,6 +9,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("edt_envelope", Some("edt")),
     ("edt_live", Some("edt")),
     ("edt_pack", Some("edt")),
+    ("edt_pack_bytes", Some("edt")),
     ("edt_pack_uint", Some("edt")),
     ("edt_pba_bands", Some("edt")),
     ("edt_pba_color", Some("edt")),

@@ -8,7 +8,8 @@
 layout(local_size_x = 64) in;
 
 layout(binding = 0, scalar) readonly buffer SeedBits { uint seed_bits[]; };
-layout(binding = 1, scalar) buffer Columns { uvec2 columns[]; };
+// An image, since a CPU driver fetches texels faster than entries of a buffer. Texel (x, block).
+layout(binding = 1, rg32ui) uniform uimage2D columns;
 
 void main() {
   uint x = gl_GlobalInvocationID.x;
@@ -27,7 +28,7 @@ void main() {
   }
   for (uint b = first; b < end; b++) {
     uint word = seed_bits[x + push.size.x * b];
-    columns[x + push.size.x * b] = uvec2(word, up <= push.radius ? up : FAR);
+    imageStore(columns, ivec2(x, b), uvec4(word, up <= push.radius ? up : FAR, 0, 0));
     up = word != 0 ? 32 - findMSB(word) : min(up + 32, FAR);
   }
 
@@ -40,8 +41,9 @@ void main() {
     }
   }
   for (uint b = end; b-- > first;) {
-    uvec2 column = columns[x + push.size.x * b];
-    columns[x + push.size.x * b].y = column.y | (down <= push.radius ? down : FAR) << 16;
+    uvec2 column = imageLoad(columns, ivec2(x, b)).xy;
+    column.y |= (down <= push.radius ? down : FAR) << 16;
+    imageStore(columns, ivec2(x, b), uvec4(column, 0, 0));
     down = column.x != 0 ? 1 + findLSB(column.x) : min(down + 32, FAR);
   }
 }

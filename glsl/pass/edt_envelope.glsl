@@ -6,7 +6,7 @@
 #define EDGESHADE_EDT_ENVELOPE
 #include "edt.glsl"
 
-layout(binding = 0, scalar) readonly buffer Columns { uvec2 columns[]; };
+layout(binding = 0) uniform usampler2D columns; // edt_columns.comp
 layout(binding = 1, scalar) readonly buffer Live { uint live[]; };
 
 uvec2 loadSite(uint i);
@@ -24,7 +24,7 @@ uint envelope(uint y, uint from, uint to, uint begin, uint end, out uvec2 top) {
     while (bits != 0) {
       uint x = 32 * tile + findLSB(bits);
       bits &= bits - 1;
-      int offset = columnOffset(columns[x + push.size.x * block], y & 31);
+      int offset = columnOffset(texelFetch(columns, ivec2(x, block), 0).xy, y & 31);
       if (uint(abs(offset)) > push.radius) continue;
       uint label = x | uint(int(y) + offset) << 16;
       uint start = begin;

@@ -5,7 +5,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 0, scalar) readonly buffer Columns { uvec2 columns[]; };
+layout(binding = 0) uniform usampler2D columns;
 layout(binding = 1, scalar) writeonly buffer Live { uint live[]; };
 
 void main() {
@@ -13,7 +13,7 @@ void main() {
   if (tile >= tiles || block >= (push.size.y + 31) / 32) return;
   uint bits = 0;
   for (uint i = 0; i < min(32, push.size.x - 32 * tile); i++) {
-    uvec2 column = columns[32 * tile + i + push.size.x * block];
+    uvec2 column = texelFetch(columns, ivec2(32 * tile + i, block), 0).xy;
     if (column.x != 0 || column.y != 0xffffffffu) bits |= 1u << i;
   }
   live[tile + tiles * block] = bits;

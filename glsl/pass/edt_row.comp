@@ -1,6 +1,6 @@
 #version 460
 // Nearest seeds row by row, within the radius: a thread a row of a segment of columns finds the sites of the segment and of
-// the radius around it, then walks back over them. A segment without seeds in reach is left at once. The workgroups share
+// the radius around it, then walks back over them. A row of a segment without seeds in reach is left as it is, cleared. The workgroups share
 // out the segments in turn, so that the sites of one stay in a cache.
 #extension GL_GOOGLE_include_directive : require
 #include "edt_envelope.glsl"
@@ -8,18 +8,30 @@
 // Rows of one block: neighbouring threads do nearly the same.
 layout(local_size_x = 8) in;
 
+// Sites that a thread keeps to itself: for a CPU driver, which reaches them several times faster than a buffer. 1 for none.
+layout(constant_id = 0) const uint OWN_SITES = 1;
+uvec2 own_sites[OWN_SITES];
+
 layout(binding = 2, scalar) buffer Sites { uvec2 sites[]; };
-layout(binding = 3, r32ui) writeonly uniform uimage2D labels;
-layout(binding = 4, r32ui) writeonly uniform uimage2D squared_distances;
-layout(binding = 5, scalar) buffer Active { uint active_segments; };
+// Rows are padded to whole quads. Buffers, not images: a CPU driver stores four pixels here in the time of one there.
+layout(binding = 3, scalar) writeonly buffer Labels { uvec4 labels[]; };
+layout(binding = 4, scalar) writeonly buffer SquaredDistances { uvec4 squared_distances[]; };
+layout(binding = 5, scalar) buffer Active { uint active_rows; };
 
-uint slot(uint i) { return gl_LocalInvocationID.x + 8 * (i + gl_WorkGroupID.x * min(push.span + 2 * push.radius, push.size.x)); }
-uvec2 loadSite(uint i) { return sites[slot(i)]; }
-void storeSite(uint i, uvec2 site) { sites[slot(i)] = site; }
+uint slot(uint i) { return gl_LocalInvocationID.x + 8 * (i + gl_WorkGroupID.x * push.span); }
+uvec2 loadSite(uint i) { return OWN_SITES > 1 ? own_sites[i] : sites[slot(i)]; }
+void storeSite(uint i, uvec2 site) {
+  if (OWN_SITES > 1) own_sites[i] = site;
+  else sites[slot(i)] = site;
+}
 
-void store(uvec2 p, uint label, uint squared) {
-  imageStore(labels, ivec2(p), uvec4(label));
-  if (push.squared) imageStore(squared_distances, ivec2(p), uvec4(squared));
+// The label of a pixel and its squared distance; pixels are asked for from right to left.
+uvec2 pixel(uvec2 p, inout uvec2 top, inout uint count) {
+  uint squared;
+  uvec2 result = uvec2(NO_SEED);
+  if (inReach(top.x, p, squared)) result = uvec2(top.x, squared);
+  if (p.x == top.y && count > 1) top = loadSite(--count - 1);
+  return result;
 }
 
 void main() {
@@ -33,12 +45,19 @@ void main() {
     uint from = begin - min(begin, push.radius), to = min(end + push.radius, push.size.x);
     uvec2 top;
     uint count = envelope(y, from, to, begin, end, top);
-    if (count > 0 && gl_LocalInvocationID.x == 0) atomicAdd(active_segments, 1);
-    for (uint x = end; x-- > begin;) {
-      uint squared;
-      bool reached = inReach(top.x, uvec2(x, y), squared);
-      store(uvec2(x, y), reached && count > 0 ? top.x : NO_SEED, reached && count > 0 ? squared : NO_SEED);
-      if (x == top.y && count > 1) top = loadSite(--count - 1);
+    if (push.radius < FAR - 1 && count == 0) continue; // the rows are cleared
+    atomicAdd(active_rows, 1);
+    uint quads = (push.size.x + 3) / 4;
+    for (uint quad = (end + 3) / 4; quad-- > begin / 4;) {
+      uvec2 p3 = uvec2(NO_SEED), p2 = p3, p1 = p3, p0 = p3;
+      if (count > 0) {
+        p3 = pixel(uvec2(4 * quad + 3, y), top, count);
+        p2 = pixel(uvec2(4 * quad + 2, y), top, count);
+        p1 = pixel(uvec2(4 * quad + 1, y), top, count);
+        p0 = pixel(uvec2(4 * quad, y), top, count);
+      }
+      labels[quad + quads * y] = uvec4(p0.x, p1.x, p2.x, p3.x);
+      if (push.squared) squared_distances[quad + quads * y] = uvec4(p0.y, p1.y, p2.y, p3.y);
     }
   }
 }

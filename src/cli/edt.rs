@@ -6,7 +6,6 @@ use super::render::check_folder;
 use super::report::{self, Origin};
 use super::stats::{self, PassStats};
 use super::{Outcome, close, view};
-use edgeshade::gpu::ImageDesc;
 use edgeshade::host::Host;
 use edgeshade::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_SIDE, NO_SEED};
 use edgeshade::picture::{NOT_JUDGED, Picture, read_png_mask, write_atomic, write_exr, write_png};
@@ -170,14 +169,15 @@ pub fn run(args: &Args) -> Outcome {
 
 fn transform(args: &Args, host: &Host, mask: &Mask, method: EdtMethod) -> Result<Done> {
     let size = mask.size.map(|n| n as u32);
-    let desc = ImageDesc {
-        usage: ash::vk::ImageUsageFlags::SAMPLED,
-        ..ImageDesc::storage("mask", ash::vk::Format::R8_UNORM, size)
-    };
-    let texels: Vec<u8> = mask.seeds.iter().map(|&s| if s { 255 } else { 0 }).collect();
+    // Rows padded to whole words.
+    let stride = size[0].next_multiple_of(4) as usize;
+    let mut bytes = vec![0; stride * mask.size[1]];
+    for (row, seeds) in bytes.chunks_exact_mut(stride).zip(mask.seeds.chunks_exact(mask.size[0])) {
+        row.iter_mut().zip(seeds).for_each(|(byte, &seed)| *byte = u8::from(seed));
+    }
     let config = EdtConfig { method, radius: args.radius, ..EdtConfig::default() };
     let mut edt = Edt::new(host.context(), size, config)?;
-    let image = host.upload_image(&desc, &texels)?;
+    let buffer = host.upload("mask", ash::vk::BufferUsageFlags::STORAGE_BUFFER, &bytes)?;
     let mut timings = Timings::new(host.context(), host.queue_family(), 1)?;
     let mut frames = vec![];
     // The first is not counted.
@@ -185,7 +185,7 @@ fn transform(args: &Args, host: &Host, mask: &Mask, method: EdtMethod) -> Result
         host.run(|cmd| {
             // SAFETY: `cmd` is recording and is waited for.
             let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), Some(&mut timings)) };
-            edt.record(&mut frame, &image.as_ref())?;
+            edt.record_bytes(&mut frame, &buffer)?;
             frame.end();
             Ok(())
         })?;

@@ -138,8 +138,8 @@ impl EdgeSeeds {
             push,
             threads,
         })?;
-        frame.clear(&self.marks);
-        frame.clear(seed_bits);
+        frame.fill("clear marks", &self.marks, 0);
+        frame.fill("clear seeds", seed_bits, 0);
         let (seeds, bits) = (Bind::Image(&self.seeds), Bind::Buffer(seed_bits));
         frame.dispatch(&Pass {
             name: "shadow-edge seeds",

@@ -2,6 +2,7 @@
 
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
 use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest, scratch};
+use crate::pass::edt::NO_SEED;
 use crate::pass::tiles::TileList;
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
@@ -108,7 +109,7 @@ impl NearestEdge {
         let [mut after, mut before] = [&self.block_labels[0], &self.block_labels[1]];
         if let Some([first, others]) = &self.blocks {
             // Blocks in tiles that are not listed have no edge in reach.
-            self.block_labels.iter().for_each(|image| frame.clear_image(image, u32::MAX));
+            self.block_labels.iter().for_each(|image| frame.fill_image("clear labels", image, NO_SEED));
             for (i, &step) in STEPS.iter().enumerate() {
                 let (pipeline, from) = if i == 0 { (first, labels) } else { (others, before) };
                 frame.dispatch(&Pass {

@@ -22,6 +22,7 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/edt_columns.comp", |c| c.pipeline::<EdtPush>("pass/edt_columns.comp", &[]).map(drop)),
     ("pass/edt_live.comp", |c| c.pipeline::<EdtPush>("pass/edt_live.comp", &[]).map(drop)),
     ("pass/edt_pack.comp", |c| c.pipeline::<EdtPush>("pass/edt_pack.comp", &[]).map(drop)),
+    ("pass/edt_pack_bytes.comp", |c| c.pipeline::<EdtPush>("pass/edt_pack_bytes.comp", &[]).map(drop)),
     ("pass/edt_pack_uint.comp", |c| c.pipeline::<EdtPush>("pass/edt_pack_uint.comp", &[]).map(drop)),
     ("pass/edt_pba_bands.comp", |c| c.pipeline::<EdtPush>("pass/edt_pba_bands.comp", &[]).map(drop)),
     ("pass/edt_pba_color.comp", |c| c.pipeline::<EdtPush>("pass/edt_pba_color.comp", &[]).map(drop)),

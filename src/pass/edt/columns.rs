@@ -1,9 +1,13 @@
 //! The rows to the next seed above and below every block of 32 rows, column by column, and which columns have any.
 
-use super::{EdtPush, storage, words};
-use crate::gpu::{Buffer, ComputePipeline};
+use super::{EdtPush, storage};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
 use crate::{Bind, Context, Frame, Pass, Result, Threads};
+use ash::vk;
 use std::sync::Arc;
+
+/// A column's word of a block, and how far the next seeds are.
+const FORMAT: vk::Format = vk::Format::R32G32_UINT;
 
 /// The two passes with their buffers.
 pub(super) struct Columns {
@@ -11,7 +15,7 @@ pub(super) struct Columns {
     live: Arc<ComputePipeline>,
     push: EdtPush,
     row_bands: u32,
-    columns: Buffer,
+    columns: Image,
     bits: Buffer,
 }
 
@@ -26,7 +30,7 @@ impl Columns {
             live: context.pipeline::<EdtPush>("pass/edt_live.comp", &[])?,
             push: EdtPush { span: blocks.div_ceil(row_bands), ..push },
             row_bands,
-            columns: storage(context, "edt columns", words(push.size), 8)?,
+            columns: Image::new(context.device(), &ImageDesc::storage("edt columns", FORMAT, [width, blocks]))?,
             bits: storage(context, "edt live columns", u64::from(width.div_ceil(32)) * u64::from(blocks), 4)?,
         })
     }
@@ -37,14 +41,14 @@ impl Columns {
         frame.dispatch(&Pass {
             name: "edt columns",
             pipeline: &self.join,
-            bind: &[Bind::Buffer(seed_bits), Bind::Buffer(&self.columns)],
+            bind: &[Bind::Buffer(seed_bits), Bind::Image(&self.columns)],
             push,
             threads: Threads::Count([width, self.row_bands, 1]),
         })?;
         frame.dispatch(&Pass {
             name: "edt live columns",
             pipeline: &self.live,
-            bind: &[Bind::Buffer(&self.columns), Bind::Buffer(&self.bits)],
+            bind: &[Bind::Image(&self.columns), Bind::Buffer(&self.bits)],
             push,
             threads: Threads::Count([width.div_ceil(32), height.div_ceil(32), 1]),
         })
@@ -52,10 +56,10 @@ impl Columns {
 
     /// For binding to `edt_envelope.glsl`.
     pub fn bind(&self) -> [Bind<'_>; 2] {
-        [Bind::Buffer(&self.columns), Bind::Buffer(&self.bits)]
+        [Bind::Image(&self.columns), Bind::Buffer(&self.bits)]
     }
 
     pub fn memory_bytes(&self) -> u64 {
-        self.columns.size() + self.bits.size()
+        self.columns.memory_bytes() + self.bits.size()
     }
 }

@@ -1,4 +1,4 @@
-//! From a mask image to the bits of its seeds.
+//! From a mask to the bits of its seeds.
 
 use super::EdtPush;
 use crate::gpu::{Buffer, ComputePipeline};
@@ -11,6 +11,7 @@ use std::sync::Arc;
 pub(super) struct Pack {
     unorm: Option<Arc<ComputePipeline>>,
     uint: Option<Arc<ComputePipeline>>,
+    bytes: Option<Arc<ComputePipeline>>,
 }
 
 impl Pack {
@@ -45,6 +46,31 @@ impl Pack {
             bind: &[Bind::Input(mask), Bind::Buffer(seed_bits)],
             push: bytemuck::bytes_of(&EdtPush { size: extent, ..EdtPush::default() }),
             threads: Threads::Count([extent[0], extent[1].div_ceil(32), 1]),
+        })
+    }
+
+    pub fn record_bytes(
+        &mut self,
+        frame: &mut Frame<'_>,
+        mask: &Buffer,
+        extent: [u32; 2],
+        seed_bits: &Buffer,
+    ) -> Result<()> {
+        let needed = u64::from(extent[0].next_multiple_of(4)) * u64::from(extent[1]);
+        if mask.size() < needed {
+            let problem = format!("it has {} bytes, {needed} are needed: rows of whole words", mask.size());
+            return Err(Error::Input { technique: "edt".into(), input: "mask", problem });
+        }
+        let pipeline = match &mut self.bytes {
+            Some(pipeline) => pipeline,
+            slot => slot.insert(frame.context().pipeline::<EdtPush>("pass/edt_pack_bytes.comp", &[])?),
+        };
+        frame.dispatch(&Pass {
+            name: "edt pack",
+            pipeline,
+            bind: &[Bind::Buffer(mask), Bind::Buffer(seed_bits)],
+            push: bytemuck::bytes_of(&EdtPush { size: extent, ..EdtPush::default() }),
+            threads: Threads::Count([extent[0].div_ceil(4), extent[1].div_ceil(32), 1]),
         })
     }
 }

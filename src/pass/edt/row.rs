@@ -1,24 +1,32 @@
 //! `bounded-row`: the lower envelope of every row, in segments under a radius.
 
 use super::columns::Columns;
-use super::{EdtPush, Output, UNBOUNDED, storage};
+use super::{EdtPush, NO_SEED, Output, UNBOUNDED, storage};
 use crate::gpu::{Buffer, ComputePipeline};
 use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// Rows of a workgroup of `edt_row.comp`.
 const ROWS: u32 = 8;
-/// Columns of a segment under a small radius: shorter ones skip more, longer ones have less of a margin.
+/// Columns of a segment under a small radius, a multiple of 4: shorter ones skip more, longer ones have less of a margin.
 const SEGMENT: u32 = 128;
+/// Most sites that a thread keeps to itself: they lie on the stack of a CPU driver's thread, 8 bytes for each of
+/// 8 or 16 lanes.
+const MOST_OWN_SITES: u32 = 8192;
+/// Columns that a thread of a CPU driver goes over at most, if a row has no more.
+const ROUNDS: u32 = 18_000;
 
 pub(super) struct Row {
     columns: Columns,
     pipeline: Arc<ComputePipeline>,
     push: EdtPush,
     groups: u32,
-    /// Segments of 8 rows.
+    /// Rows of segments.
     items: u32,
     sites: Buffer,
+    /// Rows padded to whole quads of pixels.
+    labels: Buffer,
+    squared: Option<Buffer>,
     active: Buffer,
 }
 
@@ -27,26 +35,45 @@ impl Row {
         let [width, height] = push.size;
         let span = match push.radius {
             UNBOUNDED.. => width,
-            radius => SEGMENT.max(radius.saturating_mul(2)).min(width),
+            radius => SEGMENT.max(radius.saturating_mul(4)).min(width),
         };
         let items = width.div_ceil(span) * height.div_ceil(ROWS);
-        // A workgroup needs sites of its own: enough of them for all cores, few enough for their caches.
-        let groups = items.min(if is_cpu { 32 } else { 1024 });
-        let longest = (u64::from(span) + 2 * u64::from(push.radius)).min(width.into());
+        // No more sites than pixels that they own.
+        let own_sites = if is_cpu && span <= MOST_OWN_SITES { span.next_power_of_two().max(256) } else { 1 };
+        let longest = span.saturating_add(push.radius.saturating_mul(2)).min(width);
+        // Workgroups that share the buffer of sites take several segments in turn. On a CPU driver only as many as keep a
+        // thread below the 65535 rounds of all its loops after which llvmpipe ends them: up to 3.3 rounds a column.
+        let groups = match (is_cpu, own_sites > 1) {
+            (true, true) => items,
+            (true, false) => items.div_ceil((ROUNDS / longest).max(1)),
+            (false, _) => items.min(1024),
+        };
+        let shared = if own_sites > 1 { 1 } else { u64::from(groups * ROWS) * u64::from(span) };
+        let padded = u64::from(width.next_multiple_of(4)) * u64::from(height);
         Ok(Self {
             columns: Columns::new(context, push, if is_cpu { 1 } else { height.div_ceil(256) })?,
-            pipeline: context.pipeline::<EdtPush>("pass/edt_row.comp", &[])?,
+            pipeline: context.pipeline::<EdtPush>("pass/edt_row.comp", &[own_sites])?,
             push: EdtPush { span, ..push },
             groups,
-            items,
-            sites: storage(context, "edt sites", u64::from(groups * ROWS) * longest, 8)?,
-            active: storage(context, "edt active segments", 1, 4)?,
+            items: width.div_ceil(span) * height,
+            sites: storage(context, "edt sites", shared, 8)?,
+            labels: storage(context, "edt label rows", padded, 4)?,
+            squared: match push.squared {
+                0 => None,
+                _ => Some(storage(context, "edt squared distance rows", padded, 4)?),
+            },
+            active: storage(context, "edt active rows", 1, 4)?,
         })
     }
 
     pub fn record(&self, frame: &mut Frame<'_>, seed_bits: &Buffer, output: &Output<'_>) -> Result<()> {
         self.columns.record(frame, seed_bits)?;
         frame.update(&self.active, &[0; 4]);
+        if self.push.radius < UNBOUNDED {
+            for buffer in [Some(&self.labels), self.squared.as_ref()].into_iter().flatten() {
+                frame.fill("edt clear", buffer, NO_SEED);
+            }
+        }
         let [columns, live] = self.columns.bind();
         frame.dispatch(&Pass {
             name: "edt rows",
@@ -55,18 +82,25 @@ impl Row {
                 columns,
                 live,
                 Bind::Buffer(&self.sites),
-                Bind::Image(output.labels),
-                Bind::Image(output.squared),
+                Bind::Buffer(&self.labels),
+                // Without squared distances the shader's binding still wants a buffer.
+                Bind::Buffer(self.squared.as_ref().unwrap_or(&self.labels)),
                 Bind::Buffer(&self.active),
             ],
             push: bytemuck::bytes_of(&self.push),
             threads: Threads::Count([self.groups * ROWS, 1, 1]),
         })?;
         frame.count_tiles(self.items, &self.active, 0);
+        let row_pixels = self.push.size[0].next_multiple_of(4);
+        frame.copy_to_image("edt copy", &self.labels, row_pixels, output.labels);
+        if let Some(squared) = &self.squared {
+            frame.copy_to_image("edt copy", squared, row_pixels, output.squared);
+        }
         Ok(())
     }
 
     pub fn memory_bytes(&self) -> u64 {
-        self.columns.memory_bytes() + self.sites.size() + self.active.size()
+        let squared = self.squared.as_ref().map_or(0, Buffer::size);
+        self.columns.memory_bytes() + self.sites.size() + self.labels.size() + squared + self.active.size()
     }
 }
