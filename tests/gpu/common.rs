@@ -1,4 +1,4 @@
-//! One device at a time, and a rendered frame with all its data read back.
+//! Few devices at a time, and a rendered frame with all its data read back.
 
 use edgeshade::gpu::Image;
 use edgeshade::host::{Host, HostDesc};
@@ -8,9 +8,31 @@ use edgeshade::scene::{Camera, Light, RenderDesc, Renderer, Scene, fit, load_byt
 use edgeshade::technique::{OutputFormat, Params, Technique, find};
 use edgeshade::timing::FrameTiming;
 use edgeshade::{Inputs, NormalEncoding};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 
-static TURN: Mutex<()> = Mutex::new(());
+/// Tests that have a device of their own at once: compiling pipelines, which takes most of the time, is work for one core.
+const DEVICES: u32 = 2;
+static IN_USE: Mutex<u32> = Mutex::new(0);
+static FREED: Condvar = Condvar::new();
+
+/// One of the devices, given back in the end, by a test that fails as well.
+struct Turn;
+
+impl Turn {
+    fn wait() -> Self {
+        let in_use = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut in_use = FREED.wait_while(in_use, |n| *n >= DEVICES).unwrap_or_else(PoisonError::into_inner);
+        *in_use += 1;
+        Self
+    }
+}
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        *IN_USE.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        FREED.notify_one();
+    }
+}
 
 /// Runs a test on a device of its own; messages of the validation layer fail it, those at the very end too.
 pub fn with_gpu(test: impl FnOnce(&Host)) {
@@ -20,7 +42,7 @@ pub fn with_gpu(test: impl FnOnce(&Host)) {
 
 /// Runs a test and returns what the validation layer said.
 pub fn messages_of(test: impl FnOnce(&Host)) -> Vec<String> {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let _turn = Turn::wait();
     let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
     let messages = host.messages().clone();
     test(&host);
