@@ -63,8 +63,14 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Re
     let view = View::new(data)?;
     Ok(view.every_pixel(|pixel| {
         let Some(p) = view.receiver(pixel) else { return NOTHING };
+        let (reach, p_error) = (settings.reach(), p.position_error.length());
         let mut found = NOTHING;
         for seed in seeds {
+            // Most are too far off by any measure.
+            let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.error);
+            if p.position.distance_squared(seed.point) > limit * limit {
+                continue;
+            }
             consider(&view, settings, pixel, &p, seed, &mut found);
         }
         found
