@@ -142,7 +142,8 @@ fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixel
 
 fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Option<Seed> {
     let own = hard[view.index(pixel)];
-    if own > 0.5 && !s.at_pixels {
+    // The points of both sides are the same.
+    if own < 0.5 && !s.at_pixels {
         return None;
     }
     let p = view.receiver(pixel)?;
