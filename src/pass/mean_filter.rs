@@ -17,7 +17,7 @@ pub struct MeanFilter {
 impl MeanFilter {
     /// Allocates for a camera image; `taps` a pass, odd, 1 to 63.
     pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, taps: u32) -> Result<Self> {
-        if taps % 2 == 0 || taps > 63 {
+        if taps.is_multiple_of(2) || taps > 63 {
             return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
         }
         let pass = |vertical: bool| {

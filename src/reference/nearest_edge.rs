@@ -137,7 +137,7 @@ pub fn links(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed], labels: 
 /// assert_eq!([intensity(0.0, 1.0, 4.0), intensity(1.0, 1.0, 4.0), intensity(0.0, 2.5, 4.0)], [0.25, 0.75, 0.0]);
 /// ```
 pub fn intensity(hard: f64, distance: f64, penumbra: f64) -> f64 {
-    if !(distance <= 0.5 * penumbra) {
+    if distance.is_nan() || distance > 0.5 * penumbra {
         return hard;
     }
     let side = if hard > 0.5 { 1.0 } else { -1.0 };

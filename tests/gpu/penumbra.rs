@@ -265,6 +265,10 @@ fn shipped_scenes_equal_the_mirrors() {
                 ("edtsm-star", &[("nearest", "pixel")]),
                 ("edtsm", AS_PUBLISHED),
             ] {
+                // Both start the same way from their hard shadows.
+                if id == "edtsm-star" && !["robot", "courtyard"].contains(&name) {
+                    continue;
+                }
                 let what = format!("{name} {id} {}", params.iter().map(|p| p.1).collect::<Vec<_>>().join(" "));
                 let run = Run::new(host, &mut r, id, params);
                 let found = check(&run, &what);
