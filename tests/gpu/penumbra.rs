@@ -189,7 +189,8 @@ fn examine(run: &Run, settings: &Settings, seeds: &[Seed], exact: &[Nearest]) ->
                 let in_reach = d <= settings.reach() * (1.0 + ROUNDING);
                 f.off_surface += usize::from(!(in_reach && (link.on_surface || link.doubtful)));
                 let right = nearest_edge::intensity(hard, d, penumbra);
-                f.other_intensity += usize::from(!((intensity - right).abs() <= ROUNDING));
+                let is_eq_8 = (intensity - right).abs() <= ROUNDING;
+                f.other_intensity += usize::from(!is_eq_8);
                 f.too_small += usize::from(d < exact.range[0] - error - ROUNDING * d);
             }
         }

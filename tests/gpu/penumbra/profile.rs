@@ -175,9 +175,9 @@ fn penumbrae_are_as_wide_as_asked_for_at_every_distance() {
             );
             assert!(fall < 2e-3 && !has_seam(off), "{what}: falls by {fall}, {off:?}");
             // A seam and a dent that are planted are found.
-            for i in 0..visibility.len() {
+            for (i, v) in visibility.iter_mut().enumerate() {
                 let (x, y) = (i % SIZE[0] as usize, i / SIZE[0] as usize);
-                visibility[i] += if (if along_z { x } else { y }) % 8 == 0 { 4e-3 } else { 0.0 };
+                *v += if (if along_z { x } else { y }) % 8 == 0 { 4e-3 } else { 0.0 };
             }
             let (off, fall) = steps(&lines(&places, &visibility, along_z));
             assert!(has_seam(off) && fall > 2e-3, "{what}: a planted seam, {off:?}");
