@@ -5,6 +5,7 @@ use std::path::Path;
 /// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
 const COVERED: &[(&str, Option<&str>)] = &[
     ("edge_list", Some("rbsm")),
+    ("edge_tiles", Some("edge_seeds")),
     ("edt_columns", Some("edt")),
     ("edt_envelope", Some("edt")),
     ("edt_live", Some("edt")),
@@ -16,6 +17,8 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("edt_pba_merge", Some("edt")),
     ("edt_row", Some("edt")),
     ("edt_tile", Some("edt")),
+    ("marked_tiles", Some("edge_seeds")),
+    ("nearest_block", Some("nearest_edge")),
     ("pcf_bounds", Some("pcf")),
     ("pcf_classify", Some("pcf")),
     ("pcf_receiver", Some("pcf")),

@@ -1,7 +1,7 @@
 //! The separable mean filter over a penumbra, of constant width in the world.
 
 use crate::gpu::{Buffer, ComputePipeline, Image};
-use crate::pass::edge_seeds::{EdgeConfig, PenumbraPush, SurfaceTest, scratch};
+use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest, scratch};
 use crate::pass::nearest_edge::NearestEdge;
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
@@ -17,7 +17,7 @@ pub struct MeanFilter {
 impl MeanFilter {
     /// Allocates for a camera image; `taps` a pass, odd, 1 to 63.
     pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, taps: u32) -> Result<Self> {
-        if taps % 2 == 0 || taps > 63 {
+        if taps.is_multiple_of(2) || taps > 63 {
             return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
         }
         let pass = |vertical: bool| {
@@ -38,18 +38,23 @@ impl MeanFilter {
         self.between.memory_bytes()
     }
 
-    /// Filters the pixels within reach of an edge into `output`, which holds the hard shadows of all.
+    /// Filters the pixels within reach of an edge, told by the two passes before, into `output`, which holds the hard shadows of all.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
         push: PenumbraPush,
-        nearest: &NearestEdge,
+        (seeds, nearest): (&EdgeSeeds, &NearestEdge),
         output: &Image,
     ) -> Result<()> {
-        let steps = [("mean filter, x", nearest.intensity(), &self.between), ("mean filter, y", &self.between, output)];
-        for (pipeline, (name, source, target)) in self.passes.iter().zip(steps) {
+        // A tap along y may fall into a tile without a penumbra, where pixels are only copied; none falls where no tile is
+        // near an edge.
+        let steps = [
+            ("mean filter, x", nearest.intensity(), &self.between, seeds.tiles()),
+            ("mean filter, y", &self.between, output, nearest.tiles()),
+        ];
+        for (pipeline, (name, source, target, tiles)) in self.passes.iter().zip(steps) {
             frame.dispatch(&Pass {
                 name,
                 pipeline,
@@ -59,12 +64,12 @@ impl MeanFilter {
                     Bind::Input(inputs.normal_or_depth()),
                     Bind::Image(source),
                     Bind::Image(target),
-                    Bind::Buffer(nearest.tiles().buffer()),
+                    Bind::Buffer(tiles.buffer()),
                 ],
                 push: bytemuck::bytes_of(&push),
-                threads: nearest.tiles().threads(),
+                threads: tiles.threads(),
             })?;
-            nearest.tiles().count(frame);
+            tiles.count(frame);
         }
         Ok(())
     }

@@ -90,6 +90,7 @@ pub(super) struct View<'a> {
     normal_encoding: u32,
     far_depth: f32,
     camera_depth_error: f64,
+    pixel_size: [f64; 2],
     depth: &'a [f32],
     normal: &'a [[f32; 3]],
     shadow_map: &'a [f32],
@@ -122,6 +123,15 @@ impl Decision {
             m if m > error => Self::Yes,
             m if m < -error => Self::No,
             m => Self::Doubtful(m > 0.0),
+        }
+    }
+
+    /// Both.
+    pub fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::No, _) | (_, Self::No) => Self::No,
+            (Self::Yes, Self::Yes) => Self::Yes,
+            _ => Self::Doubtful(self.is_yes() && other.is_yes()),
         }
     }
 
@@ -185,6 +195,7 @@ impl<'a> View<'a> {
             normal_encoding: c.normal_encoding,
             far_depth: c.far_depth,
             camera_depth_error: c.depth_error.into(),
+            pixel_size: c.pixel_size.map(f64::from),
             depth: data.depth,
             normal: data.normal,
             shadow_map: data.shadow_map,
@@ -212,12 +223,37 @@ impl<'a> View<'a> {
         self.row(3).normalize_or_zero()
     }
 
-    fn index(&self, pixel: [usize; 2]) -> usize {
+    pub fn index(&self, pixel: [usize; 2]) -> usize {
         pixel[1] * self.size[0] + pixel[0]
     }
 
-    fn is_surface(&self, pixel: [usize; 2]) -> bool {
+    pub fn is_surface(&self, pixel: [usize; 2]) -> bool {
         self.depth[self.index(pixel)] != self.far_depth
+    }
+
+    /// Camera depth of a pixel.
+    pub fn depth_at(&self, pixel: [usize; 2]) -> f64 {
+        f64::from(self.depth[self.index(pixel)])
+    }
+
+    /// World width of a pixel at a point, and the bound of its error.
+    pub fn pixel_width(&self, p: DVec3, p_error: DVec3) -> (f64, f64) {
+        let [slope, offset] = self.pixel_size;
+        let width = slope * p.z.abs() + offset;
+        (width, slope * p_error.z + ROUNDING * width)
+    }
+
+    /// What single precision loses of the distance between a pixel's point and a plane through `p` when the plane is
+    /// taken to clip space first: world units at the pixel.
+    pub fn clip_plane_error(&self, pixel: [usize; 2], p: &Receiver) -> f64 {
+        let ndc = |i: usize| (2.0 * pixel[i] as f64 + 1.0) / self.size[i] as f64 - 1.0;
+        let clip = glam::dvec4(ndc(0), ndc(1), f64::from(self.depth[self.index(pixel)]), 1.0);
+        let w = self.view_from_clip.row(3).dot(clip).abs();
+        let plane = p.normal.extend(-p.normal.dot(p.position)).abs();
+        let m = &self.view_from_clip;
+        // The device coordinates are off by a fraction of 1, wherever they are.
+        let terms = (m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs() * clip.z.abs() + m.w_axis.abs()).dot(plane);
+        3.0 * ROUNDING * terms / w
     }
 
     fn row(&self, i: usize) -> DVec3 {

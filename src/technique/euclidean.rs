@@ -158,7 +158,7 @@ impl Technique for Euclidean {
         self.seeds.record(frame, view, inputs, push, (visibility, self.edt.seed_bits()))?;
         self.edt.record_packed(frame)?;
         self.nearest.record(frame, view, inputs, push, (&self.seeds, self.edt.labels(), visibility))?;
-        self.filter.record(frame, view, inputs, push, &self.nearest, visibility)?;
+        self.filter.record(frame, view, inputs, push, (&self.seeds, &self.nearest), visibility)?;
         frame.end_group();
         Ok(visibility.as_ref())
     }

@@ -17,6 +17,8 @@ const GOLDEN: &[Golden] = &[
     ("fence", "rbsm-filtered", &[]),
     ("robot", "rbsm-profile", &[("quality", "line")]),
     ("jenga", "rpcf", &[]),
+    ("courtyard", "edtsm", &[("penumbra", "0.3")]),
+    ("robot", "edtsm-star", &[]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

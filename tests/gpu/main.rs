@@ -18,6 +18,7 @@ mod made;
 mod mirrors;
 mod noise;
 mod passes;
+mod penumbra;
 mod properties;
 mod revectorize;
 mod shapes;

@@ -4,6 +4,7 @@ use crate::common::with_gpu;
 use edgeshade::Context;
 use edgeshade::pass::accumulate::AccumulatePush;
 use edgeshade::pass::depth_bounds::DepthBoundsPush;
+use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
 use edgeshade::pass::edt::EdtPush;
 use edgeshade::pass::pcf::PcfPush;
 use edgeshade::pass::rbsm::RbsmPush;
@@ -15,10 +16,19 @@ use edgeshade::shaders;
 /// Makes the pipelines of one shader.
 type Make = fn(&Context) -> edgeshade::Result<()>;
 
+/// A pass of the penumbrae with several constants.
+fn penumbra(c: &Context, shader: &str, constants: &[&[u32]]) -> edgeshade::Result<()> {
+    constants
+        .iter()
+        .try_for_each(|constants| c.pipeline::<PenumbraPush>(shader, constants)?.check_uniform::<ViewConstants>("view"))
+}
+
 /// Every compute shader with the structs that the host hands to it.
 const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
     ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
+    ("pass/edge_seeds.comp", |c| penumbra(c, "pass/edge_seeds.comp", &[&[1, 0, 0], &[0, 1, 1]])),
+    ("pass/edge_tiles.comp", |c| penumbra(c, "pass/edge_tiles.comp", &[&[1]])),
     ("pass/edt_columns.comp", |c| c.pipeline::<EdtPush>("pass/edt_columns.comp", &[]).map(drop)),
     ("pass/edt_live.comp", |c| c.pipeline::<EdtPush>("pass/edt_live.comp", &[]).map(drop)),
     ("pass/edt_pack.comp", |c| c.pipeline::<EdtPush>("pass/edt_pack.comp", &[]).map(drop)),
@@ -29,6 +39,10 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/edt_pba_merge.comp", |c| c.pipeline::<EdtPush>("pass/edt_pba_merge.comp", &[]).map(drop)),
     ("pass/edt_row.comp", |c| c.pipeline::<EdtPush>("pass/edt_row.comp", &[]).map(drop)),
     ("pass/edt_tile.comp", |c| c.pipeline::<EdtPush>("pass/edt_tile.comp", &[]).map(drop)),
+    ("pass/marked_tiles.comp", |c| c.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[1]).map(drop)),
+    ("pass/mean_filter.comp", |c| penumbra(c, "pass/mean_filter.comp", &[&[1, 0, 1], &[0, 1, 63]])),
+    ("pass/nearest_block.comp", |c| penumbra(c, "pass/nearest_block.comp", &[&[0, 0], &[1, 1]])),
+    ("pass/nearest_edge.comp", |c| penumbra(c, "pass/nearest_edge.comp", &[&[0, 0, 0], &[1, 1, 1]])),
     ("pass/pcf.comp", |c| {
         for constants in [[1, 0, 0, 0], [3, 1, 1, 0], [63, 1, 0, 1]] {
             c.pipeline::<PcfPush>("pass/pcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;

@@ -1,0 +1,186 @@
+//! Mirror of `glsl/pass/edge_tiles.comp`, `edge_seeds.comp` and `marked_tiles.comp`: the shadow edges in an image of hard
+//! shadows, and the tiles in their reach.
+
+use super::view::{Decision, FrameData, ROUNDING, Receiver, View};
+use crate::pass::edge_seeds::SurfaceTest;
+use crate::pass::tiles::TILE;
+use crate::{Error, Result};
+use glam::DVec3;
+
+/// Half a step of 16 bits along both octahedral axes moves a unit normal by at most so much: the vector before it is
+/// normalised by half a step times the root of 6, and that is at least 1 / root 3 long.
+const NORMAL_STEP: f64 = 2.13 / 32767.0;
+
+/// Settings of the pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// How surfaces are told apart.
+    pub surfaces: SurfaceTest,
+    /// Of that test: pixels off the plane a pixel, or a share of the eye depth.
+    pub tolerance: f32,
+    /// Neighbours on any surface count.
+    pub any_surface: bool,
+    /// Edges run through the pixels' own centres, and pixels on both sides are seeds.
+    pub at_pixels: bool,
+}
+
+/// A seed: a pixel next to a shadow edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Seed {
+    /// Its pixel.
+    pub pixel: [usize; 2],
+    /// The point of the edge in camera view space, world units.
+    pub point: DVec3,
+    /// How far off single precision may put the point, world units.
+    pub error: f64,
+    /// Unit normal of the surface there, in camera view space.
+    pub normal: DVec3,
+    /// Bound of the error that precision and storage may leave in the normal.
+    pub normal_error: f64,
+    /// False where a test for one surface lies within the rounding: the seed may rightly be missing, or its point lie
+    /// anywhere within `error`.
+    pub sure: bool,
+}
+
+impl Seed {
+    /// `x + 65536 y` of its pixel.
+    pub fn label(&self) -> u32 {
+        self.pixel[0] as u32 | (self.pixel[1] as u32) << 16
+    }
+}
+
+/// All seeds, row by row. `hard` is the image of hard shadows, 0 or 1 a pixel.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn seeds(data: &FrameData<'_>, hard: &[f32], settings: &Settings) -> Result<Vec<Seed>> {
+    let view = View::new(data)?;
+    check_hard(&view, hard)?;
+    Ok(view.every_pixel(|pixel| seed_at(&view, hard, settings, pixel)).into_iter().flatten().collect())
+}
+
+/// How many tiles of 8 x 8 pixels are both lit and dark, with a ring of pixels around that is lit outside the image: those
+/// that `edge_tiles.comp` lists.
+pub fn mixed_tiles(size: [usize; 2], hard: &[f32]) -> usize {
+    let tile = TILE as usize;
+    let count = size.map(|n| n.div_ceil(tile));
+    let lit = |x: usize, y: usize| {
+        // One more than the pixel, so that -1 has a place.
+        let inside = (1..=size[0]).contains(&x) && (1..=size[1]).contains(&y);
+        !inside || hard[(y - 1) * size[0] + x - 1] > 0.5
+    };
+    let is_mixed = |t: usize| {
+        let (x, y) = (t % count[0] * tile, t / count[0] * tile);
+        let mut ring = (y..y + tile + 2).flat_map(|y| (x..x + tile + 2).map(move |x| lit(x, y)));
+        let first = ring.next();
+        ring.any(|l| Some(l) != first)
+    };
+    (0..count[0] * count[1]).filter(|&t| is_mixed(t)).count()
+}
+
+pub(super) fn check_hard(view: &View<'_>, hard: &[f32]) -> Result<()> {
+    let wanted = view.size[0] * view.size[1];
+    if hard.len() != wanted {
+        let problem = format!("mirror: the hard shadows have {} values, {wanted} are needed", hard.len());
+        return Err(Error::Usage(problem));
+    }
+    if let Some(v) = hard.iter().find(|v| **v != 0.0 && **v != 1.0) {
+        return Err(Error::Usage(format!("mirror: a hard shadow of {v}, 0 or 1 is needed")));
+    }
+    Ok(())
+}
+
+/// A vector between two points, with the bound of its error.
+#[derive(Clone, Copy)]
+pub(super) struct Apart {
+    pub vector: DVec3,
+    pub error: f64,
+}
+
+/// A pixel's world width and the bound of its error.
+pub(super) type Width = (f64, f64);
+
+/// `nearPlane` of `glsl/lib/penumbra.glsl`; `normal` with the bound of its error.
+pub(super) fn near_plane(
+    (normal, normal_error): (DVec3, f64),
+    apart: &Apart,
+    pixels: f64,
+    (width, width_error): Width,
+    tolerance: f64,
+) -> Decision {
+    let limit = tolerance * width * pixels;
+    let error = apart.error
+        + apart.vector.length() * (normal_error + ROUNDING)
+        + tolerance * width_error * pixels
+        + ROUNDING * limit;
+    Decision::positive(limit - normal.dot(apart.vector).abs(), error)
+}
+
+/// `sameDepth` of `glsl/lib/penumbra.glsl`; depths `a` and `b`, off by up to `error` together.
+pub(super) fn same_depth(a: f64, b: f64, error: f64, tolerance: f64) -> Decision {
+    let limit = tolerance * a.abs().min(b.abs());
+    let error = (1.0 + tolerance) * error + ROUNDING * (limit + (a - b).abs());
+    Decision::positive(limit - (a - b).abs(), error)
+}
+
+fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixels: f64) -> Decision {
+    let tolerance = f64::from(s.tolerance);
+    if s.surfaces == SurfaceTest::Depth {
+        let error = p.position_error.z + q.position_error.z;
+        return same_depth(p.position.z, q.position.z, error, tolerance);
+    }
+    let vector = q.position - p.position;
+    let error = (p.position_error + q.position_error).length() + ROUNDING * vector.length();
+    let apart = Apart { vector, error };
+    let widths = [p, q].map(|r| view.pixel_width(r.position, r.position_error));
+    let width = if widths[0].0 < widths[1].0 { widths[0] } else { widths[1] };
+    [p, q]
+        .map(|r| near_plane((r.normal, r.normal_error), &apart, pixels, width, tolerance))
+        .into_iter()
+        .fold(Decision::Yes, Decision::and)
+}
+
+fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Option<Seed> {
+    let own = hard[view.index(pixel)];
+    // The points of both sides are the same.
+    if own < 0.5 && !s.at_pixels {
+        return None;
+    }
+    let p = view.receiver(pixel)?;
+    // Neighbours that differ: how they lie to the pixel, and whether they count.
+    let mut pairs: Vec<(Apart, Decision)> = vec![];
+    for y in pixel[1].saturating_sub(1)..(pixel[1] + 2).min(view.size[1]) {
+        for x in pixel[0].saturating_sub(1)..(pixel[0] + 2).min(view.size[0]) {
+            let steps = x.abs_diff(pixel[0]) + y.abs_diff(pixel[1]);
+            // Between pixels those across a corner do not count.
+            if hard[view.index([x, y])] == own || (steps == 2 && !s.at_pixels) {
+                continue;
+            }
+            let Some(q) = view.receiver([x, y]) else { continue };
+            let pixels = (steps as f64).sqrt();
+            let counts = if s.any_surface { Decision::Yes } else { same_surface(view, s, &p, &q, pixels) };
+            if counts != Decision::No {
+                let vector = q.position - p.position;
+                pairs.push((Apart { vector, error: q.position_error.length() }, counts));
+            }
+        }
+    }
+    if pairs.is_empty() {
+        return None;
+    }
+    let sure = pairs.iter().all(|pair| pair.1 == Decision::Yes);
+    let farthest = pairs.iter().map(|pair| pair.0.vector.length()).fold(0.0, f64::max);
+    let mut error = p.position_error.length() + ROUNDING * p.position.length();
+    let mut point = p.position;
+    if !s.at_pixels {
+        let taken: Vec<_> = pairs.iter().filter(|pair| pair.1.is_yes()).collect();
+        let sum: DVec3 = taken.iter().map(|pair| pair.0.vector).sum();
+        point += 0.5 / taken.len().max(1) as f64 * sum;
+        error += pairs.iter().map(|pair| pair.0.error).fold(0.0, f64::max) + ROUNDING * farthest;
+        // Whichever count, the point lies within half the farthest of the pixel.
+        error += if sure { 0.0 } else { farthest };
+    }
+    // At a pixel only whether there is any matters.
+    let sure = sure || (s.at_pixels && pairs.iter().any(|pair| pair.1 == Decision::Yes));
+    Some(Seed { pixel, point, error, normal: p.normal, normal_error: p.normal_error + NORMAL_STEP, sure })
+}

@@ -1,0 +1,77 @@
+//! Planes seen at an angle: how far from the exact ones the distances are there.
+
+use super::{Findings, Run, TARGET, check, examine, renderer};
+use crate::common::with_gpu;
+use crate::made::{self, cuboid, moved, plane, sphere, sun};
+use edgeshade::scene::{Camera, Mesh, Projection, Scene};
+use edgeshade::view::look_at;
+use glam::{DAffine3, DVec3, dvec3};
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+
+const SIZE: [u32; 2] = [640, 360];
+const MAP: u32 = 1024;
+/// From the camera to the middle of the plane.
+const DISTANCE: f64 = 10.0;
+/// A penumbra of 34 pixels where a plane faces the camera in the middle.
+const PENUMBRA: &str = "0.8";
+
+/// Shadows of a dozen bodies that the camera does not see on a plane, `elevation` between a view ray and the plane, radians;
+/// and things that stand in front of them.
+fn scene(elevation: f64, with_occluders: bool) -> Scene {
+    let mut random = Pcg32::seed_from_u64(5);
+    let mut within = |from: f64, to: f64| from + (to - from) * f64::from(random.next_u32()) / f64::from(u32::MAX);
+    let light = dvec3(0.25, 1.0, 0.15);
+    let mut parts: Vec<(Mesh, DAffine3)> = vec![(plane(14.0), DAffine3::IDENTITY)];
+    for i in 0..12 {
+        let shadow = dvec3(within(-4.0, 4.0), 0.0, within(-4.0, 4.0));
+        let size = within(0.25, 0.8);
+        let body = if i % 3 == 0 { sphere(16, 32) } else { cuboid(dvec3(1.0, 0.2, within(0.2, 1.2))) };
+        let turned = DAffine3::from_rotation_y(within(0.0, 3.0)) * DAffine3::from_scale(DVec3::splat(size));
+        parts.push((body, moved(shadow + 25.0 * light) * turned));
+    }
+    let eye = DISTANCE * dvec3(0.0, elevation.sin(), elevation.cos());
+    for i in 0..10 {
+        let (seen, near) = (dvec3(within(-4.0, 4.0), 0.0, within(-3.0, 3.0)), within(0.2, 0.6));
+        let body = if i % 2 == 0 { cuboid(dvec3(0.05, 0.4, 0.05)) } else { cuboid(dvec3(0.3, 0.06, 0.2)) };
+        if with_occluders {
+            parts.push((body, moved(seen.lerp(eye, near)) * DAffine3::from_rotation_z(within(-0.8, 0.8))));
+        }
+    }
+    let projection = Projection::Perspective { fov_y: 0.8, near: 0.1 };
+    let camera = Camera { name: "made".into(), world_from_camera: look_at(eye, DVec3::ZERO), projection };
+    made::scene(parts, camera, sun(light))
+}
+
+/// Degrees between view ray and plane, and the shares of pixels with distances too large and lost that hold there; `TARGET`
+/// is what they should be.
+const TILTS: [(f64, [f64; 2]); 3] = [(60.0, [0.0025, 0.0015]), (35.0, [0.0045, 0.0012]), (15.0, [0.07, 0.005])];
+
+#[test]
+fn on_tilted_planes_the_nearest_edge_is_found() {
+    with_gpu(|host| {
+        let mut missed = vec![];
+        let mut by_pixel = Findings::default();
+        for (degrees, most) in TILTS {
+            for occluders in [false, true] {
+                let mut r = renderer(host, &scene(degrees.to_radians(), occluders), SIZE, MAP);
+                let with = if occluders { "occluders" } else { "plane alone" };
+                let what = |nearest: &str| format!("{degrees} degrees, {with}, {nearest}");
+                let world = Run::new(host, &mut r, "edtsm", &[("penumbra", PENUMBRA)]);
+                let found = check(&world, &what("world"));
+                assert!(found.penumbra > 10_000, "{found:?}");
+                if (0..2).any(|k| found.shares()[k] > most[k].max(TARGET[k])) {
+                    missed.push(format!("{}: {found:?}", what("world")));
+                }
+                let pixel = Run::new(host, &mut r, "edtsm", &[("penumbra", PENUMBRA), ("nearest", "pixel")]);
+                let found = examine(&pixel, &pixel.settings, &pixel.seeds, &world.in_world(&world.settings));
+                found.print(&what("pixel"));
+                assert_eq!(found.wrong(), 0, "{found:?}");
+                by_pixel.add(&found);
+            }
+        }
+        // The figures can be missed.
+        assert!((0..2).all(|k| by_pixel.shares()[k] > TILTS[2].1[k]), "{by_pixel:?}");
+        assert!(missed.is_empty(), "more than {TILTS:?}:\n{}", missed.join("\n"));
+    });
+}
