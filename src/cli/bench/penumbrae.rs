@@ -3,7 +3,7 @@
 use super::Variant;
 use super::judge::label;
 use crate::cli::report::{Bench, BenchRow};
-use crate::cli::stats::FRAME_PASSES;
+use crate::cli::stats::{FRAME_PASSES, PassStats};
 use crate::cli::techniques::Choice;
 use edgeshade::Result;
 use edgeshade::scene::shipped::{self, Shipped};
@@ -13,6 +13,9 @@ use edgeshade::table::number;
 const MAP: u32 = 1024;
 const SUBJECT: &str = "edtsm-star";
 const FILTER: &str = "pcf width=15";
+
+/// Passes below this share of the technique's time are told together.
+const SMALL_SHARE: f64 = 0.01;
 
 const VARIANTS: [(&str, &[(&str, &str)]); 8] = [
     ("sm", &[]),
@@ -84,25 +87,42 @@ pub fn conclusions(figures: &Bench, variants: &[Variant]) -> String {
     sums + &shares
 }
 
-/// Share and tiles of each of a technique's own passes.
+/// Share and tiles of each of a technique's own passes, those of one name together, the smallest last in one.
 fn passes(row: &BenchRow) -> String {
-    let own: Vec<_> = row.passes.iter().filter(|p| !FRAME_PASSES.contains(&p.name.as_str())).collect();
-    let sum: f64 = own.iter().map(|p| p.gpu_ms).sum();
-    let text = own.iter().map(|p| {
-        let share = (sum > 0.0).then(|| 100.0 * p.gpu_ms / sum);
-        let tiles = p.tiles_active.zip(p.tiles_total).map(|(active, total)| format!(" ({active} of {total})"));
-        format!("{} {} %{}", p.name, number(share, 1), tiles.unwrap_or_default())
-    });
-    text.collect::<Vec<_>>().join(", ")
+    let mut own: Vec<(PassStats, u32)> = vec![];
+    for pass in row.passes.iter().filter(|p| !FRAME_PASSES.contains(&p.name.as_str())) {
+        match own.iter_mut().find(|(p, _)| p.name == pass.name) {
+            Some((p, times)) => {
+                p.gpu_ms += pass.gpu_ms;
+                *times += 1;
+            }
+            None => own.push((pass.clone(), 1)),
+        }
+    }
+    let sum: f64 = own.iter().map(|(p, _)| p.gpu_ms).sum();
+    let share = |ms: f64| number((sum > 0.0).then(|| 100.0 * ms / sum), 1);
+    let (shown, small): (Vec<_>, Vec<_>) = own.iter().partition(|(p, _)| p.gpu_ms >= SMALL_SHARE * sum);
+    let mut text: Vec<_> = shown
+        .iter()
+        .map(|(p, times)| {
+            let times = if *times > 1 { format!(" ({times} times)") } else { String::new() };
+            let tiles = p.tiles_active.zip(p.tiles_total).map(|(active, total)| format!(" ({active} of {total})"));
+            format!("{}{times} {} %{}", p.name, share(p.gpu_ms), tiles.unwrap_or_default())
+        })
+        .collect();
+    if !small.is_empty() {
+        text.push(format!("{} others {} %", small.len(), share(small.iter().map(|(p, _)| p.gpu_ms).sum())));
+    }
+    text.join(", ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::stats::PassStats;
+    use crate::cli::report::Origin;
 
     #[test]
-    fn passes_of_the_frame_have_no_share() {
+    fn shares_are_of_the_techniques_own_passes() {
         let pass = |name: &str, gpu_ms, tiles_active: Option<u32>| PassStats {
             name: name.into(),
             gpu_ms,
@@ -111,26 +131,56 @@ mod tests {
             tiles_total: tiles_active.map(|_| 8),
             tiles_active,
         };
-        let passes_ms = [pass("g-buffer", 5.0, None), pass("hard", 3.0, None), pass("filter", 1.0, Some(2))];
-        let row = BenchRow {
+        let passes_ms = [
+            pass("g-buffer", 50.0, None),
+            pass("hard", 29.6, None),
+            pass("filter", 5.0, Some(2)),
+            pass("mark", 0.1, None),
+            pass("filter", 5.0, Some(2)),
+            pass("clear", 0.3, None),
+        ];
+        let row = row("jenga", passes_ms.into());
+        assert_eq!(passes(&row), "hard 74.0 %, filter (2 times) 25.0 % (2 of 8), 2 others 1.0 %");
+    }
+
+    fn row(group: &str, passes: Vec<PassStats>) -> BenchRow {
+        BenchRow {
             scene: "jenga",
             ground_alone: false,
             technique: "edtsm-star",
             params: serde_json::Map::new(),
             shadow_map: MAP,
-            group: "jenga".into(),
-            gpu_ms: Some(4.0),
+            group: group.into(),
+            gpu_ms: Some(40.0),
             gpu_ms_min: None,
             gpu_ms_max: None,
             ratio: None,
             added_ms: None,
             added_to_frame: None,
             frame_ratio: None,
-            passes: passes_ms.into(),
+            passes,
             total_gpu_ms: None,
             memory_bytes: 0,
-        };
-        assert_eq!(passes(&row), "hard 75.0 %, filter 25.0 % (2 of 8)");
+        }
+    }
+
+    #[test]
+    fn ratios_are_between_rows_of_one_group() {
+        let variants = variants().unwrap();
+        let mut results: Vec<_> = variants.iter().map(|v| row(&v.group, vec![])).collect();
+        for (r, v) in results.iter_mut().zip(&variants) {
+            let far = if v.ground_alone { 8.0 } else { 2.0 };
+            r.added_to_frame = match label(&v.choice).as_str() {
+                FILTER => Some(0.5),
+                SUBJECT => Some(0.5 * far),
+                _ => Some(100.0),
+            };
+            r.frame_ratio = r.added_to_frame.map(|a| 1.0 + a);
+        }
+        let origin = Origin { device: String::new(), driver: String::new(), version: "" };
+        let text = conclusions(&Bench { suite: "penumbrae", origin, size: [1, 1], frames: 1, results }, &variants);
+        assert_eq!(text.matches("| - | - | 2.00 | 1.500 | 2.000 |").count(), shipped::ALL.len(), "{text}");
+        assert_eq!(text.matches("ground alone | - | - | 8.00 | 1.500 | 5.000 |").count(), 1, "{text}");
     }
 
     #[test]
