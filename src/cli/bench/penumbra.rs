@@ -236,7 +236,7 @@ fn beaten(rows: &[Row]) -> Vec<Beaten> {
     let one = |cell: &[Row]| {
         let best = lowest(cell)?;
         let mine = cell.iter().find(|r| r.variant == SUBJECT)?;
-        (mine.report.rmse > best.report.rmse).then(|| Beaten {
+        (mine.report.rmse > best.report.rmse).then_some(Beaten {
             scene: mine.scene,
             shadow_map: mine.shadow_map,
             texels: mine.texels,
