@@ -523,6 +523,17 @@ fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
         }
         assert!((widths[0] / widths[1] - 15.0 / 7.0).abs() < 2e-3, "{widths:?}");
     }
+    // What the subcommand for one scene finds at the same width.
+    let row = figures["results"].as_array().unwrap().iter().find(|r| r["variant"] == "edtsm-star").unwrap();
+    let width = row["penumbra"].to_string();
+    let technique = format!("edtsm-star:penumbra={width}");
+    let scene = row["scene"].as_str().unwrap();
+    let alone = ["compare", scene, "-t", &technique, "--size", "192x108", "--reference", "fixed-penumbra"];
+    place.good(&[&alone[..], &["--penumbra", &width, "--frames", "1", "--json", "alone.json"]].concat());
+    let alone: Value = serde_json::from_slice(&std::fs::read(place.path("alone.json")).unwrap()).unwrap();
+    for name in ["rmse", "mae", "over", "pixels"] {
+        assert_eq!(alone["results"][0][name], row[name], "{name}");
+    }
     // The list of defeats is the tables' own.
     let beaten = figures["beaten"].as_array().unwrap();
     let of_subject = [("variant", "edtsm-star")];

@@ -3,7 +3,7 @@
 mod page;
 mod texel;
 
-use super::judge::{mask, mean, renderer, save, tracer, visibility};
+use super::judge::{label, mask, mean, renderer, save, tracer, visibility};
 use super::{Args, shown};
 use crate::cli::console;
 use crate::cli::progress::Progress;
@@ -177,6 +177,8 @@ fn one_scene(
                 let settings: Vec<_> = settings.chain(has_penumbra.then(|| given.clone())).collect();
                 let choice = Choice::new(contender.id, &settings)?;
                 let test = visibility(&mut renderer, &choice)?;
+                let report = metrics::compare(&test, &truth.visibility, &mask, size);
+                let place = || format!("{}, map {map}, {}", scene.name, label(&choice));
                 found(Row {
                     scene: scene.name,
                     shadow_map: map,
@@ -185,7 +187,7 @@ fn one_scene(
                     variant: contender.name,
                     technique: contender.id,
                     params: report::params(choice.info, &choice.params),
-                    report: metrics::compare(&test, &truth.visibility, &mask, size)?,
+                    report: report.map_err(|e| Error::Usage(format!("{}: {e}", place())))?,
                 });
             }
         }
