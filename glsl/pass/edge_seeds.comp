@@ -43,14 +43,17 @@ ivec2 neighbour(int i) {
   return ivec2(i - 3 * row, row) - 1;
 }
 
-// The neighbours whose hard visibility is another: bit i for neighbour(i).
+// The neighbours whose hard visibility is another: bit i for neighbour(i). Outside the image the sampler's border is lit;
+// receivers there are none.
 uint differingNeighbours(ivec2 pixel, float own) {
   uint differing = 0;
-  uint bit = 1u;
-  for (int y = -1; y <= 1; ++y) {
-    for (int x = -1; x <= 1; ++x, bit <<= 1) {
-      ivec2 other = pixel + ivec2(x, y);
-      if (isSurface(other) && texelFetch(hard, other, 0).x != own) differing |= bit;
+  // Four blocks of 2 x 2 that meet in the pixel; at the common corner of a block no rounding can pick another. Gather order:
+  // (0, 1), (1, 1), (1, 0), (0, 0).
+  for (int y = 0; y <= 1; ++y) {
+    for (int x = 0; x <= 1; ++x) {
+      vec4 block = textureGather(hard, vec2(pixel + ivec2(x, y)) / vec2(view.size));
+      uint bits = uint(block.w != own) | uint(block.z != own) << 1 | uint(block.x != own) << 3 | uint(block.y != own) << 4;
+      differing |= bits << (x + 3 * y);
     }
   }
   return differing;
@@ -74,6 +77,7 @@ bool findSeed(ivec2 pixel, out uvec4 seed, out float depth) {
     int i = findLSB(differing);
     differing &= differing - 1;
     ivec2 other = pixel + neighbour(i);
+    if (!isSurface(other)) continue;
     Receiver q = receiverAt(other);
     if (!ANY_SURFACE && !onSameSurface(p, pixel, q, other)) continue;
     bool corner = (CORNERS >> i & 1u) != 0;

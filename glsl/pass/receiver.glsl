@@ -17,28 +17,33 @@ struct Receiver {
 
 float depthAt(ivec2 pixel) { return texelFetch(camera_depth, pixel, 0).x; }
 
-// Difference of position to the neighbour, of the two along an axis, that is likelier on the same surface.
-vec3 viewTangent(ivec2 pixel, ivec2 axis, vec3 p) {
+// Geometric normal from neighbouring depths, along each axis of the one that is likelier on the same surface; towards the
+// viewer where there is no neighbour to tell. `neighbours` is 4, or 0 if the result is not wanted: a CPU driver goes through
+// both sides of every branch, but not through every round of a loop.
+vec3 normalFromDepth(ivec2 pixel, vec3 p, int neighbours) {
   ivec2 last = ivec2(view.size) - 1;
-  vec3 best = vec3(0.0);
-  float nearest = 3.0e38;
-  for (int side = -1; side <= 1; side += 2) {
-    ivec2 q = pixel + side * axis;
+  vec3 right = vec3(0.0), down = vec3(0.0);
+  float nearest_right = 3.0e38, nearest_down = 3.0e38;
+  for (int i = 0; i < neighbours; ++i) {
+    int side = 2 * (i & 1) - 1;
+    bool vertical = i > 1;
+    ivec2 q = pixel + (vertical ? ivec2(0, side) : ivec2(side, 0));
     if (any(lessThan(q, ivec2(0))) || any(greaterThan(q, last))) continue;
     float depth = depthAt(q);
     if (depth == view.far_depth) continue;
     vec3 d = viewPosition(q, depth) - p;
-    if (abs(d.z) < nearest) {
-      nearest = abs(d.z);
-      best = float(side) * d;
+    float off = abs(d.z);
+    if (off < (vertical ? nearest_down : nearest_right)) {
+      if (vertical) {
+        nearest_down = off;
+        down = float(side) * d;
+      } else {
+        nearest_right = off;
+        right = float(side) * d;
+      }
     }
   }
-  return best;
-}
-
-// Geometric normal from neighbouring depths; towards the viewer where there is no neighbour to tell.
-vec3 normalFromDepth(ivec2 pixel, vec3 p) {
-  vec3 n = cross(viewTangent(pixel, ivec2(0, 1), p), viewTangent(pixel, ivec2(1, 0), p));
+  vec3 n = cross(down, right);
   float l = length(n);
   if (!(l > 0.0)) return vec3(0.0, 0.0, 1.0);
   n /= l;
@@ -48,7 +53,9 @@ vec3 normalFromDepth(ivec2 pixel, vec3 p) {
 }
 
 vec3 normalAt(ivec2 pixel, vec3 p) {
-  if (view.normal_encoding == NORMAL_NONE) return normalFromDepth(pixel, p);
+  bool none = view.normal_encoding == NORMAL_NONE;
+  vec3 from_depth = normalFromDepth(pixel, p, none ? 4 : 0);
+  if (none) return from_depth;
   vec3 e = texelFetch(camera_normal, pixel, 0).xyz;
   vec3 n = view.normal_encoding == NORMAL_CARTESIAN            ? normalize(e)
            : view.normal_encoding == NORMAL_OCTAHEDRAL_UNSIGNED ? octahedralDecode(2.0 * e.xy - 1.0)

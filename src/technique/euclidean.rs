@@ -2,7 +2,7 @@
 //! and the mean filter (Macedo, Apolinário 2018, algorithm 1).
 
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
-use super::{Info, Param, Setup, Technique, visibility_image};
+use super::{Info, PENUMBRA, Param, Setup, Technique, visibility_image};
 use crate::gpu::Image;
 use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest};
 use crate::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
@@ -15,15 +15,8 @@ use crate::{Context, Frame, ImageRef, Inputs, Result};
 
 /// The table of both techniques.
 pub(super) const PARAMS: &[Param] = &[
-    Param::float(
-        "penumbra",
-        0.0,
-        1e9,
-        0.0,
-        "world units",
-        "full width of the penumbra; 0: 15/1024 of the width that the light sees half-way",
-    ),
-    Param::float("filter_width", 0.0, 4.0, 0.5, "penumbrae", "width of the mean filter, as a share of the penumbra's"),
+    PENUMBRA,
+    Param::float("filter_width", 0.0, 4.0, 0.1, "penumbrae", "width of the mean filter, as a share of the penumbra's"),
     Param::odd("filter_taps", 1, 63, 15, "taps", "of the mean filter, along each axis"),
     Param::choice(
         "surfaces",
@@ -37,7 +30,7 @@ pub(super) const PARAMS: &[Param] = &[
         8.0,
         0.0,
         "see help",
-        "of that test: pixels off the plane a pixel of distance, or a share of the depth; 0: 0.5 and 0.0025",
+        "of that test: pixels off the plane a pixel of distance, or a share of the depth; 0: 0.35 and 0.0025",
     ),
     Param::choice(
         "seeds",
@@ -127,7 +120,7 @@ pub(super) fn prepare(
         ..EdtConfig::default()
     };
     let tolerance = match (p.float("edge_threshold"), surfaces) {
-        (0.0, SurfaceTest::Planes) => 0.5,
+        (0.0, SurfaceTest::Planes) => 0.35,
         (0.0, SurfaceTest::Depth) => 2.5e-3,
         (t, _) => t,
     };
