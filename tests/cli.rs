@@ -241,7 +241,11 @@ fn wrong_usage_is_status_2_and_says_what_is_allowed() {
     place.bad(&["compare", "-t", "sm,nope"], 2, &["nope"]);
     place.bad(&["compare", "-t", "pcf:width"], 2, &["name=value"]);
     place.bad(&["compare", "--reference", "guess"], 2, &["guess", "ray-traced"]);
-    place.bad(&["bench", "--suite", "nope"], 2, &["nope", "techniques, map-sizes, revectorization, pcf"]);
+    place.bad(
+        &["bench", "--suite", "nope"],
+        2,
+        &["nope", "techniques, map-sizes, revectorization, pcf, penumbrae, ", ", penumbra, "],
+    );
 }
 
 #[test]
@@ -438,10 +442,11 @@ fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
         };
         let (json, page) = (with("json"), with("md"));
         assert!(text.contains(&page), "{text}");
-        assert_eq!(files.len(), if suite == "accuracy" { 3 } else { 2 }, "{files:?}");
-        if suite == "accuracy" {
+        let line = [("accuracy", "sm"), ("penumbra", "7 texels: rpcf")].into_iter().find(|(s, _)| *s == suite);
+        assert_eq!(files.len(), if line.is_some() { 3 } else { 2 }, "{files:?}");
+        if let Some((_, line)) = line {
             let plot = with("svg");
-            assert!(plot.starts_with("<svg") && plot.contains(">\nsm\n<"), "{plot}");
+            assert!(plot.starts_with("<svg") && plot.contains(&format!(">\n{line}\n<")), "{plot}");
         }
         (json, page)
     };
@@ -488,6 +493,91 @@ fn the_accuracy_suite_sees_finer_maps_err_less() {
     assert_eq!(means.len(), figures["results"].as_array().unwrap().len());
     assert!(means.iter().all(|m| m["scenes"] == 1 && m["boundary_p95"].is_f64()));
     assert_eq!(means[0]["mismatch"], figures["results"][0]["mismatch"]);
+}
+
+#[test]
+fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
+    let place = Place::new();
+    let (figures, page) = quick_suite(&place, "penumbra");
+    assert_eq!(figures["results"].as_array().unwrap().len(), 2 * 2 * 4);
+    for scene in ["jenga", "robot"] {
+        let mut widths = vec![];
+        for (texels, variants) in [
+            ("15", ["pcf", "edtsm", "edtsm-star", "edtsm-star as in the paper"]),
+            ("7", ["pcf", "rpcf", "edtsm", "edtsm-star"]),
+        ] {
+            let of = |variant: &str, name: &str| {
+                let found = figures_of(&figures, &[("variant", variant), ("texels", texels), ("scene", scene)], name);
+                assert!(found.len() == 1 && page.contains(&format!("| {variant} |")), "{scene} {texels} {variant}");
+                found[0]
+            };
+            for variant in variants {
+                assert_eq!(of(variant, "penumbra"), of("pcf", "penumbra"), "one width a group");
+                let (rmse, mae) = (of(variant, "rmse"), of(variant, "mae"));
+                // The paper's one depth a kernel leaves acne everywhere.
+                let limit = if variant.ends_with("paper") { 0.5 } else { 0.15 };
+                assert!(0.0 < mae && mae < rmse && rmse < limit, "{scene} {texels} {variant}: {rmse}");
+                assert!((of(variant, "over") + of(variant, "under") - mae).abs() < 1e-12);
+            }
+            widths.push(of("pcf", "penumbra"));
+        }
+        assert!((widths[0] / widths[1] - 15.0 / 7.0).abs() < 2e-3, "{widths:?}");
+    }
+    // What the subcommand for one scene finds at the same width.
+    let row = figures["results"].as_array().unwrap().iter().find(|r| r["variant"] == "edtsm-star").unwrap();
+    let width = row["penumbra"].to_string();
+    let technique = format!("edtsm-star:penumbra={width}");
+    let scene = row["scene"].as_str().unwrap();
+    let alone = ["compare", scene, "-t", &technique, "--size", "192x108", "--reference", "fixed-penumbra"];
+    place.good(&[&alone[..], &["--penumbra", &width, "--frames", "1", "--json", "alone.json"]].concat());
+    let alone: Value = serde_json::from_slice(&std::fs::read(place.path("alone.json")).unwrap()).unwrap();
+    for name in ["rmse", "mae", "over", "pixels"] {
+        assert_eq!(alone["results"][0][name], row[name], "{name}");
+    }
+    // The list of defeats is the tables' own.
+    let beaten = figures["beaten"].as_array().unwrap();
+    let of_subject = [("variant", "edtsm-star")];
+    let mine = figures_of(&figures, &of_subject, "rmse");
+    assert!(mine.len() >= beaten.len());
+    for cell in beaten {
+        let (mine, other) = (cell["rmse"].as_f64().unwrap(), cell["by_rmse"].as_f64().unwrap());
+        assert!(mine > other, "{cell}");
+        let name = format!("{} {}, {} texels", cell["scene"].as_str().unwrap(), cell["shadow_map"], cell["texels"]);
+        assert!(page.contains(&name), "{name}: {page}");
+    }
+    let lowest: u64 = figures["means"].as_array().unwrap().iter().map(|m| m["lowest"].as_u64().unwrap()).sum();
+    assert_eq!(lowest, 4, "one a cell");
+}
+
+#[test]
+fn the_penumbrae_suite_says_what_edtsm_star_adds() {
+    let place = Place::new();
+    let args = ["bench", "--suite", "penumbrae", "--quick", "--size", "64x36", "--frames", "1", "-o", "out"];
+    let text = place.good(&args);
+    let json = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path());
+    let json = json.into_iter().find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
+    let figures: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let rows = figures["results"].as_array().unwrap();
+    assert_eq!(rows.len(), 8 + 4);
+    for r in rows {
+        let base = rows.iter().find(|b| b["group"] == r["group"]).unwrap();
+        let number = |row: &Value, name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name}: {row}"));
+        // With one frame a variant the medians are of one value.
+        let added = number(r, "gpu_ms") - number(base, "gpu_ms");
+        assert!((number(r, "added_ms") - added).abs() < 1e-9, "{r}");
+        let frame = number(r, "total_gpu_ms") / number(base, "total_gpu_ms");
+        assert!((number(r, "frame_ratio") / frame - 1.0).abs() < 1e-9, "{r}");
+        assert_eq!(r["ground_alone"].as_bool().unwrap_or(false), r["group"].as_str().unwrap().ends_with("alone"));
+        // Without an edge, no tile is near one.
+        let passes = r["passes"].as_array().unwrap();
+        let of_edges = passes.iter().filter(|p| p["name"] == "nearest edge" && r["params"]["skip"] != "off");
+        for pass in of_edges {
+            assert_eq!(pass["tiles_active"] == 0, r["ground_alone"] == true, "{r}");
+        }
+    }
+    for part in ["| courtyard, ground alone |", "## What penumbrae add", "## Passes of `edtsm-star`", "mean filter"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
 }
 
 #[test]

@@ -3,6 +3,8 @@
 mod accuracy;
 mod judge;
 mod motion;
+mod penumbra;
+mod penumbrae;
 mod plot;
 mod shapes;
 mod slopes;
@@ -38,10 +40,10 @@ pub struct Args {
     /// Frames to measure of each variant
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Image size, pixels [default: 1280x720; slopes 1024x1024, motion 640x360]
+    /// Image size, pixels [default: 1280x720; slopes 1024x1024, motion and penumbra 640x360]
     #[arg(long, value_name = "WxH", value_parser = args::size)]
     size: Option<[u32; 2]>,
-    /// Of accuracy, slopes and motion only a few scenes, maps, tilts and frames, in small images
+    /// Only a few scenes, maps, tilts and frames; of suites that judge by the truth in small images
     #[arg(long)]
     quick: bool,
     #[command(flatten)]
@@ -55,6 +57,23 @@ struct Variant {
     map_size: u32,
     /// Set against the first variant of the same group.
     group: String,
+    /// Nothing stands on the scene's ground, and nothing casts a shadow.
+    ground_alone: bool,
+}
+
+impl Variant {
+    fn new(scene: &'static shipped::Shipped, choice: Choice, map_size: u32, group: impl Into<String>) -> Self {
+        Self { scene, choice, map_size, group: group.into(), ground_alone: false }
+    }
+
+    fn stage(&self, size: [u32; 2]) -> Result<Stage> {
+        if self.ground_alone { Stage::ground(self.scene, size) } else { Stage::shipped(self.scene, size) }
+    }
+
+    /// Which renderer it needs.
+    fn renderer(&self) -> (&'static str, bool, u32) {
+        (self.scene.name, self.ground_alone, self.map_size)
+    }
 }
 
 /// Variants of techniques, timed in turns.
@@ -62,18 +81,46 @@ struct Suite {
     name: &'static str,
     about: &'static str,
     variants: fn() -> Result<Vec<Variant>>,
+    /// Goes below the table.
+    conclusions: fn(&report::Bench, &[Variant]) -> String,
 }
 
-const SUITES: [Suite; 4] = [
-    Suite { name: "techniques", about: "every real-time technique on every shipped scene", variants: techniques },
-    Suite { name: "map-sizes", about: "every real-time technique, maps of 512 to 4096 texels", variants: map_sizes },
+const SUITES: [Suite; 5] = [
+    Suite {
+        name: "techniques",
+        about: "every real-time technique on every shipped scene",
+        variants: techniques,
+        conclusions: no_more,
+    },
+    Suite {
+        name: "map-sizes",
+        about: "every real-time technique, maps of 512 to 4096 texels",
+        variants: map_sizes,
+        conclusions: no_more,
+    },
     Suite {
         name: "revectorization",
         about: "what the RBSM family adds to sm, maps of 512 to 4096 texels",
         variants: revectorization,
+        conclusions: no_more,
     },
-    Suite { name: "pcf", about: "pcf of widths 3 to 31, loop and gather, with and without skipping", variants: pcf },
+    Suite {
+        name: "pcf",
+        about: "pcf of widths 3 to 31, loop and gather, with and without skipping",
+        variants: pcf,
+        conclusions: no_more,
+    },
+    Suite {
+        name: "penumbrae",
+        about: "what fixed-size penumbrae add to sm, next to pcf of 15x15, on every shipped scene",
+        variants: penumbrae::variants,
+        conclusions: penumbrae::conclusions,
+    },
 ];
+
+fn no_more(_: &report::Bench, _: &[Variant]) -> String {
+    String::new()
+}
 
 /// Image size of the timed suites, and of others that name none; pixels.
 const SIZE: [u32; 2] = [1280, 720];
@@ -93,6 +140,11 @@ const CUSTOM: &[Custom] = &[
     },
     Custom { name: "slopes", about: "false shadow and boundary error over the receiver's tilt", run: slopes::run },
     Custom { name: "motion", about: "change and flicker as light and camera move by sub-texels", run: motion::run },
+    Custom {
+        name: "penumbra",
+        about: "error against penumbrae of the same width over scenes and map sizes, with a plot",
+        run: penumbra::run,
+    },
     Custom { name: "shapes", about: "visibility functions on analytic shapes, with a picture (CPU)", run: shapes::run },
 ];
 
@@ -124,17 +176,15 @@ fn default_scene() -> Result<&'static shipped::Shipped> {
 
 fn techniques() -> Result<Vec<Variant>> {
     let pairs = shipped::ALL.iter().flat_map(|scene| real_time().map(move |id| (scene, id)));
-    let variant = |(scene, id): (&'static shipped::Shipped, _)| {
-        Ok(Variant { scene, choice: Choice::new(id, &[])?, map_size: 1024, group: scene.name.into() })
-    };
+    let variant =
+        |(scene, id): (&'static shipped::Shipped, _)| Ok(Variant::new(scene, Choice::new(id, &[])?, 1024, scene.name));
     pairs.map(variant).collect()
 }
 
 fn map_sizes() -> Result<Vec<Variant>> {
     let scene = default_scene()?;
     let pairs = real_time().flat_map(|id| [512, 1024, 2048, 4096].map(|n| (id, n)));
-    let variant =
-        |(id, map_size): (&str, _)| Ok(Variant { scene, choice: Choice::new(id, &[])?, map_size, group: id.into() });
+    let variant = |(id, map_size): (&str, _)| Ok(Variant::new(scene, Choice::new(id, &[])?, map_size, id));
     pairs.map(variant).collect()
 }
 
@@ -152,7 +202,7 @@ fn pcf() -> Result<Vec<Variant>> {
         ] {
             let settings = [("width", width.to_string()), ("fetch", fetch.into()), ("skip", skip.into())];
             let choice = Choice::new("pcf", &settings.map(|(n, v)| (n.to_owned(), v)))?;
-            variants.push(Variant { scene, choice, map_size: 1024, group: format!("width {width}") });
+            variants.push(Variant::new(scene, choice, 1024, format!("width {width}")));
         }
     }
     Ok(variants)
@@ -192,7 +242,7 @@ fn revectorization() -> Result<Vec<Variant>> {
                 for (id, settings) in members {
                     let settings: Vec<_> = settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned())).collect();
                     let choice = Choice::new(id, &settings)?;
-                    variants.push(Variant { scene, choice, map_size, group: format!("{name} {map_size} {what}") });
+                    variants.push(Variant::new(scene, choice, map_size, format!("{name} {map_size} {what}")));
                 }
             }
         }
@@ -212,7 +262,10 @@ pub fn run(args: &Args) -> Outcome {
     std::fs::create_dir_all(&args.output).map_err(|source| Error::Io { path: args.output.clone(), source })?;
     let host = args.device.open()?;
     for suite in wanted {
-        let variants = (suite.variants)()?;
+        let mut variants = (suite.variants)()?;
+        if args.quick {
+            variants.retain(|v| v.scene.name == shipped::DEFAULT);
+        }
         let frames = measure(args, suite.name, &variants, &host)?;
         let results = variants.iter().zip(&frames).map(|(v, (times, memory))| {
             let first = variants.iter().position(|other| other.group == v.group).map(|i| &frames[i].0);
@@ -226,7 +279,7 @@ pub fn run(args: &Args) -> Outcome {
             results: results.collect(),
         };
         let stem = format!("{}-{}", suite.name, slug(&host.info().name));
-        let markdown = markdown(&figures, &variants);
+        let markdown = markdown(&figures, &variants) + &(suite.conclusions)(&figures, &variants);
         let json_path = args.output.join(format!("{stem}.json"));
         report::write(&json_path, &figures)?;
         write_atomic(&json_path.with_file_name(format!("{stem}.md")), markdown.as_bytes())?;
@@ -261,15 +314,15 @@ fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Resul
     }
     for group in groups {
         let members: Vec<usize> = (0..variants.len()).filter(|&i| variants[i].group == group).collect();
-        let mut renderers: BTreeMap<(&str, u32), Renderer<'_>> = BTreeMap::new();
+        let mut renderers: BTreeMap<(&str, bool, u32), Renderer<'_>> = BTreeMap::new();
         let mut prepared: Vec<Box<dyn Technique>> = vec![];
         for &i in &members {
             let v = &variants[i];
-            let key = (v.scene.name, v.map_size);
+            let key = v.renderer();
             let renderer = match renderers.entry(key) {
                 Entry::Occupied(entry) => entry.into_mut(),
                 Entry::Vacant(entry) => {
-                    let stage = Stage::shipped(v.scene, size)?;
+                    let stage = v.stage(size)?;
                     let desc = RenderDesc { size, map_size: v.map_size, ..RenderDesc::default() };
                     entry.insert(Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)?)
                 }
@@ -282,7 +335,7 @@ fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Resul
         for turn in 0..=args.frames {
             for (&i, technique) in members.iter().zip(&mut prepared) {
                 let v = &variants[i];
-                let Some(renderer) = renderers.get_mut(&(v.scene.name, v.map_size)) else { continue };
+                let Some(renderer) = renderers.get_mut(&v.renderer()) else { continue };
                 let timing = renderer.frame(technique.as_mut())?;
                 if turn > 0 {
                     measured[i].0.push(timing);
@@ -295,15 +348,20 @@ fn measure(args: &Args, suite: &str, variants: &[Variant], host: &Host) -> Resul
     Ok(measured)
 }
 
+/// What a frame's technique takes more than that of another frame.
+fn added_ms(mine: &FrameTiming, base: &FrameTiming) -> f64 {
+    stats::technique_ms(mine) - stats::technique_ms(base)
+}
+
 fn row(v: &Variant, frames: &[FrameTiming], first: &[FrameTiming], memory_bytes: u64) -> BenchRow {
     let span = stats::technique(frames);
-    let turns = frames.iter().zip(first).map(|(mine, base)| stats::technique_ms(mine) / stats::technique_ms(base));
-    let added = frames
-        .iter()
-        .zip(first)
-        .map(|(mine, base)| (stats::technique_ms(mine) - stats::technique_ms(base)) / base.total_gpu_ms);
+    let over_turns = |f: fn(&FrameTiming, &FrameTiming) -> f64| {
+        let values = frames.iter().zip(first).map(|(mine, base)| f(mine, base));
+        Span::of(values.filter(|v| v.is_finite())).map(|s| s.median)
+    };
     BenchRow {
         scene: v.scene.name,
+        ground_alone: v.ground_alone,
         technique: v.choice.info.id,
         params: report::params(v.choice.info, &v.choice.params),
         shadow_map: v.map_size,
@@ -311,8 +369,10 @@ fn row(v: &Variant, frames: &[FrameTiming], first: &[FrameTiming], memory_bytes:
         gpu_ms: span.map(|s| s.median),
         gpu_ms_min: span.map(|s| s.min),
         gpu_ms_max: span.map(|s| s.max),
-        ratio: Span::of(turns.filter(|r| r.is_finite())).map(|s| s.median),
-        added_to_frame: Span::of(added.filter(|a| a.is_finite())).map(|s| s.median),
+        ratio: over_turns(|mine, base| stats::technique_ms(mine) / stats::technique_ms(base)),
+        added_ms: span.and(over_turns(added_ms)),
+        added_to_frame: over_turns(|mine, base| added_ms(mine, base) / base.total_gpu_ms),
+        frame_ratio: over_turns(|mine, base| mine.total_gpu_ms / base.total_gpu_ms),
         passes: stats::passes(frames),
         total_gpu_ms: stats::total(frames).map(|s| s.median),
         memory_bytes,
@@ -335,7 +395,7 @@ fn markdown(figures: &report::Bench, variants: &[Variant]) -> String {
         let tiles = r.passes.iter().find_map(|p| Some((p.tiles_active?, p.tiles_total?)));
         text += &format!(
             "| {} | {} | {} | {} | {} ({}–{}) | {} | {} | {} | {} | {} | {} |\n",
-            r.scene,
+            if r.ground_alone { &r.group } else { r.scene },
             r.technique,
             v.choice.settings(),
             r.shadow_map,

@@ -3,7 +3,7 @@
 use super::args::{Ground, SceneArgs, numbers, usage};
 use super::console;
 use edgeshade::scene::{
-    Camera, Light, LightShape, Projection, Scene, fit, load_bytes, load_scene,
+    Camera, Instance, Light, LightShape, Projection, Scene, fit, load_bytes, load_scene,
     shipped::{self, Shipped},
 };
 use edgeshade::view::{CameraView, look_along, look_at};
@@ -50,6 +50,16 @@ impl Stage {
         let camera = camera(&scene, None, size)?.view(size);
         let light = light(&scene, None)?;
         Ok(Self { scene, camera, light })
+    }
+
+    /// Of a shipped scene only the largest object, on which the others stand: a view without a shadow.
+    pub fn ground(shipped: &Shipped, size: [u32; 2]) -> Result<Self> {
+        let mut stage = Self::shipped(shipped, size)?;
+        let scene = &stage.scene;
+        let radius = |i: &Instance| scene.instance_bounds(i).radius();
+        let largest = scene.instances.iter().max_by(|a, b| radius(a).total_cmp(&radius(b))).cloned();
+        stage.scene.instances = largest.into_iter().collect();
+        Ok(stage)
     }
 
     /// One line about it.

@@ -4,7 +4,7 @@ use edgeshade::timing::{FrameTiming, Tiles};
 use serde::Serialize;
 
 /// Passes that every frame has, whatever the technique.
-const FRAME_PASSES: [&str; 3] = ["shadow map", "g-buffer", "shade"];
+pub const FRAME_PASSES: [&str; 3] = ["shadow map", "g-buffer", "shade"];
 
 /// Median and range of some milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
