@@ -14,6 +14,9 @@ use std::path::Path;
 /// Widest cone of a spot light, degrees: one shadow map reaches no farther.
 const MAX_SPOT_FOV_DEGREES: f64 = 160.0;
 
+/// Height of a flat object by its width, at most.
+const FLAT: f64 = 1e-3;
+
 /// Everything that is to be seen, before a device is needed.
 pub struct Stage {
     pub scene: Scene,
@@ -52,13 +55,20 @@ impl Stage {
         Ok(Self { scene, camera, light })
     }
 
-    /// Of a shipped scene only the largest object, on which the others stand: a view without a shadow.
+    /// Of a shipped scene only the largest flat object, on which the others stand: a view without a shadow.
     pub fn ground(shipped: &Shipped, size: [u32; 2]) -> Result<Self> {
         let mut stage = Self::shipped(shipped, size)?;
         let scene = &stage.scene;
-        let radius = |i: &Instance| scene.instance_bounds(i).radius();
-        let largest = scene.instances.iter().max_by(|a, b| radius(a).total_cmp(&radius(b))).cloned();
-        stage.scene.instances = largest.into_iter().collect();
+        let extent = |i: &Instance| {
+            let bounds = scene.instance_bounds(i);
+            bounds.max - bounds.min
+        };
+        let flat = scene.instances.iter().filter(|i| extent(i).y <= FLAT * extent(i).max_element());
+        let area = |i: &Instance| extent(i).x * extent(i).z;
+        let Some(ground) = flat.max_by(|a, b| area(a).total_cmp(&area(b))).copied() else {
+            return Err(Error::Usage(format!("{}: no object is flat: it has no ground", shipped.name)));
+        };
+        stage.scene.instances = vec![ground];
         Ok(stage)
     }
 
