@@ -29,14 +29,22 @@ layout(binding = 10) writeonly uniform image2D distances;
 layout(binding = 11) writeonly uniform uimage2D nearest_labels;
 
 shared bool wanted;
-shared uint tile_labels[TILE * TILE];
+
+const int ASIDE = 24;
 
 // The pixel's own label, and those of the blocks around.
 Nearest nearestOfBlocks(ivec2 pixel, Receiver p, float width) {
-  Nearest nearest = nothingInReach();
+  // A seed out of reach will do to start from.
+  Nearest nearest = Nearest(3.0e38, NO_SEED);
   if (!p.surface) return nearest;
   consider(texelFetch(labels, pixel, 0).x, pixel, p, width, nearest);
   if (!WORLD) return nearest;
+  // Past what stands in front.
+  for (int i = 0; i < 4; ++i) {
+    int away = (i & 1) == 0 ? -ASIDE : ASIDE;
+    ivec2 at = pixel + (i < 2 ? ivec2(away, 0) : ivec2(0, away)), inside = clamp(at, ivec2(0), ivec2(view.size) - 1);
+    consider(at == inside ? texelFetch(labels, inside, 0).x : NO_SEED, pixel, p, width, nearest);
+  }
   ivec2 block = pixel / BLOCK;
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) {
@@ -48,17 +56,15 @@ Nearest nearestOfBlocks(ivec2 pixel, Receiver p, float width) {
   return nearest;
 }
 
-// And those that other pixels of the tile have found, `step` away.
-void considerTile(int step, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
-  ivec2 local = ivec2(gl_LocalInvocationID.xy);
-  barrier();
-  tile_labels[gl_LocalInvocationIndex] = nearest.label;
-  barrier();
+// And the seeds that are nearest in the image to places `step` pixels around the one found: along the edge.
+void considerAround(int step, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
+  bool found = nearest.label != NO_SEED;
+  ivec2 seed = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) {
-      ivec2 at = local + step * ivec2(x, y), inside = clamp(at, ivec2(0), ivec2(TILE - 1));
-      uint label = tile_labels[inside.x + TILE * inside.y];
-      consider(at == inside && p.surface ? label : NO_SEED, pixel, p, width, nearest);
+      ivec2 at = seed + step * ivec2(x, y);
+      uint label = texelFetch(labels, clamp(at, ivec2(0), ivec2(view.size) - 1), 0).x;
+      consider(found ? label : NO_SEED, pixel, p, width, nearest);
     }
   }
 }
@@ -75,12 +81,11 @@ void workOn(ivec2 tile) {
   float width = pixelWidth(p.position);
   Nearest nearest = nearestOfBlocks(pixel, p, width);
   if (WORLD) {
-    considerTile(2, pixel, p, width, nearest);
-    considerTile(1, pixel, p, width, nearest);
+    for (int step = 8; step > 0; step /= 2) considerAround(step, pixel, p, width, nearest);
   }
   barrier();
   if (inside) {
-    bool near = nearest.label != NO_SEED;
+    bool near = nearest.squared <= nothingInReach().squared;
     float own = texelFetch(hard, pixel, 0).x, D = sqrt(nearest.squared);
     // A pixel out of reach keeps its hard shadow and is not filtered; two less tells it.
     float v = near ? penumbraIntensity(own, D, push.penumbra) : own - 2.0;
@@ -88,7 +93,7 @@ void workOn(ivec2 tile) {
     if (near) wanted = true;
     if (VIEWED) {
       imageStore(distances, pixel, vec4(near ? D : uintBitsToFloat(0x7f800000u)));
-      imageStore(nearest_labels, pixel, uvec4(nearest.label));
+      imageStore(nearest_labels, pixel, uvec4(near ? nearest.label : NO_SEED));
     }
   }
   barrier();

@@ -40,6 +40,17 @@ pub enum SurfaceTest {
     Depth,
 }
 
+impl SurfaceTest {
+    /// What the test allows unless the user says otherwise: pixels a pixel off the plane, by measurement; or a share of the
+    /// depth, the paper's figure.
+    pub fn usual_tolerance(self) -> f32 {
+        match self {
+            Self::Planes => 0.35,
+            Self::Depth => 2.5e-3,
+        }
+    }
+}
+
 /// What of the passes is fixed at their making.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeConfig {

@@ -119,10 +119,9 @@ pub(super) fn prepare(
         },
         ..EdtConfig::default()
     };
-    let tolerance = match (p.float("edge_threshold"), surfaces) {
-        (0.0, SurfaceTest::Planes) => 0.35,
-        (0.0, SurfaceTest::Depth) => 2.5e-3,
-        (t, _) => t,
+    let tolerance = match p.float("edge_threshold") {
+        0.0 => surfaces.usual_tolerance(),
+        given => given,
     };
     Ok(Box::new(Euclidean {
         info,

@@ -151,7 +151,14 @@ fn penumbrae_are_as_wide_as_asked_for_at_every_distance() {
         {
             let mut r = renderer(host, &scene(along_z, degrees.to_radians()), SIZE, MAP);
             let mut render = |penumbra: f64| {
-                let mut technique = prepare(host, SIZE, MAP, "edtsm", &[("penumbra", &penumbra.to_string())], false);
+                let mut technique = prepare(
+                    host,
+                    SIZE,
+                    MAP,
+                    "edtsm",
+                    &[("penumbra", &penumbra.to_string()), ("filter_width", "0.5")],
+                    false,
+                );
                 r.frame(technique.as_mut()).unwrap();
                 r.visibility(technique.as_ref()).unwrap()
             };
