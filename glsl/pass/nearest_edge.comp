@@ -7,7 +7,7 @@
 #include "nearest_edge.glsl"
 
 layout(constant_id = 1) const bool WORLD = true;
-layout(constant_id = 2) const bool VIEWED = false; // write labels and distances too
+layout(constant_id = 2) const bool VIEWED = false; // write seeds, labels and distances too
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -27,6 +27,7 @@ layout(binding = 9, scalar) buffer FilterList {
 } filter_list;
 layout(binding = 10) writeonly uniform image2D distances;
 layout(binding = 11) writeonly uniform uimage2D nearest_labels;
+layout(binding = 12) writeonly uniform image2D seed_mask;
 
 shared bool wanted;
 
@@ -93,6 +94,9 @@ void workOn(ivec2 tile) {
     if (near) wanted = true;
     if (VIEWED) {
       imageStore(distances, pixel, vec4(near ? D : uintBitsToFloat(0x7f800000u)));
+      // The transform gives a seed itself.
+      bool is_seed = texelFetch(labels, pixel, 0).x == (uint(pixel.x) | uint(pixel.y) << 16);
+      imageStore(seed_mask, pixel, vec4(is_seed));
       imageStore(nearest_labels, pixel, uvec4(near ? nearest.label : NO_SEED));
     }
   }

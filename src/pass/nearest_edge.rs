@@ -34,6 +34,17 @@ pub struct NearestEdge {
     viewed: bool,
     distances: Image,
     labels: Image,
+    seed_mask: Image,
+}
+
+/// What can be looked at of a search, of the tiles near an edge only.
+pub struct Viewed<'a> {
+    /// `R8_UNORM`, 1 at a seed.
+    pub seeds: &'a Image,
+    /// `R32_UINT`: the pixel of the nearest edge's seed, `x + 65536 y`, or [`NO_SEED`].
+    pub labels: &'a Image,
+    /// `R32_SFLOAT`: world distance to that edge, infinite beyond reach.
+    pub distances: &'a Image,
 }
 
 impl NearestEdge {
@@ -67,12 +78,14 @@ impl NearestEdge {
             viewed,
             distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
             labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
+            seed_mask: image("seeds", vk::Format::R8_UNORM, viewed)?,
         })
     }
 
     /// Bytes of images and lists.
     pub fn memory_bytes(&self) -> u64 {
-        let images = [&self.intensity, &self.distances, &self.labels].into_iter().chain(&self.block_labels);
+        let images =
+            [&self.intensity, &self.distances, &self.labels, &self.seed_mask].into_iter().chain(&self.block_labels);
         images.map(|i| i.memory_bytes()).sum::<u64>() + self.tiles.buffer().size()
     }
 
@@ -87,10 +100,10 @@ impl NearestEdge {
         &self.tiles
     }
 
-    /// World distance to the nearest edge, infinite beyond reach (`R32_SFLOAT`), and the pixel of its seed, `x + 65536 y`
-    /// (`R32_UINT`); both in the tiles near an edge only. `None` unless they were asked for.
-    pub fn viewed(&self) -> Option<(&Image, &Image)> {
-        self.viewed.then_some((&self.distances, &self.labels))
+    /// `None` unless it was asked for.
+    pub fn viewed(&self) -> Option<Viewed<'_>> {
+        let viewed = Viewed { seeds: &self.seed_mask, labels: &self.labels, distances: &self.distances };
+        self.viewed.then_some(viewed)
     }
 
     /// Works on the tiles that `seeds` has listed, from `labels` on, the nearest seeds in the image: of all pixels, or of
@@ -139,6 +152,7 @@ impl NearestEdge {
                 Bind::Buffer(self.tiles.buffer()),
                 Bind::Image(&self.distances),
                 Bind::Image(&self.labels),
+                Bind::Image(&self.seed_mask),
             ],
             push: bytemuck::bytes_of(&push),
             threads: seeds.tiles().threads(),

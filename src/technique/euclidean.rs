@@ -7,7 +7,7 @@ use crate::gpu::Image;
 use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest};
 use crate::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
 use crate::pass::mean_filter::MeanFilter;
-use crate::pass::nearest_edge::{Nearest, NearestEdge};
+use crate::pass::nearest_edge::{Nearest, NearestEdge, Viewed};
 use crate::pass::penumbra::penumbra_width;
 use crate::pass::rbsm::{Rbsm, RbsmConfig, RbsmPush, Revectorization};
 use crate::pass::view::ViewBuffer;
@@ -97,7 +97,8 @@ pub(super) fn prepare(
     revectorization: Revectorization,
 ) -> Result<Box<dyn Technique>> {
     let (p, extent) = (&setup.params, setup.extent);
-    let skip = p.word("skip") != "off";
+    // To be looked at, all tiles have to be there.
+    let skip = p.word("skip") != "off" && !setup.intermediates;
     let hard = RbsmConfig {
         revectorization,
         fixed_depth: p.word("receiver") == "fixed",
@@ -167,9 +168,8 @@ impl Technique for Euclidean {
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        let Some((distance, labels)) = self.nearest.viewed() else { return vec![] };
-        let intensity = self.nearest.intensity();
-        vec![("labels", labels), ("distance", distance), ("intensity", intensity)]
+        let Some(Viewed { seeds, labels, distances }) = self.nearest.viewed() else { return vec![] };
+        vec![("seeds", seeds), ("labels", labels), ("distance", distances), ("intensity", self.nearest.intensity())]
     }
 
     fn memory_bytes(&self) -> u64 {

@@ -91,6 +91,11 @@ impl Run {
         let filter_width = (p.get("filter_width") * penumbra) as f32;
         let settings = Settings { seeds: seed_settings, penumbra: penumbra as f32, filter_width };
         let seeds = edge_seeds::seeds(&shot.data(), &hard, &seed_settings).unwrap();
+        let seen = host.read_image::<u8>(image("seeds")).unwrap();
+        let at = |s: &Seed| seen[(s.label() & 0xffff) as usize + (s.label() >> 16) as usize * size[0] as usize];
+        assert!(seeds.iter().filter(|s| s.sure).all(|s| at(s) == 255), "a seed that is not seen");
+        let count = seen.iter().filter(|v| **v != 0).count();
+        assert!(count <= seeds.len(), "{count} seeds are seen, of {}", seeds.len());
         let intensity = intensity.into_iter().map(|i| i[0]).collect();
         Self { settings, taps: p.int("filter_taps"), shot, hard, labels, distance, intensity, visibility, seeds }
     }
@@ -238,7 +243,7 @@ fn tiles(timing: &FrameTiming, pass: &str) -> u32 {
 /// Skipping changes no bit; and the tiles with an edge are those of the mirror.
 fn check_skip(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, run: &Run, what: &str) {
     let (size, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent()[0]);
-    let mut technique = prepare(host, size, map, id, params, true);
+    let mut technique = prepare(host, size, map, id, params, false);
     let timing = r.frame(technique.as_mut()).unwrap();
     assert_same_bits(&run.visibility, &r.visibility(technique.as_ref()).unwrap(), &format!("{what}, skip"));
     let mixed = edge_seeds::mixed_tiles(size.map(|n| n as usize), &run.hard);
