@@ -9,7 +9,7 @@ use crate::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
 use crate::pass::mean_filter::MeanFilter;
 use crate::pass::nearest_edge::{Nearest, NearestEdge, Viewed};
 use crate::pass::penumbra::penumbra_width;
-use crate::pass::rbsm::{Rbsm, RbsmConfig, RbsmPush, Revectorization};
+use crate::pass::rbsm::{Rbsm, RbsmPush, Revectorization};
 use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
@@ -99,12 +99,6 @@ pub(super) fn prepare(
     let (p, extent) = (&setup.params, setup.extent);
     // To be looked at, all tiles have to be there.
     let skip = p.word("skip") != "off" && !setup.intermediates;
-    let hard = RbsmConfig {
-        revectorization,
-        fixed_depth: p.word("receiver") == "fixed",
-        max_distance: p.int("max_distance"),
-        listed: skip,
-    };
     let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
     let edges =
         EdgeConfig { surfaces, any_surface: p.word("seeds") == "any", at_pixels: p.word("edge") == "pixel", skip };
@@ -127,7 +121,7 @@ pub(super) fn prepare(
     Ok(Box::new(Euclidean {
         info,
         view: ViewBuffer::new(context.device())?,
-        hard: Rbsm::new(context, extent, hard)?,
+        hard: Rbsm::new(context, extent, revectorized::config(setup, revectorization, skip))?,
         seeds: EdgeSeeds::new(context, extent, edges)?,
         edt: Edt::new(context, extent, edt)?,
         nearest: NearestEdge::new(context, extent, edges, nearest, setup.intermediates)?,

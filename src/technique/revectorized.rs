@@ -45,6 +45,13 @@ pub(super) fn push(setup: &Setup) -> RbsmPush {
     RbsmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias"), slack: p.float("slack") }
 }
 
+/// What of the pass is fixed at its making, from the parameters.
+pub(super) fn config(setup: &Setup, revectorization: Revectorization, listed: bool) -> RbsmConfig {
+    let p = &setup.params;
+    let fixed_depth = p.word("receiver") == "fixed";
+    RbsmConfig { revectorization, fixed_depth, max_distance: p.int("max_distance"), listed }
+}
+
 struct Revectorized {
     info: &'static Info,
     view: ViewBuffer,
@@ -62,13 +69,7 @@ pub(super) fn prepare(
     info: &'static Info,
     revectorization: Revectorization,
 ) -> Result<Box<dyn Technique>> {
-    let p = &setup.params;
-    let config = RbsmConfig {
-        revectorization,
-        fixed_depth: p.word("receiver") == "fixed",
-        max_distance: p.int("max_distance"),
-        listed: p.word("skip") != "off",
-    };
+    let config = config(setup, revectorization, setup.params.word("skip") != "off");
     Ok(Box::new(Revectorized {
         info,
         view: ViewBuffer::new(context.device())?,
