@@ -5,6 +5,7 @@ use std::path::Path;
 /// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
 const COVERED: &[(&str, Option<&str>)] = &[
     ("edge_list", Some("rbsm")),
+    ("edge_pixels", Some("edge_seeds")),
     ("edge_tiles", Some("edge_seeds")),
     ("edt_columns", Some("edt")),
     ("edt_envelope", Some("edt")),
@@ -19,6 +20,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("edt_tile", Some("edt")),
     ("marked_tiles", Some("edge_seeds")),
     ("nearest_block", Some("nearest_edge")),
+    ("nearest_quad", Some("nearest_edge")),
     ("pcf_bounds", Some("pcf")),
     ("pcf_classify", Some("pcf")),
     ("pcf_receiver", Some("pcf")),

@@ -34,12 +34,12 @@ float penumbraReach() { return 0.5 * (push.penumbra + push.filter_width); }
 ivec2 tileCount() { return (ivec2(view.size) + TILE - 1) / TILE; }
 int tileIndex(ivec2 tile) { return tile.y * tileCount().x + tile.x; }
 
-// First and last tile that may show anything within `radius` of what a tile shows at eye depths from `nearest` on.
-void tilesInReach(ivec2 tile, float radius, float nearest, out ivec2 first, out ivec2 last) {
+// First and last tile with anything within `radius` of a point at eye depth `depth` that is seen in a pixel.
+void tilesInReach(ivec2 pixel, float radius, float depth, out ivec2 first, out ivec2 last) {
   // A point of an edge lies up to half a pixel off its own pixel's centre.
-  int reach = int(ceil(pixelReach(radius, nearest, view.pixel_size, view.off_axis))) + 2;
-  first = max((tile * TILE - reach) >> 3, 0);
-  last = min((tile * TILE + TILE - 1 + reach) >> 3, tileCount() - 1);
+  int reach = int(ceil(pixelReach(radius, depth, view.pixel_size, view.off_axis))) + 2;
+  first = max((pixel - reach) >> 3, 0);
+  last = min((pixel + reach) >> 3, tileCount() - 1);
 }
 
 #endif

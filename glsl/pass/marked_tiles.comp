@@ -15,7 +15,9 @@ layout(binding = 1, scalar) buffer TileList {
   uint tiles[];
 } list;
 
-layout(binding = 2, scalar) buffer BlockGroups { uint block_groups[3]; }; // for 4 blocks of pixels a tile, 64 threads a group
+// For 4 blocks and 16 quads of pixels a tile, 64 threads a group.
+layout(binding = 2, scalar) buffer BlockGroups { uint block_groups[3]; };
+layout(binding = 3, scalar) buffer QuadGroups { uint quad_groups[3]; };
 
 layout(push_constant, scalar) uniform Push {
   uvec2 tiles; // along both axes
@@ -39,6 +41,7 @@ void main() {
     first = atomicAdd(list.count, open);
     atomicMax(list.groups[0], min(first + open, MAX_TILE_GROUPS));
     atomicMax(block_groups[0], min((first + open + 15) / 16, MAX_TILE_GROUPS));
+    atomicMax(quad_groups[0], min((first + open + 3) / 4, MAX_TILE_GROUPS));
   }
   barrier();
   if (wanted) list.tiles[first + index] = packTile(tile);

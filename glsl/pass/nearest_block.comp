@@ -21,15 +21,16 @@ layout(binding = 6, scalar) readonly buffer TileList {
 const uint BLOCKS = 4;
 
 uint labelAt(ivec2 block) {
-  ivec2 inside = clamp(block, ivec2(0), blockCount() - 1);
-  uint label = texelFetch(labels, FIRST ? blockPixel(inside) : inside, 0).x;
+  if (!FIRST) return blockLabel(labels, block, BLOCK);
+  ivec2 inside = clamp(block, ivec2(0), blockCount(BLOCK) - 1);
+  uint label = texelFetch(labels, blockPixel(inside, BLOCK), 0).x;
   return block == inside ? label : NO_SEED;
 }
 
 void workOn(ivec2 block) {
-  ivec2 pixel = blockPixel(block);
+  ivec2 pixel = blockPixel(block, BLOCK);
   Receiver p = receiverAt(pixel);
-  Nearest nearest = nothingInReach();
+  Nearest nearest = Nearest(blockReachSquared(), NO_SEED);
   if (p.surface) {
     float width = pixelWidth(p.position);
     for (int y = -1; y <= 1; ++y) {
@@ -43,6 +44,6 @@ void main() {
   uint threads = 64 * gl_NumWorkGroups.x;
   for (uint i = gl_GlobalInvocationID.x; i < BLOCKS * list.count; i += threads) {
     ivec2 block = 2 * unpackTile(list.tiles[i / BLOCKS]) + ivec2(i & 1, i >> 1 & 1);
-    if (all(lessThan(block, blockCount()))) workOn(block);
+    if (all(lessThan(block, blockCount(BLOCK)))) workOn(block);
   }
 }

@@ -12,7 +12,7 @@ layout(constant_id = 2) const bool VIEWED = false; // write seeds, labels and di
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 4) uniform usampler2D labels;       // of the transform
-layout(binding = 5) uniform usampler2D block_labels; // of nearest_block.comp
+layout(binding = 5) uniform usampler2D quad_labels; // of nearest_quad.comp
 layout(binding = 6, scalar) readonly buffer TileList {
   uint groups[3];
   uint count;
@@ -31,43 +31,18 @@ layout(binding = 12) writeonly uniform image2D seed_mask;
 
 shared bool wanted;
 
-const int ASIDE = 24;
-
-// The pixel's own label, and those of the blocks around.
-Nearest nearestOfBlocks(ivec2 pixel, Receiver p, float width) {
-  // A seed out of reach will do to start from.
-  Nearest nearest = Nearest(3.0e38, NO_SEED);
-  if (!p.surface) return nearest;
+// The pixel's own label, those of the quads around, and then the places next to the seed found.
+Nearest findNearest(ivec2 pixel, Receiver p, float width) {
+  Nearest nearest = nothing();
   consider(texelFetch(labels, pixel, 0).x, pixel, p, width, nearest);
   if (!WORLD) return nearest;
-  // Past what stands in front.
+  // The own quad and the three on the pixel's side of it.
+  ivec2 quad = pixel / QUAD, side = 2 * (pixel & 1) - 1;
   for (int i = 0; i < 4; ++i) {
-    int away = (i & 1) == 0 ? -ASIDE : ASIDE;
-    ivec2 at = pixel + (i < 2 ? ivec2(away, 0) : ivec2(0, away)), inside = clamp(at, ivec2(0), ivec2(view.size) - 1);
-    consider(at == inside ? texelFetch(labels, inside, 0).x : NO_SEED, pixel, p, width, nearest);
+    consider(blockLabel(quad_labels, quad + side * ivec2(i & 1, i >> 1), QUAD), pixel, p, width, nearest);
   }
-  ivec2 block = pixel / BLOCK;
-  for (int y = -1; y <= 1; ++y) {
-    for (int x = -1; x <= 1; ++x) {
-      ivec2 at = block + ivec2(x, y), inside = clamp(at, ivec2(0), blockCount() - 1);
-      uint label = texelFetch(block_labels, inside, 0).x;
-      consider(at == inside ? label : NO_SEED, pixel, p, width, nearest);
-    }
-  }
+  for (int step = 2; step > 0; --step) considerAround(labels, step, pixel, p, width, nearest);
   return nearest;
-}
-
-// And the seeds that are nearest in the image to places `step` pixels around the one found: along the edge.
-void considerAround(int step, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
-  bool found = nearest.label != NO_SEED;
-  ivec2 seed = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
-  for (int y = -1; y <= 1; ++y) {
-    for (int x = -1; x <= 1; ++x) {
-      ivec2 at = seed + step * ivec2(x, y);
-      uint label = texelFetch(labels, clamp(at, ivec2(0), ivec2(view.size) - 1), 0).x;
-      consider(found ? label : NO_SEED, pixel, p, width, nearest);
-    }
-  }
 }
 
 void workOn(ivec2 tile) {
@@ -80,13 +55,11 @@ void workOn(ivec2 tile) {
   p.normal = vec3(0.0, 0.0, 1.0);
   if (inside) p = receiverAt(pixel);
   float width = pixelWidth(p.position);
-  Nearest nearest = nearestOfBlocks(pixel, p, width);
-  if (WORLD) {
-    for (int step = 8; step > 0; step /= 2) considerAround(step, pixel, p, width, nearest);
-  }
+  Nearest nearest = nothing();
+  if (p.surface) nearest = findNearest(pixel, p, width);
   barrier();
   if (inside) {
-    bool near = nearest.squared <= nothingInReach().squared;
+    bool near = nearest.squared <= reachSquared();
     float own = texelFetch(hard, pixel, 0).x, D = sqrt(nearest.squared);
     // A pixel out of reach keeps its hard shadow and is not filtered; two less tells it.
     float v = near ? penumbraIntensity(own, D, push.penumbra) : own - 2.0;

@@ -3,9 +3,12 @@
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, shader_struct};
 use crate::pass::tiles::{TILE, TileList, indirect_list};
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
+
+/// Bytes before the listed pixels: the dispatch arguments and the count.
+const PIXEL_HEADER: u64 = 16;
 
 /// Tiles along the side of a block of marks.
 const MARKS: u32 = 8;
@@ -64,20 +67,26 @@ pub struct EdgeConfig {
     pub skip: bool,
 }
 
-/// The passes with their images and lists: about 16 bytes a pixel.
+/// The passes with their images and lists: about 20 bytes a pixel.
 pub struct EdgeSeeds {
     detect: Arc<ComputePipeline>,
+    pixels: Arc<ComputePipeline>,
     find: Arc<ComputePipeline>,
     list: Arc<ComputePipeline>,
     edges: TileList,
+    edge_pixels: Buffer,
     seeds: Image,
     marks: Buffer,
     tiles: TileList,
     block_groups: Buffer,
+    quad_groups: Buffer,
 }
 
 impl EdgeSeeds {
     /// Allocates for a camera image.
+    ///
+    /// # Errors
+    /// More pixels than a storage buffer of the device may list; no memory.
     pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig) -> Result<Self> {
         let device = context.device();
         let EdgeConfig { surfaces, any_surface, at_pixels, skip } = config;
@@ -87,25 +96,36 @@ impl EdgeSeeds {
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         };
+        let pixels = u64::from(extent[0]) * u64::from(extent[1]);
+        let most = (u64::from(device.limits.max_storage_buffer_range) - PIXEL_HEADER) / 4;
+        if pixels > most {
+            let [w, h] = extent;
+            let problem =
+                format!("edges of a {w}x{h} image can't be listed: this device allows {most} pixels; render fewer");
+            return Err(Error::Parameter(problem));
+        }
         let blocks = extent.map(|n| u64::from(n.div_ceil(TILE * MARKS)));
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
         let (name, size, memory) = ("tiles near an edge, marked", 8 * blocks[0] * blocks[1], MemoryKind::Gpu);
         let format = vk::Format::R32G32B32A32_UINT;
         Ok(Self {
             detect: pipeline("pass/edge_tiles.comp", &constants[..1])?,
+            pixels: pipeline("pass/edge_pixels.comp", &constants)?,
             find: pipeline("pass/edge_seeds.comp", &constants)?,
             list: context.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[(!skip).into()])?,
             edges: TileList::new(device, "tiles with an edge", extent)?,
+            edge_pixels: indirect_list(device, "pixels at an edge", PIXEL_HEADER, pixels)?,
             seeds: Image::new(device, &ImageDesc::storage("shadow-edge seeds", format, extent))?,
             marks: Buffer::new(device, &BufferDesc { name, size, usage, memory })?,
             tiles: TileList::new(device, "tiles near an edge", extent)?,
             block_groups: indirect_list(device, "groups of blocks near an edge", 12, 0)?,
+            quad_groups: indirect_list(device, "groups of quads near an edge", 12, 0)?,
         })
     }
 
     /// Bytes of images, buffers and lists.
     pub fn memory_bytes(&self) -> u64 {
-        let buffers = [self.edges.buffer(), &self.marks, self.tiles.buffer()];
+        let buffers = [self.edges.buffer(), &self.edge_pixels, &self.marks, self.tiles.buffer()];
         buffers.iter().map(|b| b.size()).sum::<u64>() + self.seeds.memory_bytes()
     }
 
@@ -123,6 +143,11 @@ impl EdgeSeeds {
     /// A thread for every block of 4 x 4 pixels of these tiles, in groups of 64.
     pub fn block_threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.block_groups, 0)
+    }
+
+    /// A thread for every quad of 2 x 2 pixels of these tiles, in groups of 64.
+    pub fn quad_threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.quad_groups, 0)
     }
 
     /// Finds the seeds in `hard`, an image of visibility 0 and 1, sets their bits in `seed_bits` (see
@@ -149,23 +174,38 @@ impl EdgeSeeds {
             push,
             threads,
         })?;
+        frame.update(&self.edge_pixels, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
+        frame.dispatch(&Pass {
+            name: "pixels at an edge",
+            pipeline: &self.pixels,
+            bind: &[view, depth, normal, hard, edges, Bind::Buffer(&self.edge_pixels)],
+            push,
+            threads: self.edges.threads(),
+        })?;
+        self.edges.count(frame);
         frame.fill("clear marks", &self.marks, 0);
         frame.fill("clear seeds", seed_bits, 0);
         let (seeds, bits) = (Bind::Image(&self.seeds), Bind::Buffer(seed_bits));
         frame.dispatch(&Pass {
             name: "shadow-edge seeds",
             pipeline: &self.find,
-            bind: &[view, depth, normal, hard, edges, seeds, bits, marks],
+            bind: &[view, depth, normal, hard, Bind::Buffer(&self.edge_pixels), seeds, bits, marks],
             push,
-            threads: self.edges.threads(),
+            threads: Threads::Indirect(&self.edge_pixels, 0),
         })?;
-        self.edges.count(frame);
         self.tiles.clear(frame);
-        frame.update(&self.block_groups, bytemuck::bytes_of(&[0u32, 1, 1]));
+        for groups in [&self.block_groups, &self.quad_groups] {
+            frame.update(groups, bytemuck::bytes_of(&[0u32, 1, 1]));
+        }
         frame.dispatch(&Pass {
             name: "tiles near an edge",
             pipeline: &self.list,
-            bind: &[marks, Bind::Buffer(self.tiles.buffer()), Bind::Buffer(&self.block_groups)],
+            bind: &[
+                marks,
+                Bind::Buffer(self.tiles.buffer()),
+                Bind::Buffer(&self.block_groups),
+                Bind::Buffer(&self.quad_groups),
+            ],
             push: bytemuck::bytes_of(&MarkedTilesPush { tiles }),
             threads,
         })

@@ -18,23 +18,33 @@ pub enum Nearest {
     Pixel,
 }
 
-/// Side of the blocks of pixels that the search goes over first: `BLOCK` of `glsl/pass/nearest_edge.glsl`.
+/// Sides of the blocks of pixels that the search goes over first: `BLOCK` and `QUAD` of `glsl/pass/nearest_edge.glsl`.
 const BLOCK: u32 = 4;
+const QUAD: u32 = 2;
 /// Blocks between neighbours, a pass each.
 const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
 
 /// The passes with their images: about 9 bytes a pixel.
 pub struct NearestEdge {
-    /// The first, which reads the transform's labels, and the others; none for a search by pixel.
-    blocks: Option<[Arc<ComputePipeline>; 2]>,
+    /// None for a search by pixel.
+    coarse: Option<Coarse>,
     finish: Arc<ComputePipeline>,
     block_labels: [Image; 2],
+    quad_labels: Image,
     intensity: Image,
     tiles: TileList,
     viewed: bool,
     distances: Image,
     labels: Image,
     seed_mask: Image,
+}
+
+/// What goes over blocks of pixels.
+struct Coarse {
+    /// Reads the transform's labels.
+    first: Arc<ComputePipeline>,
+    others: Arc<ComputePipeline>,
+    quads: Arc<ComputePipeline>,
 }
 
 /// What can be looked at of a search, of the tiles near an edge only.
@@ -63,16 +73,24 @@ impl NearestEdge {
             Ok(pipeline)
         };
         let block = |first: bool| pipeline("pass/nearest_block.comp", &[planes, first.into()]);
-        let block_labels = || {
-            let extent = if world { extent.map(|n| n.div_ceil(BLOCK)) } else { [1, 1] };
+        let labels_of_blocks = |side| {
+            let extent = if world { extent.map(|n| n.div_ceil(side)) } else { [1, 1] };
             let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
             Image::new(context.device(), &ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
         };
         let image = |name, format, wanted| scratch(context, name, format, extent, wanted);
         Ok(Self {
-            blocks: if world { Some([block(true)?, block(false)?]) } else { None },
+            coarse: match nearest {
+                Nearest::World => Some(Coarse {
+                    first: block(true)?,
+                    others: block(false)?,
+                    quads: pipeline("pass/nearest_quad.comp", &[planes])?,
+                }),
+                Nearest::Pixel => None,
+            },
             finish: pipeline("pass/nearest_edge.comp", &[planes, world.into(), viewed.into()])?,
-            block_labels: [block_labels()?, block_labels()?],
+            block_labels: [labels_of_blocks(BLOCK)?, labels_of_blocks(BLOCK)?],
+            quad_labels: labels_of_blocks(QUAD)?,
             intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, true)?,
             tiles: TileList::new(context.device(), "tiles in a penumbra", extent)?,
             viewed,
@@ -84,9 +102,8 @@ impl NearestEdge {
 
     /// Bytes of images and lists.
     pub fn memory_bytes(&self) -> u64 {
-        let images =
-            [&self.intensity, &self.distances, &self.labels, &self.seed_mask].into_iter().chain(&self.block_labels);
-        images.map(|i| i.memory_bytes()).sum::<u64>() + self.tiles.buffer().size()
+        let images = [&self.intensity, &self.distances, &self.labels, &self.seed_mask, &self.quad_labels];
+        images.into_iter().chain(&self.block_labels).map(|i| i.memory_bytes()).sum::<u64>() + self.tiles.buffer().size()
     }
 
     /// `R32G32_SFLOAT`, in the tiles near an edge only: the intensity of pixels within reach of an edge, of others the
@@ -120,9 +137,10 @@ impl NearestEdge {
             (Bind::Buffer(view), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
         let (seed_image, list) = (Bind::Image(seeds.seeds()), Bind::Buffer(seeds.tiles().buffer()));
         let [mut after, mut before] = [&self.block_labels[0], &self.block_labels[1]];
-        if let Some([first, others]) = &self.blocks {
+        if let Some(Coarse { first, others, quads }) = &self.coarse {
             // Blocks in tiles that are not listed have no edge in reach.
             self.block_labels.iter().for_each(|image| frame.fill_image("clear labels", image, NO_SEED));
+            frame.fill_image("clear labels", &self.quad_labels, NO_SEED);
             for (i, &step) in STEPS.iter().enumerate() {
                 let (pipeline, from) = if i == 0 { (first, labels) } else { (others, before) };
                 frame.dispatch(&Pass {
@@ -134,6 +152,14 @@ impl NearestEdge {
                 })?;
                 (before, after) = (after, before);
             }
+            let (labels, blocks, out) = (Bind::Image(labels), Bind::Image(before), Bind::Image(&self.quad_labels));
+            frame.dispatch(&Pass {
+                name: "nearest edge of quads",
+                pipeline: quads,
+                bind: &[view, depth, normal, seed_image, labels, blocks, list, out],
+                push: bytemuck::bytes_of(&push),
+                threads: seeds.quad_threads(),
+            })?;
         }
         self.tiles.clear(frame);
         frame.dispatch(&Pass {
@@ -145,7 +171,7 @@ impl NearestEdge {
                 normal,
                 seed_image,
                 Bind::Image(labels),
-                Bind::Image(before),
+                Bind::Image(&self.quad_labels),
                 list,
                 Bind::Image(hard),
                 Bind::Image(&self.intensity),
