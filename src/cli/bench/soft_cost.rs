@@ -51,7 +51,7 @@ pub fn conclusions(figures: &Bench, variants: &[Variant]) -> String {
     let rows: Vec<_> = figures.results.iter().zip(labels.iter().map(String::as_str)).collect();
     let groups: Vec<_> = rows.chunk_by(|a, b| a.0.group == b.0.group).collect();
     let note = left_out_note(&available(&VARIANTS).1);
-    let note = if note.is_empty() { note } else { format!("\n{}", note.trim_end().to_owned() + "\n") };
+    let note = if note.is_empty() { note } else { format!("\n{}\n", note.trim_end()) };
     note + &added(&groups) + &savings(&groups) + &shares(&groups)
 }
 
@@ -113,16 +113,12 @@ fn spread(ratios: &[f64]) -> [Option<f64>; 3] {
 }
 
 fn savings(groups: &[&Group<'_>]) -> String {
-    let mut text = "\n## What the accelerations save\n\n\
-                    Milliseconds of the technique's own passes, with and without; `saved`: per cent of those without, \
-                    negative where it costs more than it saves.\n\n\
-                    | scene | what | technique | with ms | without ms | saved % |\n|---|---|---|--:|--:|--:|\n"
-        .to_owned();
+    let mut lines = String::new();
     for group in groups {
         for (what, with, without) in SAVINGS {
             let (Some(a), Some(b)) = (find(group, with), find(group, without)) else { continue };
             let saved = a.gpu_ms.zip(b.gpu_ms).map(|(a, b)| 100.0 * (1.0 - a / b));
-            text += &format!(
+            lines += &format!(
                 "| {} | {what} | {with} | {} | {} | {} |\n",
                 a.group,
                 number(a.gpu_ms, 3),
@@ -131,7 +127,15 @@ fn savings(groups: &[&Group<'_>]) -> String {
             );
         }
     }
-    text
+    if lines.is_empty() {
+        return lines;
+    }
+    "\n## What the accelerations save\n\n\
+     Milliseconds of the technique's own passes, with and without; `saved`: per cent of those without, negative where it \
+     costs more than it saves.\n\n\
+     | scene | what | technique | with ms | without ms | saved % |\n|---|---|---|--:|--:|--:|\n"
+        .to_owned()
+        + &lines
 }
 
 fn shares(groups: &[&Group<'_>]) -> String {
