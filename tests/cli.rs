@@ -582,6 +582,68 @@ fn the_penumbrae_suite_says_what_edtsm_star_adds() {
 }
 
 #[test]
+fn the_soft_suite_judges_by_the_light_s_own_penumbrae() {
+    let place = Place::new();
+    let text = place.good(&["bench", "--suite", "soft", "--quick", "--frames", "1", "--validate", "-o", "out"]);
+    let files: Vec<_> = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path()).collect();
+    let with = |extension: &str| {
+        let found = files.iter().find(|p| p.extension().is_some_and(|e| e == extension));
+        std::fs::read_to_string(found.unwrap_or_else(|| panic!("no {extension} in {files:?}"))).unwrap()
+    };
+    let figures: Value = serde_json::from_str(&with("json")).unwrap();
+    let (page, plot) = (with("md"), with("svg"));
+    assert!(files.len() == 3 && text.contains(&page), "{text}");
+    assert!(plot.contains(">\nsm\n<") && plot.contains(">\npcf width=15\n<"), "{plot}");
+    let techniques: std::collections::BTreeSet<_> =
+        figures["results"].as_array().unwrap().iter().map(|r| r["technique"].to_string()).collect();
+    let count = figures["results"].as_array().unwrap().len();
+    assert_eq!(count, 2 * 3 * techniques.len(), "two scenes, three lights, one map");
+    assert_eq!((figures["cells"].as_array().unwrap().len(), &figures["samples"]), (2 * 3, &64.into()));
+    for (scene, own, unit) in [("jenga", 0.2, "world units"), ("robot", 0.025f64.to_degrees(), "degrees")] {
+        let of = |scale: &str, name: &str| {
+            let key = [("scene", scene), ("light_scale", scale), ("technique", "sm")];
+            figures_of(&figures, &key, name)[0]
+        };
+        for scale in [0.25, 1.0, 4.0] {
+            let size = of(&format!("{scale:?}"), "light_size");
+            assert!((size / (scale * own) - 1.0).abs() < 1e-3, "{scene} x {scale}: {size} {unit}");
+        }
+        // A larger light is softer, and hard shadows are farther from it.
+        assert!(of("0.25", "rmse") < of("1.0", "rmse") && of("1.0", "rmse") < of("4.0", "rmse"), "{scene}");
+        assert!(page.contains(&format!("| {scene} |")) && page.contains(unit), "{page}");
+    }
+    // What the subcommand for one scene finds under the same light.
+    let alone =
+        "compare jenga -t pcf:width=15 --light-size 0.8 --samples 64 --size 192x108 --frames 1 --json alone.json";
+    place.good(&alone.split(' ').collect::<Vec<_>>());
+    let alone: Value = serde_json::from_slice(&std::fs::read(place.path("alone.json")).unwrap()).unwrap();
+    let key = [("scene", "jenga"), ("light_scale", "4.0"), ("technique", "pcf")];
+    for name in ["rmse", "mae", "over", "penumbra_rmse", "flip", "pixels", "memory_bytes"] {
+        assert_eq!(alone["results"][0][name].as_f64(), Some(figures_of(&figures, &key, name)[0]), "{name}");
+    }
+    assert!(figures_of(&figures, &[], "gpu_ms").iter().all(|ms| *ms > 0.0));
+}
+
+#[test]
+fn the_soft_cost_suite_says_what_is_added() {
+    let place = Place::new();
+    let args = ["bench", "--suite", "soft-cost", "--quick", "--size", "64x36", "--frames", "1", "-o", "out"];
+    let text = place.good(&args);
+    for part in ["## What soft shadows add", "## Passes", "| courtyard | pcf width=15 |"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let json = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path());
+    let json = json.into_iter().find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
+    let figures: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let rows = figures["results"].as_array().unwrap();
+    assert!(rows.len() > 1 && rows[0]["technique"] == "sm" && rows[0]["added_ms"] == 0.0, "{figures}");
+    for r in rows {
+        let added = r["gpu_ms"].as_f64().unwrap() - rows[0]["gpu_ms"].as_f64().unwrap();
+        assert!((r["added_ms"].as_f64().unwrap() - added).abs() < 1e-9, "{r}");
+    }
+}
+
+#[test]
 fn the_slopes_suite_measures_stairs_in_texels() {
     let place = Place::new();
     let (figures, page) = quick_suite(&place, "slopes");

@@ -8,6 +8,8 @@ mod penumbrae;
 mod plot;
 mod shapes;
 mod slopes;
+mod soft;
+mod soft_cost;
 mod tilted;
 
 use super::args::{self, DeviceArgs, usage};
@@ -40,7 +42,7 @@ pub struct Args {
     /// Frames to measure of each variant
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Image size, pixels [default: 1280x720; slopes 1024x1024, motion and penumbra 640x360]
+    /// Image size, pixels [default: 1280x720; slopes 1024x1024, motion, penumbra and soft 640x360]
     #[arg(long, value_name = "WxH", value_parser = args::size)]
     size: Option<[u32; 2]>,
     /// Only a few scenes, maps, tilts and frames; of suites that judge by the truth in small images
@@ -85,7 +87,7 @@ struct Suite {
     conclusions: fn(&report::Bench, &[Variant]) -> String,
 }
 
-const SUITES: [Suite; 5] = [
+const SUITES: [Suite; 6] = [
     Suite {
         name: "techniques",
         about: "every real-time technique on every shipped scene",
@@ -116,6 +118,12 @@ const SUITES: [Suite; 5] = [
         variants: penumbrae::variants,
         conclusions: penumbrae::conclusions,
     },
+    Suite {
+        name: "soft-cost",
+        about: "what soft shadows of an area light add to sm, pass by pass, and what their skipping saves",
+        variants: soft_cost::variants,
+        conclusions: soft_cost::conclusions,
+    },
 ];
 
 fn no_more(_: &report::Bench, _: &[Variant]) -> String {
@@ -144,6 +152,11 @@ const CUSTOM: &[Custom] = &[
         name: "penumbra",
         about: "error against penumbrae of the same width over scenes and map sizes, with a plot",
         run: penumbra::run,
+    },
+    Custom {
+        name: "soft",
+        about: "error and GPU time of soft shadows over scenes, maps and light sizes, with a plot",
+        run: soft::run,
     },
     Custom { name: "shapes", about: "visibility functions on analytic shapes, with a picture (CPU)", run: shapes::run },
 ];

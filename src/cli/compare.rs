@@ -293,13 +293,10 @@ fn judge(
     picture: Picture,
     measure: &Measure,
 ) -> Result<Judged> {
-    let Measure { visibility: truth, mask, size, .. } = measure;
-    let report = metrics::compare(visibility, truth, mask, *size)?;
-    // What is not judged shall not count here either.
-    let pixels = picture.rgb.iter().zip(&measure.picture.rgb).zip(mask);
-    let masked: Vec<_> = pixels.map(|((&test, &truth), &counts)| if counts { test } else { truth }).collect();
-    let (flip, _) = metrics::flip(&masked, &measure.picture.rgb, *size)?;
-    let error = Picture::from_error(visibility, truth, mask, *size)?;
+    let Measure { visibility: expected, mask, size, .. } = measure;
+    let report = metrics::compare(visibility, expected, mask, *size)?;
+    let flip = truth::flip(&picture, &measure.picture, mask)?;
+    let error = Picture::from_error(visibility, expected, mask, *size)?;
     let settings = choice.settings();
     let mut label = choice.info.id.to_owned();
     if settings != "-" {

@@ -5,7 +5,9 @@ use super::progress::Progress;
 use super::stage::Stage;
 use super::techniques::Choice;
 use edgeshade::Result;
+use edgeshade::metrics;
 use edgeshade::pass::penumbra::penumbra_width;
+use edgeshade::picture::Picture;
 use edgeshade::reference::ray_traced::{
     Cache, FixedPenumbraSettings, MIN_N_DOT_L, Method, Origin, RayScene, SoftSettings, Truth, cache_key, trace,
 };
@@ -142,4 +144,11 @@ pub fn reference(
 pub fn judged(truth: &Truth, triangle_ids: &[u32]) -> Vec<bool> {
     let valid = truth.valid(MIN_N_DOT_L).into_iter();
     valid.zip(&truth.triangle).zip(triangle_ids).map(|((valid, traced), seen)| valid && traced == seen).collect()
+}
+
+/// Mean FLIP difference of two lit pictures; what is not judged does not count here either.
+pub fn flip(test: &Picture, truth: &Picture, mask: &[bool]) -> Result<f64> {
+    let pixels = test.rgb.iter().zip(&truth.rgb).zip(mask);
+    let masked: Vec<_> = pixels.map(|((&test, &truth), &counts)| if counts { test } else { truth }).collect();
+    Ok(metrics::flip(&masked, &truth.rgb, truth.size)?.0)
 }

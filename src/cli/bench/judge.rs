@@ -55,6 +55,35 @@ pub fn is_fixed(choice: &Choice) -> bool {
     choice.params.show().iter().any(|(name, value)| *name == FIXED.0 && value == FIXED.1)
 }
 
+/// A technique with its settings, as suites list them.
+pub type Wanted = (&'static str, &'static [(&'static str, &'static str)]);
+
+/// Those that the registry has, and what is left out, with the reason where it is a setting.
+pub fn available(wanted: &[Wanted]) -> (Vec<Choice>, Vec<String>) {
+    let (mut found, mut left_out) = (vec![], vec![]);
+    for (id, settings) in wanted {
+        let pairs: Vec<_> = settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned())).collect();
+        match Choice::new(id, &pairs) {
+            Ok(choice) => found.push(choice),
+            Err(_) if technique::find(id).is_err() => left_out.push(wanted_label(id, settings)),
+            Err(e) => left_out.push(format!("{} ({e})", wanted_label(id, settings))),
+        }
+    }
+    (found, left_out)
+}
+
+pub fn wanted_label(id: &str, settings: &[(&str, &str)]) -> String {
+    settings.iter().fold(id.to_owned(), |text, (n, v)| format!("{text} {n}={v}"))
+}
+
+/// What a page says of what is left out; empty if nothing is.
+pub fn left_out_note(left_out: &[String]) -> String {
+    if left_out.is_empty() {
+        return String::new();
+    }
+    format!("Left out, as this version has none: {}.\n\n", left_out.join(", "))
+}
+
 /// Id and changed settings, for people.
 pub fn label(choice: &Choice) -> String {
     match choice.settings().as_str() {
@@ -128,6 +157,18 @@ mod tests {
         for (i, name) in names.iter().enumerate() {
             assert!(!names[..i].contains(name), "{names:?}");
         }
+    }
+
+    #[test]
+    fn what_is_not_there_is_left_out_and_named() {
+        let wanted: [Wanted; 4] =
+            [("sm", &[]), ("none", &[("a", "1")]), ("pcf", &[("width", "15")]), ("pcf", &[("no", "1")])];
+        let (found, left_out) = available(&wanted);
+        assert_eq!(found.iter().map(label).collect::<Vec<_>>(), ["sm", "pcf width=15"]);
+        assert!(left_out.len() == 2 && left_out[0] == "none a=1", "{left_out:?}");
+        assert!(left_out[1].starts_with("pcf no=1 (") && left_out[1].len() > 20, "{left_out:?}");
+        assert_eq!(left_out_note(&[]), "");
+        assert!(left_out_note(&left_out).contains("none a=1, pcf no=1 ("));
     }
 
     #[test]

@@ -88,7 +88,7 @@ pub fn conclusions(figures: &Bench, variants: &[Variant]) -> String {
 }
 
 /// Share and tiles of each of a technique's own passes, those of one name together, the smallest last in one.
-fn passes(row: &BenchRow) -> String {
+pub fn passes(row: &BenchRow) -> String {
     let mut own: Vec<(PassStats, u32)> = vec![];
     for pass in row.passes.iter().filter(|p| !FRAME_PASSES.contains(&p.name.as_str())) {
         match own.iter_mut().find(|(p, _)| p.name == pass.name) {

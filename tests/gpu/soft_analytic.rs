@@ -1,0 +1,472 @@
+//! Penumbrae of area lights against closed forms: how wide those of straight edges are, by similar triangles.
+//!
+//! Half-planes at several heights over a plane, each by itself, under a spot and a sun straight above and a sun aslant; and
+//! a wall that stands on the plane. The lights' squares lie along the edges, so visibility across an edge is a ramp of
+//! width `W`: `size (z_r - z_b) / z_b` under a spot, `2 tan(angle / 2) (z_r - z_b)` under a sun, with distances along
+//! the light's axis from light to receiver and blocker. The camera looks straight down at it from below the
+//! half-plane: steps from pixel to pixel are equal on the plane, and every row of the image says the same.
+//!
+//! The width of a measured profile is `6 * integral of v (1 - v)`: that of the ramp which has this integral. It needs no
+//! threshold, does not depend on where the edge lies, and stairs of few taps are averaged.
+//!
+//! A technique is a line of [`SUBJECTS`].
+
+use crate::common::{desc, differing, prepare, with_gpu};
+use crate::made::{self, mesh, perspective, plane};
+use edgeshade::host::Host;
+use edgeshade::reference::ray_traced::{RayScene, SoftSettings, soft};
+use edgeshade::scene::{Mesh, Renderer, Scene};
+use edgeshade::technique::Technique;
+use edgeshade::view::{CameraView, LightKind, LightView, look_along, look_at};
+use glam::{DAffine3, DVec3, dvec3};
+
+/// What is judged.
+struct Subject {
+    /// Of the registry.
+    id: &'static str,
+    settings: &'static [(&'static str, &'static str)],
+    /// What it draws under a light without size, and the share of the pixels that may differ.
+    hard: (&'static str, f64),
+    limits: Limits,
+}
+
+/// How far off a technique may be.
+struct Limits {
+    /// Of the closed form's width, share.
+    width: f64,
+    /// Visibility from a ramp of the right width at the found place: root of the mean square within a width of its middle.
+    shape: f64,
+    /// Of the edge from its place, texels.
+    shift: f64,
+    /// Deepest fall of visibility where it should rise, from pixel to pixel.
+    fall: f64,
+    /// Of the width at the line of contact, which is 0, texels.
+    contact: f64,
+}
+
+const SUBJECTS: &[Subject] = &[Subject {
+    id: TRUTH,
+    settings: &[],
+    hard: (TRUTH, 0.0),
+    // It falls by noise: 16 of the 256 rays of a pixel are not decided by their cells.
+    limits: Limits { width: 0.004, shape: 0.01, shift: 0.1, fall: 0.03, contact: 0.2 },
+}];
+
+/// Is no technique of the renderer's: rays on the CPU.
+const TRUTH: &str = "ray-traced";
+/// Rays a pixel.
+const SAMPLES: u32 = 256;
+/// Limits that planted errors must not meet.
+const WIDE: Limits = Limits { width: 0.05, shape: 0.05, shift: 2.0, fall: 0.02, contact: 1.0 };
+
+const SIZE: [u32; 2] = [192, 128];
+const MAP: u32 = 1024;
+/// Of every light's map: half its width on the plane, world units.
+const HALF: f64 = 4.0;
+const TEXEL: f64 = 2.0 * HALF / MAP as f64;
+/// Height of the spot, and of the suns' views.
+const ABOVE: f64 = 10.0;
+/// Of the half-planes over the plane.
+const HEIGHTS: [f64; 3] = [2.5, 5.0, 7.5];
+/// The half-planes end here: on no texel's border.
+const EDGE: f64 = 0.0317;
+/// From one half-plane's middle to the next: none casts where another's shadow is looked at.
+const APART: f64 = 60.0;
+/// Where the wall stands, and the spot in front of it: height and distance.
+const WALL: f64 = -APART;
+const BEFORE: f64 = 6.0;
+/// Sizes of the spot.
+const SPOTS: [f64; 2] = [0.2, 0.6];
+/// For each height under the vertical sun, the width of the penumbra it is to throw, texels: two of them alike, so that a
+/// kernel of that width is right there and nowhere else.
+const SUNS: [f64; 3] = [31.0, 31.0, 93.0];
+/// The kernel that is.
+const FITTING: &str = "31";
+/// Elevation and angle of the sun aslant, radians.
+const ASLANT: [f64; 2] = [0.9, 0.08];
+
+/// A light over one of the half-planes or in front of the wall, and a camera there.
+struct Case {
+    name: String,
+    light: LightView,
+    camera: CameraView,
+    expected: Expected,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Expected {
+    /// One width, and where the edge's shadow lies in x.
+    Parallel { width: f64, at: f64 },
+    /// So much a unit of distance from the wall.
+    Contact { slope: f64 },
+}
+
+/// What an image says of a case.
+#[derive(Debug)]
+struct Found {
+    /// Parallel: width by the expected one. Contact: increase by the expected one.
+    width: f64,
+    shape: f64,
+    /// Texels.
+    shift: f64,
+    fall: f64,
+    /// At the line of contact, texels.
+    contact: f64,
+}
+
+fn half_plane(height: f64, middle: f64) -> Mesh {
+    let at = |x: f64, z: f64| dvec3(x, height, middle + z);
+    let [a, b, c, d] = [at(-20.0, -20.0), at(-20.0, 20.0), at(EDGE, 20.0), at(EDGE, -20.0)];
+    mesh(&[[a, b, c], [a, c, d]])
+}
+
+fn wall() -> Mesh {
+    let at = |x: f64, y: f64| dvec3(x, y, WALL);
+    let [a, b, c, d] = [at(-20.0, 0.0), at(EDGE, 0.0), at(EDGE, 20.0), at(-20.0, 20.0)];
+    mesh(&[[a, b, c], [a, c, d]])
+}
+
+fn middle(index: usize) -> f64 {
+    APART * index as f64
+}
+
+fn scene() -> Scene {
+    let half_planes = HEIGHTS.iter().enumerate().map(|(i, &h)| half_plane(h, middle(i)));
+    let parts = half_planes.chain([wall(), plane(300.0)]).map(|m| (m, DAffine3::IDENTITY)).collect();
+    made::scene(parts, perspective(DVec3::Y, DVec3::ZERO, 0.1), made::sun(DVec3::Y))
+}
+
+/// Straight down at a point of the plane; `width` is the world width of the image there.
+fn camera(target: DVec3, height: f64, width: f64) -> CameraView {
+    let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
+    let fov_y = 2.0 * (0.5 * width / aspect / height).atan();
+    CameraView::perspective(look_along(target + height * DVec3::Y, DVec3::NEG_Y), fov_y, aspect, 0.02)
+}
+
+fn spot(eye: DVec3, target: DVec3, half: f64, size: f64) -> LightView {
+    let distance = eye.distance(target);
+    LightView::spot(look_at(eye, target), 2.0 * (half / distance).atan(), 1.0, 2.0 * distance, size)
+}
+
+fn sun(towards: DVec3, target: DVec3, angle: f64) -> LightView {
+    let eye = target + 2.0 * ABOVE * towards;
+    LightView::directional(look_along(eye, -towards), [HALF; 2], 0.0, 4.0 * ABOVE, angle)
+}
+
+fn cases() -> Vec<Case> {
+    let mut cases = vec![];
+    let mut parallel = |name: String, height: f64, z: f64, light: LightView, width: f64, at: f64| {
+        let camera = camera(dvec3(at, 0.0, z), 0.5 * height, 3.0 * width);
+        cases.push(Case { name, light, camera, expected: Expected::Parallel { width, at } });
+    };
+    for (i, height) in HEIGHTS.into_iter().enumerate() {
+        let under = dvec3(0.0, 0.0, middle(i));
+        for size in SPOTS {
+            let light = spot(under + ABOVE * DVec3::Y, under, HALF, size);
+            let (z_r, z_b) = (ABOVE, ABOVE - height);
+            let name = format!("spot {size}, blocker at {height}");
+            parallel(name, height, under.z, light, size * (z_r - z_b) / z_b, EDGE * z_r / z_b);
+        }
+        let width = SUNS[i] * TEXEL;
+        let angle = 2.0 * (0.5 * width / height).atan();
+        let name = format!("sun {:.2} degrees, blocker at {height}", angle.to_degrees());
+        parallel(name, height, under.z, sun(DVec3::Y, under, angle), width, EDGE);
+    }
+    let [elevation, angle] = ASLANT;
+    let towards = dvec3(0.0, elevation.sin(), elevation.cos());
+    let (height, z) = (HEIGHTS[1], middle(1));
+    let width = 2.0 * (0.5 * angle).tan() * height / elevation.sin();
+    parallel("sun aslant".into(), height, z, sun(towards, dvec3(0.0, 0.0, z), angle), width, EDGE);
+
+    // In x the light's rays to a point at distance z from the wall are so far apart at the wall's edge, and from there in
+    // the same proportion at the point.
+    let target = dvec3(EDGE, 0.0, WALL + 1.0);
+    let mut contact = |name: &str, light, slope: f64| {
+        let camera = camera(target, 1.0, 2.7);
+        cases.push(Case { name: name.into(), light, camera, expected: Expected::Contact { slope } });
+    };
+    let eye = dvec3(EDGE, BEFORE, WALL - BEFORE);
+    contact("spot at a wall", spot(eye, target, HALF, 1.2), 1.2 / BEFORE);
+    let towards = dvec3(0.0, 1.0, -1.0).normalize();
+    contact("sun at a wall", sun(towards, target, 0.1), 2.0 * 0.05f64.tan() / 0.5f64.sqrt());
+    cases
+}
+
+/// World x of a column and z of a row: the camera looks straight down, with x to the right.
+struct Places {
+    x: Vec<f64>,
+    z: Vec<f64>,
+}
+
+impl Places {
+    fn new(camera: &CameraView) -> Self {
+        let ndc = |i: u32, n: u32| (2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0;
+        let hit = |x: f64, y: f64| {
+            let (eye, ray) = camera.ray([x, y]);
+            eye - ray * (eye.y / ray.y)
+        };
+        Self {
+            x: (0..SIZE[0]).map(|i| hit(ndc(i, SIZE[0]), 0.0).x).collect(),
+            z: (0..SIZE[1]).map(|i| hit(0.0, ndc(i, SIZE[1])).z).collect(),
+        }
+    }
+
+    /// World width of a pixel.
+    fn step(&self) -> f64 {
+        (self.x[self.x.len() - 1] - self.x[0]) / (self.x.len() - 1) as f64
+    }
+}
+
+fn row(image: &[f32], y: usize) -> impl Iterator<Item = f64> + '_ {
+    let width = SIZE[0] as usize;
+    image[y * width..(y + 1) * width].iter().map(|&v| f64::from(v))
+}
+
+/// Width of a row's profile, world units.
+fn width(image: &[f32], y: usize, step: f64) -> f64 {
+    6.0 * step * row(image, y).map(|v| v * (1.0 - v)).sum::<f64>()
+}
+
+/// Where an edge of a row's area lies; lit is to the right, up to the last pixel's end.
+fn place(image: &[f32], y: usize, places: &Places) -> f64 {
+    places.x[places.x.len() - 1] + places.step() * (0.5 - row(image, y).sum::<f64>())
+}
+
+/// Deepest fall of a row.
+fn fall(image: &[f32], y: usize) -> f64 {
+    let values: Vec<f64> = row(image, y).collect();
+    values.windows(2).map(|v| v[0] - v[1]).fold(0.0, f64::max)
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), v| (sum + v, count + 1));
+    sum / f64::from(count)
+}
+
+/// Least squares: value at 0 and slope.
+fn line(points: &[(f64, f64)]) -> [f64; 2] {
+    let [x, y] = [mean(points.iter().map(|p| p.0)), mean(points.iter().map(|p| p.1))];
+    let covariance = mean(points.iter().map(|p| (p.0 - x) * (p.1 - y)));
+    let slope = covariance / mean(points.iter().map(|p| (p.0 - x).powi(2)));
+    [y - slope * x, slope]
+}
+
+/// Root of the mean square of a row's distance from a ramp of that width around that place, within a width of it.
+fn off_ramp(image: &[f32], y: usize, places: &Places, width: f64, at: f64) -> f64 {
+    let pairs = places.x.iter().zip(row(image, y)).filter(|(x, _)| (*x - at).abs() < width);
+    let ramp = |x: f64| (0.5 + (x - at) / width).clamp(0.0, 1.0);
+    mean(pairs.map(|(x, v)| (v - ramp(*x)).powi(2))).sqrt()
+}
+
+/// Measures an image; `expected` is the case's own, or another to see it refused.
+fn measure(image: &[f32], camera: &CameraView, expected: Expected) -> Found {
+    let places = Places::new(camera);
+    let step = places.step();
+    let rows = SIZE[1] as usize;
+    // Kernels reach over the image's border in the outer rows.
+    let inner = rows / 4..rows - rows / 4;
+    match expected {
+        Expected::Parallel { width: expected, at } => Found {
+            width: mean(inner.clone().map(|y| width(image, y, step))) / expected,
+            shape: mean(inner.clone().map(|y| off_ramp(image, y, &places, expected, place(image, y, &places)))),
+            shift: (mean(inner.clone().map(|y| place(image, y, &places))) - at) / TEXEL,
+            fall: inner.map(|y| fall(image, y)).fold(0.0, f64::max),
+            contact: 0.0,
+        },
+        Expected::Contact { slope: expected } => {
+            let near = |y: &usize| (0.15..1.85).contains(&(places.z[*y] - WALL));
+            let seen: Vec<usize> = (0..rows).filter(near).collect();
+            let widths: Vec<_> = seen.iter().map(|&y| (places.z[y] - WALL, width(image, y, step))).collect();
+            let [contact, slope] = line(&widths);
+            // Nearer to the wall stairs of the map are as wide as the penumbra.
+            let far: Vec<usize> = seen.into_iter().filter(|&y| places.z[y] - WALL > 0.8).collect();
+            let off = |y: &usize| {
+                let expected = expected * (places.z[*y] - WALL);
+                off_ramp(image, *y, &places, expected, place(image, *y, &places))
+            };
+            Found {
+                width: slope / expected,
+                shape: mean(far.iter().map(off)),
+                shift: mean(far.iter().map(|&y| place(image, y, &places) - EDGE)) / TEXEL,
+                fall: far.iter().map(|&y| fall(image, y)).fold(0.0, f64::max),
+                contact: contact / TEXEL,
+            }
+        }
+    }
+}
+
+impl Found {
+    /// What is not as it should be; NaN is never.
+    fn faults(&self, limits: &Limits) -> Vec<&'static str> {
+        let checks = [
+            ("width", (self.width - 1.0).abs() <= limits.width),
+            ("shape", self.shape <= limits.shape),
+            ("shift", self.shift.abs() <= limits.shift),
+            ("fall", self.fall <= limits.fall),
+            ("contact", self.contact.abs() <= limits.contact),
+        ];
+        checks.into_iter().filter(|c| !c.1).map(|c| c.0).collect()
+    }
+}
+
+/// The scene, for rays and for the renderer.
+struct Bed<'h> {
+    scene: Scene,
+    rays: RayScene,
+    renderer: Renderer<'h>,
+    cases: Vec<Case>,
+}
+
+/// How an image is made.
+enum How {
+    Traced,
+    Drawn(Box<dyn Technique>),
+}
+
+impl<'h> Bed<'h> {
+    fn new(host: &'h Host) -> Self {
+        let (scene, cases) = (scene(), cases());
+        let renderer = Renderer::new(host, &scene, cases[0].camera, &scene.lights[0], desc(SIZE, MAP)).unwrap();
+        Self { rays: RayScene::build(&scene).unwrap(), scene, renderer, cases }
+    }
+
+    fn how(&self, id: &str, settings: &[(&str, &str)]) -> How {
+        if id == TRUTH { How::Traced } else { How::Drawn(prepare(&self.renderer, id, settings)) }
+    }
+
+    fn image(&mut self, how: &mut How, case: usize, light: LightView) -> Vec<f32> {
+        let camera = self.cases[case].camera;
+        match how {
+            How::Traced => {
+                let settings = SoftSettings { samples: SAMPLES, ..SoftSettings::default() };
+                soft(&self.rays, &camera, &light, SIZE, &settings, &|_, _| {}).unwrap().visibility
+            }
+            How::Drawn(technique) => {
+                self.renderer.set_light(&self.scene, light);
+                self.renderer.set_camera(&self.scene, camera).unwrap();
+                self.renderer.frame(technique.as_mut()).unwrap();
+                self.renderer.visibility(technique.as_ref()).unwrap()
+            }
+        }
+    }
+
+    /// Images of all cases.
+    fn images(&mut self, how: &mut How) -> Vec<Vec<f32>> {
+        (0..self.cases.len()).map(|i| self.image(how, i, self.cases[i].light)).collect()
+    }
+
+    /// What is wrong in each case; prints all figures.
+    fn judge(&self, name: &str, images: &[Vec<f32>], limits: &Limits) -> Vec<(String, Vec<&'static str>)> {
+        let judged = self.cases.iter().zip(images).map(|(case, image)| {
+            let found = measure(image, &case.camera, case.expected);
+            println!(
+                "{name:22} {:32} width {:.4} of the expected, off the ramp {:.4}, {:+.2} texels aside, falls by {:.4}, \
+                 at contact {:+.2} texels",
+                case.name, found.width, found.shape, found.shift, found.fall, found.contact
+            );
+            (case.name.clone(), found.faults(limits))
+        });
+        judged.collect()
+    }
+
+    /// Share of the pixels, in all cases, that differ from another technique's under lights without size.
+    fn without_size(&mut self, how: &mut How, hard: &mut How) -> f64 {
+        let (mut off, mut all) = (0, 0);
+        for i in 0..self.cases.len() {
+            let mut light = self.cases[i].light;
+            light.kind = match light.kind {
+                LightKind::Spot { .. } => LightKind::Spot { size: 0.0 },
+                LightKind::Directional { .. } => LightKind::Directional { angle: 0.0 },
+            };
+            let [mine, other] = [self.image(how, i, light), self.image(hard, i, light)];
+            let dark = other.iter().filter(|v| **v == 0.0).count();
+            assert!(dark * 5 > other.len() && dark * 5 < 4 * other.len(), "{}: {dark} are dark", self.cases[i].name);
+            off += differing(&mine, &other, 0.0);
+            all += mine.len();
+        }
+        off as f64 / all as f64
+    }
+}
+
+/// Cases with a fault, or with that one.
+fn faulty(judged: &[(String, Vec<&str>)], fault: Option<&str>) -> usize {
+    judged.iter().filter(|(_, faults)| fault.map_or(!faults.is_empty(), |f| faults.contains(&f))).count()
+}
+
+#[test]
+fn penumbrae_are_as_wide_as_similar_triangles_say() {
+    with_gpu(|host| {
+        let mut bed = Bed::new(host);
+        let mut bad = vec![];
+        for Subject { id, settings, hard, limits } in SUBJECTS {
+            let name = settings.iter().fold((*id).to_owned(), |text, (n, v)| format!("{text} {n}={v}"));
+            let mut how = bed.how(id, settings);
+            let images = bed.images(&mut how);
+            let judged = bed.judge(&name, &images, limits);
+            bad.extend(
+                judged.into_iter().filter(|j| !j.1.is_empty()).map(|(case, f)| format!("{name}, {case}: {f:?}")),
+            );
+            let mut hard_one = bed.how(hard.0, &[]);
+            let off = bed.without_size(&mut how, &mut hard_one);
+            println!("{name}: {:.4} % of the pixels differ from {} under lights without size", 100.0 * off, hard.0);
+            if off > hard.1 {
+                bad.push(format!("{name}: {off} of the pixels are not those of {}", hard.0));
+            }
+        }
+        assert!(bad.is_empty(), "{}", bad.join("\n"));
+    });
+}
+
+#[test]
+fn wrong_penumbrae_are_found() {
+    with_gpu(|host| {
+        let mut bed = Bed::new(host);
+        let count = bed.cases.len();
+        // A width that does not depend on the light is right by chance, where it is the light's, and nowhere else.
+        for (kernel, right) in [(FITTING, 2), ("15", 0)] {
+            let mut how = bed.how("pcf", &[("width", kernel)]);
+            let images = bed.images(&mut how);
+            let judged = bed.judge(&format!("pcf width={kernel}"), &images, &WIDE);
+            assert_eq!(faulty(&judged, None), count - right, "width {kernel}: {judged:?}");
+            assert!(faulty(&judged, Some("width")) == count - right, "width {kernel}: {judged:?}");
+            assert_eq!(faulty(&judged, Some("contact")), 2, "width {kernel}: {judged:?}");
+            let (mut how, mut hard) = (how, bed.how("sm", &[]));
+            let off = bed.without_size(&mut how, &mut hard);
+            assert!(off > 0.01, "width {kernel}: {off} of the pixels are not hard");
+        }
+        // The renderer's hard images are the traced ones, up to the map's texels.
+        let mut hard = bed.how("sm", &[]);
+        let off = bed.without_size(&mut How::Traced, &mut hard);
+        assert!(off > 0.0 && off < 0.03, "{off} of the pixels");
+        // Images that are right, against figures that are not: each one's own limit notices.
+        let limits = &SUBJECTS[0].limits;
+        let images = bed.images(&mut How::Traced);
+        let width = SIZE[0] as usize;
+        for (case, image) in bed.cases.iter().zip(&images) {
+            let faults = |image: &[f32], expected| measure(image, &case.camera, expected).faults(limits);
+            let off = |expected| faults(image, expected);
+            match case.expected {
+                Expected::Parallel { width, at } => {
+                    for by in [0.99, 1.01] {
+                        assert!(off(Expected::Parallel { width: by * width, at }).contains(&"width"), "{}", case.name);
+                    }
+                    let aside = Expected::Parallel { width, at: at + 0.25 * TEXEL };
+                    assert!(off(aside).contains(&"shift"), "{}", case.name);
+                    assert!(off(Expected::Parallel { width: 1.1 * width, at }).contains(&"shape"), "{}", case.name);
+                }
+                Expected::Contact { slope } => {
+                    assert!(off(Expected::Contact { slope: 1.02 * slope }).contains(&"width"), "{}", case.name);
+                }
+            }
+            let mut planted = image.clone();
+            let place = planted[64 * width..65 * width].iter().position(|v| *v > 0.4).unwrap();
+            planted[64 * width + place] = planted[64 * width + place - 1] - 0.05;
+            assert!(faults(&planted, case.expected).contains(&"fall"), "{}", case.name);
+            planted[64 * width + place] = f32::NAN;
+            assert!(faults(&planted, case.expected).contains(&"width"), "{}", case.name);
+            // A smooth step of the same integral is no ramp.
+            let smooth: Vec<f32> = image.iter().map(|v| v * v * (3.0 - 2.0 * v)).collect();
+            assert!(faults(&smooth, case.expected).contains(&"shape"), "{}", case.name);
+        }
+    });
+}
