@@ -31,11 +31,12 @@ layout(binding = 12) writeonly uniform image2D seed_mask;
 
 shared bool wanted;
 
-// The pixel's own label, those of the quads around, and then the places next to the seed found.
+// The pixel's own label, those aside and of the quads around, and then the places next to the seed found.
 Nearest findNearest(ivec2 pixel, Receiver p, float width) {
   Nearest nearest = nothing();
   consider(texelFetch(labels, pixel, 0).x, pixel, p, width, nearest);
   if (!WORLD) return nearest;
+  considerAside(labels, 32, 1, pixel, p, width, nearest);
   // The own quad and the three on the pixel's side of it.
   ivec2 quad = pixel / QUAD, side = 2 * (pixel & 1) - 1;
   for (int i = 0; i < 4; ++i) {

@@ -49,12 +49,11 @@ void consider(uint candidate, ivec2 pixel, Receiver p, float width, inout Neares
   nearest.label = nearer ? candidate : nearest.label;
 }
 
-// Labels of other pixels than the own one that help past what stands in front, this many pixels aside.
-const int ASIDE = 24;
-
-void considerAside(usampler2D labels, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
-  for (int i = 0; i < 12; ++i) {
-    int away = ((i & 1) == 0 ? -12 : 12) << (i >> 2);
+// The labels of pixels aside, past what stands in front: `distance` of them along both axes both ways, and `rings` - 1 times
+// as many again, each time twice as far.
+void considerAside(usampler2D labels, int distance, int rings, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
+  for (int i = 0; i < 4 * rings; ++i) {
+    int away = ((i & 1) == 0 ? -distance : distance) << (i >> 2);
     ivec2 at = pixel + ((i & 2) == 0 ? ivec2(away, 0) : ivec2(0, away)), inside = clamp(at, ivec2(0), ivec2(view.size) - 1);
     consider(at == inside ? texelFetch(labels, inside, 0).x : NO_SEED, pixel, p, width, nearest);
   }

@@ -25,7 +25,7 @@ void workOn(ivec2 quad) {
   if (p.surface) {
     float width = pixelWidth(p.position);
     consider(texelFetch(labels, pixel, 0).x, pixel, p, width, nearest);
-    considerAside(labels, pixel, p, width, nearest);
+    considerAside(labels, 12, 3, pixel, p, width, nearest);
     ivec2 block = pixel / BLOCK;
     for (int y = -1; y <= 1; ++y) {
       for (int x = -1; x <= 1; ++x) consider(blockLabel(block_labels, block + ivec2(x, y), BLOCK), pixel, p, width, nearest);

@@ -2,9 +2,9 @@
 //!
 //! A mirror has its shader's stem. These share one: `pcf` covers `pcf_classify.comp`, `pcf_bounds.glsl` and
 //! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_receiver.glsl`, `edge_list.glsl` and
-//! `pixel_list.glsl`; `edt` covers `edt_*`; `edge_seeds` covers `edge_seeds.glsl`, `edge_tiles.comp` and
-//! `marked_tiles.comp`; `nearest_edge` covers `nearest_edge.glsl` and `nearest_block.comp`; `view` covers `receiver.glsl`
-//! and `view.glsl`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
+//! `pixel_list.glsl`; `edt` covers `edt_*`; `edge_seeds` covers `edge_seeds.glsl`, `edge_pixels.*`, `edge_tiles.comp` and
+//! `marked_tiles.comp`; `nearest_edge` covers `nearest_edge.glsl`, `nearest_block.comp` and `nearest_quad.comp`; `view`
+//! covers `receiver.glsl` and `view.glsl`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
 pub mod accumulate;
