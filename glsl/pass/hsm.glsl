@@ -2,6 +2,7 @@
 // as in Macedo, Apolinario, Aguero (2019), eq. 8, but made conservative. See hsm.comp for the image.
 #ifndef EDGESHADE_HSM
 #define EDGESHADE_HSM
+#include "pcf_bounds.glsl"
 #include "soft_receiver.glsl"
 
 const int HSM_UMBRA = 0, HSM_LIT = 1, HSM_PENUMBRA = -1;
@@ -30,9 +31,10 @@ vec2 hsmBounds(sampler2D hsm, ivec2 first, ivec2 last) {
 
 // Texels that taps within a half-width in uv can touch, the rounding of their places included.
 void windowRange(SoftReceiver r, vec2 half_width, float margin, out ivec2 first, out ivec2 last) {
-  vec2 reach = windowTexels(half_width) * 1.00001 + (margin + 0.01);
-  first = ivec2(floor(r.at - reach));
-  last = ivec2(floor(r.at + reach));
+  precise vec2 reach = windowTexels(half_width) * 1.00001 + (margin + 0.01);
+  precise vec2 low = floor(r.at - reach), high = floor(r.at + reach);
+  first = ivec2(low);
+  last = ivec2(high);
 }
 
 // Whether all texels that taps within `half_width` (uv) can touch, and those up to `margin` texels around, are lit (HSM_LIT)
@@ -53,16 +55,35 @@ int classify(sampler2D hsm, SoftReceiver r, vec2 half_width, float margin) {
   return bounds.y < 1.0 && depth - rise - rounding > bounds.y ? HSM_UMBRA : HSM_PENUMBRA;
 }
 
-// Half-width, uv, of the window to search for blockers. The papers' reaches up to the near plane; with `nearest_blocker` the
-// smallest depth in it tells how near to the light a blocker can be at all, which leaves a smaller window and denser taps.
-// It still holds every blocker.
+// The same, asking the depth bounds of blocks (depth_bounds.comp) as well: their slopes decide a tilted receiver, over which
+// the plane's own depth varies more than plain bounds can tell apart.
+int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, float margin) {
+  int found = classify(hsm, r, half_width, margin);
+  ivec2 first, last;
+  windowRange(r, half_width, margin, first, last);
+  ivec2 size = last - first;
+  int wider = max(size.x, size.y);
+  bool inside = all(greaterThanEqual(first, ivec2(0))) && all(lessThan(last, ivec2(view.map_size)));
+  // The window touches at most 4 x 4 blocks; wider ones are left undecided.
+  if (found != HSM_PENUMBRA || !inside || wider >= 192) return found;
+  int level = wider < 24 ? 0 : wider < 48 ? 1 : wider < 96 ? 2 : 3;
+  vec2 away = vec2(first) + 0.5 - r.at;
+  float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), abs(away) + vec2(size));
+  return decideBlocks(blocks, level, first, last, r.map.depth + dot(r.slope, away), r.slope, 0.0, rounding);
+}
+
+// Half-width, uv, of the window to search for blockers. The papers' reaches up to the near plane. With `nearest_blocker` the
+// smallest depth in it tells how near to the light a blocker can be at all, which leaves a smaller window, and that one's
+// once more: denser taps, and every blocker still in reach.
 vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker) {
   vec2 half_width = searchHalfWidth(a, r.z, a.near);
-  if (!nearest_blocker) return half_width;
-  ivec2 first, last;
-  windowRange(r, half_width, 0.0, first, last);
-  float nearest = lightDistance(a, hsmBounds(hsm, first, last).x);
-  return searchHalfWidth(a, r.z, max(nearest, a.near));
+  for (int i = 0; i < (nearest_blocker ? 2 : 0); ++i) {
+    ivec2 first, last;
+    windowRange(r, half_width, 0.0, first, last);
+    float nearest = lightDistance(a, hsmBounds(hsm, first, last).x);
+    half_width = searchHalfWidth(a, r.z, max(nearest, a.near));
+  }
+  return half_width;
 }
 
 #endif

@@ -8,6 +8,7 @@ pub mod hsm;
 pub mod mean_filter;
 pub mod nearest_edge;
 pub mod pcf;
+pub mod pcss;
 pub mod penumbra;
 pub mod pixels;
 pub mod rbsm;
