@@ -11,6 +11,7 @@ pub mod rbsm_branches;
 pub mod rbsm_filtered;
 pub mod rbsm_profile;
 pub mod rbsm_star;
+pub mod rbssm;
 mod revectorized;
 pub mod rpcf;
 pub mod sm;
@@ -131,6 +132,7 @@ pub const ALL: &[Info] = &[
     edtsm::INFO,
     edtsm_star::INFO,
     pcss::INFO,
+    rbssm::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",
