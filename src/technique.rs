@@ -12,6 +12,7 @@ pub mod rbsm_filtered;
 pub mod rbsm_profile;
 pub mod rbsm_star;
 pub mod rbssm;
+pub mod rbssm_naive;
 mod revectorized;
 pub mod rpcf;
 pub mod sm;
@@ -133,6 +134,7 @@ pub const ALL: &[Info] = &[
     edtsm_star::INFO,
     pcss::INFO,
     rbssm::INFO,
+    rbssm_naive::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

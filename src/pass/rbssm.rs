@@ -9,6 +9,15 @@ use crate::pass::soft::SearchWindow;
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Result};
 
+/// What is averaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RbssmVisibility {
+    /// Listing 4, silhouette recovery.
+    Recovery,
+    /// RBSM*, eq. 7.
+    Improved,
+}
+
 /// What of the pass is fixed at its making.
 #[derive(Clone, Copy, Debug)]
 pub struct RbssmConfig {
@@ -19,11 +28,13 @@ pub struct RbssmConfig {
     /// Where blockers are searched.
     pub window: SearchWindow,
     /// What is averaged.
-    pub visibility: u32,
-    /// Experiment.
-    pub counted: u32,
+    pub visibility: RbssmVisibility,
+    /// The filter is never narrower, texels, unless the search window is: so a light of size 0 has no penumbra all the same.
+    pub least_width: f32,
     /// `MAXDIST`, texels: 1 to 64.
     pub max_distance: u32,
+    /// Runs are found once for all taps that lie on them.
+    pub reuse: bool,
     /// Pixels are first classified by the depths under their window; only the others are searched and filtered.
     pub listed: bool,
 }
@@ -39,9 +50,10 @@ impl Rbssm {
     /// Allocates for a camera image and a shadow map.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for numbers of taps out of range.
+    /// [`Error::Parameter`] for numbers of taps, a width or a distance out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RbssmConfig) -> Result<Self> {
-        let RbssmConfig { search_taps, filter_taps, window, visibility, counted, max_distance, listed } = config;
+        let RbssmConfig { search_taps, filter_taps, window, visibility, least_width, max_distance, reuse, listed } =
+            config;
         check_max_distance(max_distance)?;
         for (what, taps) in [("search", search_taps), ("filter", filter_taps)] {
             if taps % 2 == 0 || taps > 63 {
@@ -50,10 +62,24 @@ impl Rbssm {
                 return Err(Error::Parameter(problem));
             }
         }
+        if !(0.0..=8.0).contains(&least_width) {
+            return Err(Error::Parameter(format!("a least width of {least_width} texels is not possible: 0 to 8")));
+        }
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "rbssm pixels", extent, listed, |step: Step| {
-            let constants =
-                [0, max_distance, search_taps, filter_taps, step as u32, visibility, narrow.into(), counted];
+            let improved = visibility == RbssmVisibility::Improved;
+            let constants = [
+                // `FIXED` of `glsl/pass/rbsm_receiver.glsl` is not for this pass.
+                0,
+                max_distance,
+                search_taps,
+                filter_taps,
+                step as u32,
+                improved.into(),
+                narrow.into(),
+                least_width.to_bits(),
+                reuse.into(),
+            ];
             let pipeline = context.pipeline::<RbsmPush>("pass/rbssm.comp", &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)

@@ -28,7 +28,7 @@ pub(super) struct SoftReceiver {
 }
 
 /// `lightDistance` of a depth.
-fn distance(a: &AreaLight, depth: f64, error: f64) -> Bounded<f64> {
+pub(super) fn distance(a: &AreaLight, depth: f64, error: f64) -> Bounded<f64> {
     let value = a.distance(depth);
     let error = if a.depth_scale > 0.0 {
         value * value / a.depth_scale * (error + ROUNDING * a.depth_offset)
@@ -58,7 +58,7 @@ pub(super) fn texels(view: &View<'_>, half_width: Bounded<DVec2>) -> Bounded<DVe
 }
 
 /// The whole numbers that rounding down a value may give.
-fn floors(value: f64, error: f64) -> std::ops::RangeInclusive<i64> {
+pub(super) fn floors(value: f64, error: f64) -> std::ops::RangeInclusive<i64> {
     (value - error).floor() as i64..=(value + error).floor() as i64
 }
 
@@ -95,7 +95,7 @@ impl SoftReceiver {
     }
 
     /// Place of tap `i` of `n` along an axis of a window, and the bound of its error.
-    fn tap(&self, half: Bounded<DVec2>, axis: usize, i: i64, n: i64) -> (f64, f64) {
+    pub fn tap(&self, half: Bounded<DVec2>, axis: usize, i: i64, n: i64) -> (f64, f64) {
         let t = (2 * i + 1) as f64 / n as f64 - 1.0;
         let place = self.at.value[axis] + t * half.value[axis];
         let error = self.at.error[axis]
