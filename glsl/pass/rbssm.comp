@@ -10,7 +10,8 @@
 // texel; of the texels between they know nothing.
 //
 // Departures from the paper: the default visibility is RBSM*, on both sides of an edge, not listing 4, which grows the
-// shadow; the filter is never narrower than LEAST_WIDTH, since within about a texel it is not known where the edge is; where
+// shadow; the filter is never narrower than LEAST_WIDTH, since within about
+// a texel it is not known where the edge is; where
 // no tap of the search found a blocker, the texel's neighbours are asked, for an edge may reach over from there; the rest as
 // in blockers.glsl. Runs are found for texels, not taps, and the paper's reuse along a kernel row is corrected (followTaps).
 #extension GL_GOOGLE_include_directive : require
@@ -270,7 +271,9 @@ bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
-  precise vec2 search = searchWindow(hsm, r, a, NEAREST_BLOCKER);
+  // As wide as the least filter, unless the light is so small that not even what touches it could cast such a penumbra.
+  precise vec2 least = min(vec2(0.5 * LEAST_WIDTH), windowTexels(searchHalfWidth(a, r.z, a.near)));
+  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
   if (STEP == LIST) {
     // With the ring around it, by which edges are known.
     int found = classify(hsm, blocks, r, search, 1.0);
@@ -280,10 +283,8 @@ bool visibilityAt(ivec2 pixel, out float v) {
   ShadowPoint p = shadowPoint(r.at, r.map.depth, r.slope, 0.0);
   Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS);
   if (b.count == 0) b = neighbouringBlockers(p, a);
-  // Neither rounding nor the least width may carry the filter out of what was searched and classified: so a light of size 0
-  // leaves no width.
-  vec2 searched = windowTexels(search);
-  precise vec2 half_texels = min(max(windowTexels(filterHalfWidth(a, r.z, b.z)), vec2(0.5 * LEAST_WIDTH)), searched);
+  // Rounding must not carry the filter out of what was searched and classified.
+  precise vec2 half_texels = min(max(windowTexels(filterHalfWidth(a, r.z, b.z)), least), windowTexels(search));
   v = 1.0;
   if (b.count > 0) v = filterRevectorized(p, r, half_texels);
   return true;

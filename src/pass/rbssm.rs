@@ -29,7 +29,8 @@ pub struct RbssmConfig {
     pub window: SearchWindow,
     /// What is averaged.
     pub visibility: RbssmVisibility,
-    /// The filter is never narrower, texels, unless the search window is: so a light of size 0 has no penumbra all the same.
+    /// The filter is never narrower, texels, unless the light is so small that not even what touches it could cast such a
+    /// penumbra: so one of size 0 keeps its hard edges.
     pub least_width: f32,
     /// `MAXDIST`, texels: 1 to 64.
     pub max_distance: u32,

@@ -65,7 +65,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         MapReceiver::Open(open) => {
             let pixel = Pixel::new(&view, &light, &open, settings);
             let windows = pixel.soft.search_windows(&light, &view, hsm.as_ref());
-            let verdicts = windows.into_iter().map(|window| pixel.search_and_filter(window));
+            let verdicts = windows.into_iter().map(|window| pixel.search_and_filter(pixel.at_least(window)));
             open.with_doubts(verdicts.reduce(Verdict::or_verdict).unwrap_or(Verdict::sure(1.0)))
         }
     });
@@ -88,6 +88,28 @@ impl<'a> Pixel<'a> {
         Self { view, light, settings, hard, soft, tests }
     }
 
+    /// Least half-width of the filter, texels.
+    fn least(&self) -> Bounded<DVec2> {
+        let near = self.light.near();
+        let near = Bounded { value: near, error: ROUNDING * near };
+        let possible = soft::texels(self.view, soft::half_width(self.light, self.soft.z, near));
+        let least = DVec2::splat(0.5 * f64::from(self.settings.least_width));
+        let error = dvec2(
+            if possible.value.x - possible.error.x < least.x { possible.error.x } else { 0.0 },
+            if possible.value.y - possible.error.y < least.y { possible.error.y } else { 0.0 },
+        );
+        Bounded { value: least.min(possible.value), error }
+    }
+
+    /// A search window, widened to the least filter.
+    fn at_least(&self, window: Bounded<DVec2>) -> Bounded<DVec2> {
+        let (least, extent) = (self.least(), self.view.map_extent());
+        Bounded {
+            value: window.value.max(least.value / extent),
+            error: window.error.max(least.error / extent + ROUNDING * least.value / extent),
+        }
+    }
+
     fn search_and_filter(&self, window: Bounded<DVec2>) -> Verdict {
         let found = soft::find_blockers(self.view, &self.soft, self.light, window, self.settings.search_taps.into());
         let Some(z) = found.z else {
@@ -107,13 +129,12 @@ impl<'a> Pixel<'a> {
     /// Half-width of the filter, texels.
     fn width(&self, window: Bounded<DVec2>, z: Bounded<f64>) -> Bounded<DVec2> {
         let h = soft::texels(self.view, soft::half_width(self.light, self.soft.z, z));
-        let searched = soft::texels(self.view, window);
-        let least = 0.5 * f64::from(self.settings.least_width);
-        let clamped = |h: DVec2| h.max(DVec2::splat(least)).min(searched.value);
+        let (searched, least) = (soft::texels(self.view, window), self.least());
+        let clamped = |h: DVec2| h.max(least.value).min(searched.value);
         let value = clamped(h.value);
         // Where the clamps hold it rounding does not move it; but they may move themselves.
         let moved = (clamped(h.value + h.error) - clamped(h.value - h.error)).max(DVec2::ZERO);
-        Bounded { value, error: moved + searched.error.min(value * 1e-3) + ROUNDING * value }
+        Bounded { value, error: moved + searched.error.min(value * 1e-3) + least.error + ROUNDING * value }
     }
 
     /// `neighbouringBlockers`, and the filter over what they give.

@@ -63,9 +63,9 @@ pub(super) const LEAST_WIDTH: Param = Param::float(
     "least_width",
     0.0,
     8.0,
-    1.0,
+    0.7,
     "texels",
-    "the filter is never narrower, nor wider for that than the search window: a light of size 0 keeps its hard edge",
+    "the filter is never narrower, unless the light is so small that it has no such penumbra at all: size 0 keeps hard edges",
 );
 pub(super) const NORMAL_OFFSET: Param = Param { default: 0.0, ..sm::NORMAL_OFFSET };
 pub(super) const DEPTH_BIAS: Param = Param { default: 0.3, ..super::revectorized::DEPTH_BIAS };
