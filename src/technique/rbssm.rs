@@ -1,7 +1,7 @@
 //! Revectorization-based soft shadow mapping.
 
-use super::revectorized::MAX_DISTANCE;
-use super::{Info, Kind, Param, Setup, Technique, sm, visibility_image};
+use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
+use super::{Info, Kind, Param, Setup, Technique, visibility_image};
 use crate::gpu::Image;
 use crate::pass::rbsm::RbsmPush;
 use crate::pass::rbssm::{Rbssm, RbssmConfig, RbssmVisibility};
@@ -63,12 +63,10 @@ pub(super) const LEAST_WIDTH: Param = Param::float(
     "least_width",
     0.0,
     8.0,
-    0.7,
+    1.0,
     "texels",
     "the filter is never narrower, unless the light is so small that it has no such penumbra at all: size 0 keeps hard edges",
 );
-pub(super) const NORMAL_OFFSET: Param = Param { default: 0.0, ..sm::NORMAL_OFFSET };
-pub(super) const DEPTH_BIAS: Param = Param { default: 0.3, ..super::revectorized::DEPTH_BIAS };
 
 struct SoftShadows {
     info: &'static Info,

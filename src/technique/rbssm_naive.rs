@@ -1,7 +1,7 @@
 //! Revectorization-based soft shadow mapping without its accelerations.
 
-use super::rbssm::{DEPTH_BIAS, FILTER_TAPS, LEAST_WIDTH, NORMAL_OFFSET, SEARCH, SEARCH_TAPS, VISIBILITY, prepare};
-use super::revectorized::MAX_DISTANCE;
+use super::rbssm::{FILTER_TAPS, LEAST_WIDTH, SEARCH, SEARCH_TAPS, VISIBILITY, prepare};
+use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
 use super::{Info, Kind};
 
 /// The registry entry.
