@@ -70,8 +70,7 @@ fn search_and_filter(
     window: Bounded<DVec2>,
     settings: &Settings,
 ) -> Verdict {
-    // Written so that NaN counts.
-    if !((r.at.error + window.error * view.map_extent()).max_element() <= soft::MOST_DOUBTED) {
+    if !soft::is_followed(r.at.error + window.error * view.map_extent()) {
         return ANYTHING;
     }
     let found = soft::find_blockers(view, r, light, window, settings.search_taps.into());
@@ -93,7 +92,7 @@ fn search_and_filter(
         return if found.range.is_some() { none.or(0.0) } else { none };
     };
     let texels = width(z);
-    if !(texels.error.max_element() <= soft::MOST_DOUBTED) {
+    if !soft::is_followed(texels.error) {
         return ANYTHING;
     }
     let mut verdict = filter(view, r, texels, settings);
@@ -101,6 +100,7 @@ fn search_and_filter(
         let [a, b] = range.map(|value| width(Bounded { value, ..z }));
         let apart = (a.value - texels.value).abs().max((b.value - texels.value).abs());
         let error = texels.error + apart;
+        // Blockers in doubt move the width farther than rounding does, but no farther than can be gone through.
         verdict.doubt = if error.max_element() > 2.0 {
             1.0
         } else {

@@ -12,7 +12,12 @@ use glam::{DVec2, dvec2};
 
 /// Places in doubt by more than this many texels are not followed up: they may give anything, and going through all that
 /// they may read would take ages. Up to it, two texels at most come into question along an axis.
-pub(super) const MOST_DOUBTED: f64 = 0.5;
+const MOST_DOUBTED: f64 = 0.5;
+
+/// Whether a place whose error is bounded by this many texels is followed up; NaN is not.
+pub(super) fn is_followed(error: DVec2) -> bool {
+    error.cmple(DVec2::splat(MOST_DOUBTED)).all()
+}
 
 /// A value and the bound of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,7 +119,7 @@ impl SoftReceiver {
         let near = a.near();
         let near = Bounded { value: near, error: ROUNDING * near };
         let mut windows = vec![half_width(a, self.z, near)];
-        if self.at.error.max_element() > MOST_DOUBTED {
+        if !is_followed(self.at.error) {
             return None;
         }
         let Some(hsm) = hsm else { return Some(windows) };
@@ -139,8 +144,7 @@ impl SoftReceiver {
     fn ranges(&self, half: Bounded<DVec2>) -> Option<Vec<[[i64; 2]; 2]>> {
         let reach = half.value * 1.00001 + 0.01;
         let error = half.error + self.at.error + ROUNDING * (self.at.value.abs() + reach);
-        // Written so that NaN counts.
-        if !(error.max_element() <= MOST_DOUBTED) {
+        if !is_followed(error) {
             return None;
         }
         let mut ranges = vec![[[0; 2]; 2]];
