@@ -5,7 +5,7 @@
 //
 // As in the papers, taps lie at the centres of the window's cells: where the outermost ones do not reach yet, a penumbra's
 // lit rim is cut off, at up to half a tap's share. Taps that reach the rim were tried: they give blockers far from the
-// receiver too much weight, and more error on every scene.
+// receiver too much weight, and more error on each of five scenes.
 //
 // Departures: what blockers.glsl says of the search; a window without blockers is lit, but one of which every tap found one
 // is filtered all the same, since light may fall through a gap between taps.

@@ -12,6 +12,9 @@ use crate::pass::rbssm::RbssmVisibility;
 use crate::pass::soft::SearchWindow;
 use glam::{DVec2, dvec2};
 
+/// Where too much is in doubt to be followed up.
+const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
+
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -64,7 +67,9 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
             let pixel = Pixel::new(&view, &light, &open, settings);
-            let windows = pixel.soft.search_windows(&light, &view, hsm.as_ref());
+            let Some(windows) = pixel.soft.search_windows(&light, &view, hsm.as_ref()) else {
+                return open.with_doubts(ANYTHING);
+            };
             let verdicts = windows.into_iter().map(|window| pixel.search_and_filter(pixel.at_least(window)));
             open.with_doubts(verdicts.reduce(Verdict::or_verdict).unwrap_or(Verdict::sure(1.0)))
         }
@@ -111,6 +116,9 @@ impl<'a> Pixel<'a> {
     }
 
     fn search_and_filter(&self, window: Bounded<DVec2>) -> Verdict {
+        if !soft::is_followed(self.soft.at.error + window.error * self.view.map_extent()) {
+            return ANYTHING;
+        }
         let found = soft::find_blockers(self.view, &self.soft, self.light, window, self.settings.search_taps.into());
         let Some(z) = found.z else {
             let next_door = self.neighbouring_blockers(window);
@@ -165,6 +173,9 @@ impl<'a> Pixel<'a> {
 
     /// Mean of the taps over a half-width in texels.
     fn filter(&self, half: Bounded<DVec2>) -> Verdict {
+        if !soft::is_followed(half.error) {
+            return ANYTHING;
+        }
         let n = i64::from(self.settings.filter_taps);
         let axis = |axis| (0..n).map(|i| self.soft.tap(half, axis, i, n)).collect::<Vec<_>>();
         let (columns, rows) = (axis(0), axis(1));

@@ -45,14 +45,14 @@ fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
     technique::prepare("pcss", host.context(), &setup).unwrap()
 }
 
-/// A mirror that doubts everything agrees with anything.
+/// A mirror that doubts everything agrees with anything: its doubts stay small, and planted errors are found despite them.
 fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) -> Agreement {
     let agreement = compare(gpu, mirror, 1e-4);
     agreement.check(what, most_ties);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (doubt, rounding) = (mean(&mirror.doubt), mean(&mirror.rounding));
     println!("{what:42} on average doubt {doubt:.1e}, rounding {rounding:.1e}");
-    assert!(doubt < 0.01 && rounding < 5e-3, "{what}: {doubt:.1e}, {rounding:.1e}");
+    assert!(doubt < 0.02 && rounding < 5e-3, "{what}: {doubt:.1e}, {rounding:.1e}");
     agreement
 }
 
@@ -80,7 +80,7 @@ fn it_equals_its_mirror_on_scenes() {
                 let mirror = |s: &Settings| pcss::visibility(&shot.data(), s).unwrap();
                 let what = format!("pcss {name} {map_size} {set:?}");
                 assert!(partly(&gpu) > 100, "{what}: {} pixels in penumbra", partly(&gpu));
-                check(&gpu, &mirror(&settings(set)), &what, 0.4);
+                check(&gpu, &mirror(&settings(set)), &what, 0.02);
                 // Another number of taps is another image.
                 let s = settings(set);
                 let other = Settings { filter_taps: s.filter_taps + 2, exact_box: false, ..s };
@@ -111,7 +111,7 @@ fn it_equals_its_mirror_on_noise() {
                 assert_same_bits(&plain, &gpu, &what);
                 let constants = ground.constants(&map);
                 let mirror = pcss::visibility(&ground.data(&constants, &texels), &settings(set)).unwrap();
-                check(&gpu, &mirror, &what, 0.5);
+                check(&gpu, &mirror, &what, 0.25);
                 // The light a little larger is another image, unless it has no size.
                 let larger = Ground::new(host, is_spot, size, tilt).with_size(1.05);
                 let constants = larger.constants(&map);
