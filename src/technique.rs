@@ -11,6 +11,8 @@ pub mod rbsm_branches;
 pub mod rbsm_filtered;
 pub mod rbsm_profile;
 pub mod rbsm_star;
+pub mod rbssm;
+pub mod rbssm_naive;
 mod revectorized;
 pub mod rpcf;
 pub mod sm;
@@ -131,6 +133,8 @@ pub const ALL: &[Info] = &[
     edtsm::INFO,
     edtsm_star::INFO,
     pcss::INFO,
+    rbssm::INFO,
+    rbssm_naive::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

@@ -158,12 +158,15 @@ vec4 fragmentDistance(vec4 t, vec2 fraction) {
   return sign(t) * (c + (abs(t) - 1.0));
 }
 
-vec4 computeFragmentDistanceToSE(ShadowPoint p, vec3 d) {
+// Listing 3 in all four directions.
+vec4 traverseAll(ShadowPoint p, vec3 d) {
   vec4 t;
   // A loop, so that the traversal's code is there once.
   for (int k = 0; k < 4; ++k) t[k] = traverseShadowSilhouette(p, d, SIDES[k]);
-  return fragmentDistance(t, p.fraction);
+  return t;
 }
+
+vec4 computeFragmentDistanceToSE(ShadowPoint p, vec3 d) { return fragmentDistance(traverseAll(p, d), p.fraction); }
 
 // x, y: place in the edge from the end found, 0, to the other, 1; with two ends, from the nearer to the farther.
 // z, w: both ends of the axis were found 1, one 0, none -1.

@@ -49,8 +49,8 @@ void testKernel(ShadowPoint p) {
     }
     if (WIDTH < 31) last = uvec2(upper >> (WIDTH + 1), lower >> (WIDTH + 1)) & 1u;
     for (int k = 0; k < 2 && j + k < WIDTH + 2; ++k) {
-      uint bits = k == 0 ? upper : lower, row = bits >> 1 & RPCF_ALL;
-      rpcf_rows[j + k] = row;
+      uint bits = k == 0 ? upper : lower, row = bits >> 1 & lineBits(WIDTH);
+      window_rows[j + k] = row;
       int at = j + k - 1;
       if (at >= 0 && at < WIDTH) {
         left |= (bits & 1u) << at;
@@ -58,8 +58,8 @@ void testKernel(ShadowPoint p) {
       }
     }
   }
-  rpcf_columns[0] = left;
-  rpcf_columns[WIDTH + 1] = right;
+  window_columns[0] = left;
+  window_columns[WIDTH + 1] = right;
 }
 
 bool decide(ShadowPoint p, out float v) {
@@ -78,8 +78,8 @@ float workOut(ShadowPoint p) {
   testKernel(p);
   for (int i = 0; i < WIDTH; ++i) {
     uint column = 0u;
-    for (int j = 0; j < WIDTH; ++j) column |= (rpcf_rows[j + 1] >> i & 1u) << j;
-    rpcf_columns[i + 1] = column;
+    for (int j = 0; j < WIDTH; ++j) column |= (window_rows[j + 1] >> i & 1u) << j;
+    window_columns[i + 1] = column;
   }
   return rpcfMean(p, FUNCTION);
 }

@@ -13,6 +13,7 @@ pub mod penumbra;
 pub mod pixels;
 pub mod rbsm;
 pub mod rbsm_view;
+pub mod rbssm;
 pub mod rpcf;
 pub mod sm;
 pub mod soft;

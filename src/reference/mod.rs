@@ -22,6 +22,7 @@ pub mod pcf;
 pub mod pcss;
 pub mod ray_traced;
 pub mod rbsm;
+pub mod rbssm;
 pub mod revectorize;
 pub mod rpcf;
 pub mod shade;

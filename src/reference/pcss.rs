@@ -12,6 +12,9 @@ use glam::DVec2;
 /// `NARROWEST_FILTER` and `NARROWEST_SEARCH`, texels.
 const NARROWEST: [f64; 2] = [0.5, 1.0];
 
+/// Where too much is in doubt to be followed up.
+const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
+
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -46,7 +49,10 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
             let r = SoftReceiver::new(&view, &light, &open);
-            let verdicts = r.search_windows(&light, &view, hsm.as_ref()).into_iter().map(|window| {
+            let Some(windows) = r.search_windows(&light, &view, hsm.as_ref()) else {
+                return open.with_doubts(ANYTHING);
+            };
+            let verdicts = windows.into_iter().map(|window| {
                 let least = NARROWEST[1] / view.map_extent();
                 let window = Bounded { value: window.value.max(least), ..window };
                 search_and_filter(&view, &light, &r, window, settings)
@@ -64,6 +70,9 @@ fn search_and_filter(
     window: Bounded<DVec2>,
     settings: &Settings,
 ) -> Verdict {
+    if !soft::is_followed(r.at.error + window.error * view.map_extent()) {
+        return ANYTHING;
+    }
     let found = soft::find_blockers(view, r, light, window, settings.search_taps.into());
     let width = |z: Bounded<f64>| {
         let h = soft::half_width(light, r.z, z);
@@ -83,12 +92,21 @@ fn search_and_filter(
         return if found.range.is_some() { none.or(0.0) } else { none };
     };
     let texels = width(z);
+    if !soft::is_followed(texels.error) {
+        return ANYTHING;
+    }
     let mut verdict = filter(view, r, texels, settings);
     if let Some(range) = found.range {
         let [a, b] = range.map(|value| width(Bounded { value, ..z }));
         let apart = (a.value - texels.value).abs().max((b.value - texels.value).abs());
-        let other = filter(view, r, Bounded { error: texels.error + apart, ..texels }, settings);
-        verdict.doubt = (other.doubt + other.rounding).min(1.0);
+        let error = texels.error + apart;
+        // Blockers in doubt move the width farther than rounding does, but no farther than can be gone through.
+        verdict.doubt = if error.max_element() > 2.0 {
+            1.0
+        } else {
+            let other = filter(view, r, Bounded { error, ..texels }, settings);
+            (other.doubt + other.rounding).min(1.0)
+        };
     }
     if found.doubtful { verdict.or(1.0) } else { verdict }
 }

@@ -94,7 +94,7 @@ impl<'a> Tests<'a> {
     }
 
     /// The test of a texel, by the plane through the centre of `first`.
-    fn test(&self, first: [i64; 2], texel: [i64; 2]) -> super::view::Decision {
+    pub fn test(&self, first: [i64; 2], texel: [i64; 2]) -> super::view::Decision {
         let away = vector(texel) - vector(first);
         let from_place = vector(texel) + 0.5 - self.place;
         let steps = away.x.abs() + away.y.abs();

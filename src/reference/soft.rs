@@ -10,6 +10,15 @@ use super::map_receiver::OpenReceiver;
 use super::view::{Decision, ROUNDING, Verdict, View, shadow_test};
 use glam::{DVec2, dvec2};
 
+/// Places in doubt by more than this many texels are not followed up: they may give anything, and going through all that
+/// they may read would take ages. Up to it, two texels at most come into question along an axis.
+const MOST_DOUBTED: f64 = 0.5;
+
+/// Whether a place whose error is bounded by this many texels is followed up; NaN is not.
+pub(super) fn is_followed(error: DVec2) -> bool {
+    error.cmple(DVec2::splat(MOST_DOUBTED)).all()
+}
+
 /// A value and the bound of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounded<T> {
@@ -28,7 +37,7 @@ pub(super) struct SoftReceiver {
 }
 
 /// `lightDistance` of a depth.
-fn distance(a: &AreaLight, depth: f64, error: f64) -> Bounded<f64> {
+pub(super) fn distance(a: &AreaLight, depth: f64, error: f64) -> Bounded<f64> {
     let value = a.distance(depth);
     let error = if a.depth_scale > 0.0 {
         value * value / a.depth_scale * (error + ROUNDING * a.depth_offset)
@@ -58,7 +67,7 @@ pub(super) fn texels(view: &View<'_>, half_width: Bounded<DVec2>) -> Bounded<DVe
 }
 
 /// The whole numbers that rounding down a value may give.
-fn floors(value: f64, error: f64) -> std::ops::RangeInclusive<i64> {
+pub(super) fn floors(value: f64, error: f64) -> std::ops::RangeInclusive<i64> {
     (value - error).floor() as i64..=(value + error).floor() as i64
 }
 
@@ -95,7 +104,7 @@ impl SoftReceiver {
     }
 
     /// Place of tap `i` of `n` along an axis of a window, and the bound of its error.
-    fn tap(&self, half: Bounded<DVec2>, axis: usize, i: i64, n: i64) -> (f64, f64) {
+    pub fn tap(&self, half: Bounded<DVec2>, axis: usize, i: i64, n: i64) -> (f64, f64) {
         let t = (2 * i + 1) as f64 / n as f64 - 1.0;
         let place = self.at.value[axis] + t * half.value[axis];
         let error = self.at.error[axis]
@@ -104,16 +113,20 @@ impl SoftReceiver {
         (place, error)
     }
 
-    /// `searchWindow`, in uv: every window that rounding may lead to, the most likely first.
-    pub fn search_windows(&self, a: &AreaLight, view: &View<'_>, hsm: Option<&Hsm>) -> Vec<Bounded<DVec2>> {
+    /// `searchWindow`, in uv: every window that rounding may lead to, the most likely first; `None` where places are in
+    /// doubt by more than [`MOST_DOUBTED`].
+    pub fn search_windows(&self, a: &AreaLight, view: &View<'_>, hsm: Option<&Hsm>) -> Option<Vec<Bounded<DVec2>>> {
         let near = a.near();
         let near = Bounded { value: near, error: ROUNDING * near };
         let mut windows = vec![half_width(a, self.z, near)];
-        let Some(hsm) = hsm else { return windows };
+        if !is_followed(self.at.error) {
+            return None;
+        }
+        let Some(hsm) = hsm else { return Some(windows) };
         for _ in 0..2 {
             let mut next: Vec<Bounded<DVec2>> = vec![];
             for window in windows {
-                for [first, last] in self.ranges(texels(view, window)) {
+                for [first, last] in self.ranges(texels(view, window))? {
                     let nearest = distance(a, hsm.bounds(first, last)[0].into(), 0.0);
                     let nearest = if nearest.value < near.value { near } else { nearest };
                     let window = half_width(a, self.z, nearest);
@@ -124,13 +137,16 @@ impl SoftReceiver {
             }
             windows = next;
         }
-        windows
+        Some(windows)
     }
 
-    /// `windowRange` without a margin.
-    fn ranges(&self, half: Bounded<DVec2>) -> Vec<[[i64; 2]; 2]> {
+    /// `windowRange` without a margin: at most 16 ranges.
+    fn ranges(&self, half: Bounded<DVec2>) -> Option<Vec<[[i64; 2]; 2]>> {
         let reach = half.value * 1.00001 + 0.01;
         let error = half.error + self.at.error + ROUNDING * (self.at.value.abs() + reach);
+        if !is_followed(error) {
+            return None;
+        }
         let mut ranges = vec![[[0; 2]; 2]];
         for (end, axis) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let place = self.at.value[axis] + if end == 0 { -reach[axis] } else { reach[axis] };
@@ -145,7 +161,7 @@ impl SoftReceiver {
             }
             ranges = all;
         }
-        ranges
+        Some(ranges)
     }
 }
 

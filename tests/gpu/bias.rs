@@ -18,6 +18,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rpcf", &[("width", "7")]),
     ("rpcf", &[("width", "15"), ("visibility", "profile")]),
     ("pcss", &[]),
+    ("rbssm", &[]),
 ];
 
 /// Lights of the given tilt against a plane's normal.

@@ -20,6 +20,7 @@ const GOLDEN: &[Golden] = &[
     ("courtyard", "edtsm", &[("penumbra", "0.3")]),
     ("robot", "edtsm-star", &[]),
     ("jenga", "pcss", &[]),
+    ("robot", "rbssm", &[]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

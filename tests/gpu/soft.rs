@@ -1,8 +1,9 @@
-//! Penumbrae of an area light: the shared passes and percentage-closer soft shadows.
+//! Penumbrae of an area light: the shared passes and the techniques made of them.
 
 mod ground;
 mod hsm;
 mod pcss;
+mod rbssm;
 
 use edgeshade::view::{LightKind, LightView};
 

@@ -23,6 +23,7 @@ const MODES: &[Mode] = &[
     ("rpcf", &[("width", "7")], 1.0 / 255.0),
     ("edtsm-star", &[], 0.02),
     ("pcss", &[], 0.02),
+    ("rbssm", &[], 0.02),
 ];
 
 #[test]

@@ -77,6 +77,12 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/rbsm_view.comp", |c| {
         c.pipeline::<RbsmPush>("pass/rbsm_view.comp", &[0, 16, 2])?.check_uniform::<ViewConstants>("view")
     }),
+    ("pass/rbssm.comp", |c| {
+        for constants in [[0, 16, 9, 11, 0, 1, 1, 0x3f80_0000, 1], [0, 1, 1, 63, 1, 0, 0, 0, 0]] {
+            c.pipeline::<RbsmPush>("pass/rbssm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
     ("pass/rpcf.comp", |c| {
         for constants in [[0, 16, 1, 0, 0, 0], [1, 1, 7, 1, 1, 0], [0, 64, 31, 2, 2, 1]] {
             c.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;

@@ -1,5 +1,6 @@
 //! A plane, level or tilted, that fills a camera's view and that of a light, under shadow maps made by hand.
 
+use crate::passes::Random;
 use ash::vk;
 use edgeshade::Inputs;
 use edgeshade::gpu::{Image, ImageDesc};
@@ -103,4 +104,21 @@ pub fn upload(host: &Host, depths: &[f32]) -> Image {
     let usage = vk::ImageUsageFlags::SAMPLED;
     let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", vk::Format::D32_SFLOAT, MAP) };
     host.upload_image(&desc, bytemuck::cast_slice(depths)).unwrap()
+}
+
+/// Depths of noise: holes, casters at many heights, now and then one texel among others.
+pub fn noise(ground: &Ground, seed: u64) -> Vec<f32> {
+    let mut random = Random(seed);
+    let blocks: Vec<f32> = (0..20 * 20).map(|_| random.unit()).collect();
+    let stored = |v: f32| match v {
+        0.0..0.4 => 1.0,
+        v => ground.stored(2.0 + 12.0 * f64::from(v - 0.4)),
+    };
+    (0..MAP[0] * MAP[1])
+        .map(|i| {
+            let (x, y) = (i % MAP[0], i / MAP[0]);
+            let own = random.unit();
+            stored(if own < 0.02 { 50.0 * own } else { blocks[(x / 6 + y / 5 * 20) as usize] })
+        })
+        .collect()
 }

@@ -1,0 +1,238 @@
+//! Revectorization-based soft shadow mapping against the mirror, and without its shortcuts.
+
+use super::enlarged;
+use super::ground::{Ground, IMAGE, MAP, noise, upload};
+use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, renderer};
+use crate::common::{shipped_scene, visibility, with_gpu};
+use crate::mirrors::compare;
+use crate::noise::visibility_of;
+use edgeshade::host::Host;
+use edgeshade::pass::rbssm::RbssmVisibility;
+use edgeshade::pass::soft::SearchWindow;
+use edgeshade::reference::Mirror;
+use edgeshade::reference::rbssm::{self, Settings};
+use edgeshade::scene::RenderDesc;
+use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
+
+type Set = &'static [(&'static str, &'static str)];
+
+/// Default; as in the paper; windows of few taps and of many, short runs and long ones.
+const FORMS: [Set; 4] = [
+    &[],
+    &[("search", "near"), ("visibility", "recovery"), ("least_width", "0")],
+    &[("search_taps", "3"), ("filter_taps", "5"), ("max_distance", "3")],
+    &[("search_taps", "5"), ("filter_taps", "33"), ("max_distance", "40"), ("least_width", "3")],
+];
+
+fn params(id: &str, set: Set) -> Params {
+    Params::parse(find(id).unwrap(), set.iter().copied()).unwrap()
+}
+
+fn settings(set: Set) -> Settings {
+    let p = params("rbssm", set);
+    Settings {
+        search_taps: p.int("search_taps"),
+        filter_taps: p.int("filter_taps"),
+        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+        visibility: match p.word("visibility") {
+            "recovery" => RbssmVisibility::Recovery,
+            _ => RbssmVisibility::Improved,
+        },
+        least_width: p.float("least_width"),
+        max_distance: p.int("max_distance"),
+        normal_offset: p.float("normal_offset"),
+        depth_bias: p.float("depth_bias"),
+    }
+}
+
+fn on_ground(host: &Host, id: &str, set: Set) -> Box<dyn Technique> {
+    let setup = Setup {
+        extent: IMAGE,
+        map_size: MAP,
+        output: OutputFormat::R32,
+        params: params(id, set),
+        intermediates: false,
+    };
+    technique::prepare(id, host.context(), &setup).unwrap()
+}
+
+/// A mirror that doubts everything agrees with anything.
+fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) {
+    compare(gpu, mirror, 1e-4).check(what, most_ties);
+    let doubt = mirror.doubt.iter().sum::<f64>() / mirror.doubt.len() as f64;
+    println!("{what:42} on average doubt {doubt:.1e}");
+    assert!(doubt < 0.01, "{what}: {doubt:.1e}");
+}
+
+fn partly(values: &[f32]) -> usize {
+    values.iter().filter(|v| (0.05..0.95).contains(*v)).count()
+}
+
+#[test]
+fn it_equals_its_mirror_on_scenes() {
+    with_gpu(|host| {
+        for (name, factor, map_size, normals) in [
+            ("robot", 4.0, 1024, true),
+            ("courtyard", 6.0, 512, true),
+            ("jenga", 3.0, 333, false),
+            ("fence", 1.0, 1024, true),
+        ] {
+            let scene = shipped_scene(name);
+            let mut r = renderer(host, &scene, RenderDesc { normals, ..desc([160, 90], map_size) });
+            let light = enlarged(r.light(), factor);
+            r.set_light(&scene, light);
+            for set in FORMS {
+                let gpu = visibility(&mut r, "rbssm", set);
+                let shot = Shot::of(host, &r, normals);
+                let mirror = |s: &Settings| rbssm::visibility(&shot.data(), s).unwrap();
+                let what = format!("rbssm {name} {map_size} {set:?}");
+                assert!(partly(&gpu) > 100, "{what}: {} pixels in penumbra", partly(&gpu));
+                let s = settings(set);
+                check(&gpu, &mirror(&s), &what, 0.4);
+                // Another number of taps is another image, and so is the other function.
+                let wrong = |s: &Settings| compare(&gpu, &mirror(s), 1e-4).wrong;
+                let taps = wrong(&Settings { filter_taps: s.filter_taps + 2, ..s });
+                let other = match s.visibility {
+                    RbssmVisibility::Recovery => RbssmVisibility::Improved,
+                    RbssmVisibility::Improved => RbssmVisibility::Recovery,
+                };
+                let function = wrong(&Settings { visibility: other, ..s });
+                assert!(taps > 20 && function > 20, "{what}: other taps {taps}, the other function {function}");
+            }
+        }
+    });
+}
+
+/// On noise every pixel has edges of all shapes; with all accelerations, with each alone, and with none.
+#[test]
+fn it_equals_its_mirror_and_the_naive_form_on_noise() {
+    with_gpu(|host| {
+        for set in FORMS {
+            let with = |more: Set| on_ground(host, "rbssm", [set, more].concat().leak());
+            let mut technique = with(&[]);
+            let mut others = [
+                ("naive", on_ground(host, "rbssm-naive", set)),
+                ("without reuse", with(&[("reuse", "off")])),
+                ("without skipping", with(&[("skip", "off")])),
+            ];
+            for (k, (is_spot, size, tilt)) in
+                [(true, 0.0, 0.0), (true, 0.5, 0.0), (true, 3.0, 0.3), (false, 0.02, 0.0), (false, 0.4, -0.2)]
+                    .into_iter()
+                    .enumerate()
+            {
+                let ground = Ground::new(host, is_spot, size, tilt);
+                let texels = noise(&ground, k as u64);
+                let map = upload(host, &texels);
+                let gpu = visibility_of(host, technique.as_mut(), &ground.inputs(&map));
+                let what = format!("rbssm on noise, spot {is_spot} {size} tilt {tilt} {set:?}");
+                assert_in_range(&gpu, &what);
+                for (name, other) in &mut others {
+                    let plain = visibility_of(host, other.as_mut(), &ground.inputs(&map));
+                    assert_same_bits(&plain, &gpu, &format!("{what}, {name}"));
+                }
+                let mirror = |ground: &Ground, s: &Settings| {
+                    let constants = ground.constants(&map);
+                    rbssm::visibility(&ground.data(&constants, &texels), s).unwrap()
+                };
+                check(&gpu, &mirror(&ground, &settings(set)), &what, 0.5);
+                // Another longest run is another image, and the light a little larger, unless it has no size.
+                let wrong = |m: &Mirror| compare(&gpu, m, 1e-4).wrong;
+                let shorter = wrong(&mirror(&ground, &Settings { max_distance: 1, ..settings(set) }));
+                assert!(shorter > 20, "{what}: shorter runs, {shorter} pixels");
+                let larger = ground.with_size(1.05);
+                let larger = wrong(&mirror(&larger, &settings(set)));
+                assert!(if size == 0.0 { larger == 0 } else { larger > 20 }, "{what}: larger light, {larger} pixels");
+            }
+        }
+    });
+}
+
+/// No acceleration changes a bit on any scene: not the classification, nor the bits of narrow windows, nor the runs reused
+/// in wide ones.
+#[test]
+fn it_is_the_naive_form_on_every_scene() {
+    with_gpu(|host| {
+        let (mut active, mut total) = (0, 0);
+        for (k, scene) in every_shipped().enumerate() {
+            for (size, map_size, factor) in [([160, 90], 1024, 1.0), ([96, 54], 2048, 6.0), ([160, 90], 100, 10.0)] {
+                let set: Set = FORMS[k % 2];
+                let mut r = renderer(host, &scene, desc(size, map_size));
+                let light = enlarged(r.light(), factor);
+                r.set_light(&scene, light);
+                let naive = visibility(&mut r, "rbssm-naive", set);
+                let (fast, timing) = frame(&mut r, "rbssm", set);
+                assert_same_bits(&naive, &fast, &format!("{} {size:?}, map {map_size}, light x {factor}", scene.name));
+                let tiles = timing.passes.iter().find_map(|p| p.tiles).unwrap();
+                (active, total) = (active + tiles.active, total + tiles.total);
+            }
+        }
+        println!("tiles searched: {active} of {total}");
+        assert!(active > 0 && active < total, "{active} of {total} tiles");
+    });
+}
+
+/// A light without size: the image of the hard technique, bit for bit.
+#[test]
+fn a_light_without_size_is_the_hard_technique() {
+    with_gpu(|host| {
+        for name in ["robot", "jenga", "courtyard"] {
+            let scene = shipped_scene(name);
+            let mut r = renderer(host, &scene, desc([160, 90], 512));
+            let light = enlarged(r.light(), 0.0);
+            r.set_light(&scene, light);
+            let bias: Set = &[("normal_offset", "0.1"), ("depth_bias", "0.3")];
+            for (word, id) in [("recovery", "rbsm"), ("improved", "rbsm-star")] {
+                let soft = visibility(&mut r, "rbssm", &[bias, &[("visibility", word)]].concat());
+                let hard = visibility(&mut r, id, &[bias, &[("slack", "0")]].concat());
+                assert_same_bits(&hard, &soft, &format!("{name}: {id}"));
+                let other = if word == "recovery" { "rbsm-star" } else { "rbsm" };
+                let other = visibility(&mut r, other, &[bias, &[("slack", "0")]].concat());
+                assert!(differing(&soft, &other, 0.5) > 100, "{name}: the other function goes unnoticed");
+            }
+        }
+    });
+}
+
+/// A slanted half-plane: its light's penumbra is straight, where that of texels has stairs.
+#[test]
+fn a_slanted_edge_has_no_stairs() {
+    with_gpu(|host| {
+        let mut techniques = [on_ground(host, "rbssm", &[]), on_ground(host, "rbssm", &[("max_distance", "1")])];
+        for (is_spot, size) in [(true, 0.05), (false, 0.02)] {
+            let ground = Ground::new(host, is_spot, size, 0.0);
+            let blocks = ground.stored(6.0);
+            let slope = 0.13;
+            let inside = |i: u32| f64::from(i % MAP[0]) - 50.0 + slope * (f64::from(i / MAP[0]) - 33.0) < 0.0;
+            let texels: Vec<f32> = (0..MAP[0] * MAP[1]).map(|i| if inside(i) { blocks } else { 1.0 }).collect();
+            let map = upload(host, &texels);
+            // Lit share of each row: a straight line down the image.
+            let rows = IMAGE[1] / 4..IMAGE[1] * 3 / 4;
+            let [straight, stairs] = [0, 1].map(|k: usize| {
+                let gpu = visibility_of(host, techniques[k].as_mut(), &ground.inputs(&map));
+                let row = |y: u32| gpu[(y * IMAGE[0]) as usize..][..IMAGE[0] as usize].iter().sum::<f32>();
+                let edge: Vec<f64> = rows.clone().map(|y| f64::from(row(y))).collect();
+                let n = edge.len() as f64;
+                let middle = (n - 1.0) / 2.0;
+                let mean = edge.iter().sum::<f64>() / n;
+                let spread: f64 = (0..edge.len()).map(|i| (i as f64 - middle).powi(2)).sum();
+                let tilt = (0..edge.len()).map(|i| (i as f64 - middle) * edge[i]).sum::<f64>() / spread;
+                let off = |i: usize| edge[i] - mean - tilt * (i as f64 - middle);
+                (0..edge.len()).map(|i| off(i).powi(2)).sum::<f64>().sqrt() / n.sqrt()
+            });
+            println!(
+                "slanted edge, spot {is_spot}: off a line by {straight:.3} pixels, with runs of one texel {stairs:.3}"
+            );
+            assert!(straight < 0.25 * stairs, "{straight} {stairs}");
+        }
+    });
+}
+
+#[test]
+fn impossible_settings_are_errors() {
+    for (name, value) in [("search_taps", "8"), ("filter_taps", "65"), ("least_width", "9"), ("visibility", "none")] {
+        for id in ["rbssm", "rbssm-naive"] {
+            let error = Params::parse(find(id).unwrap(), [(name, value)]).unwrap_err().to_string();
+            assert!(error.contains(name), "{error}");
+        }
+    }
+}
