@@ -13,7 +13,10 @@ pub mod rbsm_profile;
 pub mod rbsm_star;
 mod revectorized;
 pub mod rpcf;
+mod screen_space;
 pub mod sm;
+pub mod ssabss;
+pub mod ssrbssm;
 
 pub use params::{Param, ParamKind, Params};
 
@@ -131,6 +134,8 @@ pub const ALL: &[Info] = &[
     edtsm::INFO,
     edtsm_star::INFO,
     pcss::INFO,
+    ssabss::INFO,
+    ssrbssm::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

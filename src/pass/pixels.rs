@@ -60,6 +60,16 @@ impl PixelPass {
         Bind::Buffer(&self.list)
     }
 
+    /// A thread for each listed pixel, in groups of 64, once the list is made; for all where there is none.
+    pub(crate) fn threads(&self, [width, height]: [u32; 2]) -> Threads<'_> {
+        if self.is_listed() { Threads::Indirect(&self.list, 0) } else { Threads::Count([width, height, 1]) }
+    }
+
+    /// Whether pixels are listed.
+    pub(crate) fn is_listed(&self) -> bool {
+        self.listed.is_some()
+    }
+
     /// Writes every pixel of `output`; `names` are those of the two dispatches.
     pub(crate) fn record(
         &self,
