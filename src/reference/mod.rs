@@ -8,20 +8,25 @@
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
 pub mod accumulate;
+pub mod area_light;
 pub mod depth_bounds;
 pub mod edge_seeds;
 pub mod edt;
+pub mod hsm;
 mod map_receiver;
 pub mod mean_filter;
 pub mod nearest_edge;
 pub mod pcf;
+pub mod penumbra_width;
 pub mod ray_traced;
 pub mod rbsm;
 pub mod revectorize;
 pub mod rpcf;
+pub mod screen_filter;
 pub mod shade;
 pub mod shapes;
 pub mod sm;
+mod soft;
 mod view;
 
 pub use view::{FrameData, Mirror};

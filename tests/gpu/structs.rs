@@ -8,6 +8,7 @@ use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
 use edgeshade::pass::edt::EdtPush;
 use edgeshade::pass::pcf::PcfPush;
 use edgeshade::pass::rbsm::RbsmPush;
+use edgeshade::pass::screen_filter::ScreenFilterPush;
 use edgeshade::pass::sm::SmPush;
 use edgeshade::pass::view::ViewConstants;
 use edgeshade::scene::ShadePush;
@@ -52,6 +53,12 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/pcf_classify.comp", |c| {
         c.pipeline::<PcfPush>("pass/pcf_classify.comp", &[3])?.check_uniform::<ViewConstants>("view")
     }),
+    ("pass/penumbra_width.comp", |c| {
+        for constants in [[23, 1, 1, 0, 0], [1, 0, 0, 0, 1], [63, 1, 0, 0, 2]] {
+            c.pipeline::<SoftPush>("pass/penumbra_width.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
     ("pass/rbsm.comp", |c| {
         for constants in [[0, 16, 0, 0, 0], [1, 1, 1, 0, 1], [0, 64, 3, 2, 2]] {
             c.pipeline::<RbsmPush>("pass/rbsm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
@@ -71,6 +78,12 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/rpcf.comp", |c| {
         for constants in [[0, 16, 1, 0, 0, 0], [1, 1, 7, 1, 1, 0], [0, 64, 31, 2, 2, 1]] {
             c.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
+    ("pass/screen_filter.comp", |c| {
+        for constants in [[1, 0, 23, 0, 0, 1, 0], [0, 1, 1, 1, 1, 0, 1], [1, 1, 63, 0, 2, 1, 1]] {
+            c.pipeline::<ScreenFilterPush>("pass/screen_filter.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
     }),
