@@ -2,8 +2,8 @@
 // Width of the penumbra that an area light casts at every pixel, world units: 0 where there is none. Macedo, Apolinario, Aguero
 // (2019), eq. 6 and 7, for filters that work on the image of hard shadows.
 //
-// Pixels whose whole search window is in shadow by the hierarchical shadow map have no penumbra either, however wide the one
-// would be that their blockers cast.
+// Pixels whose whole search window is lit, or in shadow, by the hierarchical shadow map have no penumbra, however wide the one
+// would be that their blockers cast; their visibility is known with that.
 #extension GL_GOOGLE_include_directive : require
 #include "blockers.glsl"
 #include "hsm.glsl"
@@ -16,8 +16,8 @@ layout(constant_id = 2) const bool BOX = true;             // windows of up to T
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp
-layout(binding = 8) uniform sampler2D hard;   // hard shadows
-// What the filter's first pass writes: where it does not work, hard shadows.
+// Written where the visibility is known: the result, and what the filter's first pass leaves of it.
+layout(binding = 8) writeonly uniform image2D shadows;
 layout(binding = 9) writeonly uniform image2D between;
 
 layout(push_constant, scalar) uniform Push {
@@ -52,16 +52,28 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
   return Blockers(z, weight > 0.0 ? 1 : 0);
 }
 
+// Whether the pixel's visibility is known; otherwise it has the given search window.
+bool decide(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 search, out float v) {
+  search = vec2(0.0);
+  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / vec2(view.map_size));
+  if (STEP == LISTED) return false;
+  int found = classify(hsm, blocks, r, search, 0.5);
+  v = float(found);
+  return found != HSM_PENUMBRA;
+}
+
 bool visibilityAt(ivec2 pixel, out float width) {
-  if (STEP != LISTED) imageStore(between, pixel, vec4(texelFetch(hard, pixel, 0).x));
   AreaLight a = areaLight();
   SoftReceiver r;
-  float decided;
+  precise vec2 search;
+  float v;
   width = 0.0;
-  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, decided)) return true;
-  vec2 map_size = vec2(view.map_size);
-  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / map_size);
-  if (STEP != LISTED && classify(hsm, blocks, r, search, 0.5) != HSM_PENUMBRA) return true;
+  if (decide(pixel, a, r, search, v)) {
+    imageStore(shadows, pixel, vec4(v));
+    imageStore(between, pixel, vec4(v));
+    return true;
+  }
   if (STEP == LIST) return false;
   vec2 texels = windowTexels(search);
   Blockers b;

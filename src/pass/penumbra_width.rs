@@ -50,6 +50,7 @@ impl PenumbraWidth {
             Ok(pipeline)
         })?;
         let desc = ImageDesc::storage("penumbra width", vk::Format::R32_SFLOAT, extent);
+        let desc = ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc };
         Ok(Self {
             pass,
             hsm: Hsm::new(context, map_size)?,
@@ -79,19 +80,24 @@ impl PenumbraWidth {
         self.pass.threads(self.widths.extent())
     }
 
+    /// Of a light without size.
+    pub fn clear(&self, frame: &mut Frame<'_>) {
+        frame.fill_image("no penumbrae", &self.widths, 0);
+    }
+
     /// Whether they are listed.
     pub(crate) fn is_listed(&self) -> bool {
         self.pass.is_listed()
     }
 
-    /// Writes the widths, and the hard shadows `hard` into `between`, of one channel.
+    /// Writes the widths; and where the visibility is known with that, as there is no penumbra, into both other images.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
         push: SoftPush,
-        (hard, between): (&Image, &Image),
+        (shadows, between): (&Image, &Image),
     ) -> Result<()> {
         self.hsm.record(frame, inputs)?;
         self.bounds.record(frame, inputs)?;
@@ -104,7 +110,7 @@ impl PenumbraWidth {
             self.pass.list(),
             Bind::Image(self.hsm.bounds()),
             Bind::Image(self.bounds.blocks()),
-            Bind::Image(hard),
+            Bind::Image(shadows),
             Bind::Image(between),
         ];
         let names = ["classify penumbrae", "penumbra width"];

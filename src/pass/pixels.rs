@@ -28,6 +28,11 @@ pub struct PixelPass {
     tiles_total: u32,
 }
 
+/// A list of nothing, for passes that may work off one but have none.
+pub(crate) fn no_list(context: &Context) -> Result<Buffer> {
+    indirect_list(context.device(), "no list", HEADER, 0)
+}
+
 impl PixelPass {
     /// Makes the pipelines of the steps that `listed` needs, and room for every pixel of an image. An image with more
     /// pixels than a storage buffer may have entries is worked on without a list.

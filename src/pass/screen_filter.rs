@@ -92,7 +92,7 @@ impl ScreenFilter {
         self.between.memory_bytes()
     }
 
-    /// What the first pass writes; [`PenumbraWidth::record`] fills it before.
+    /// What the first pass writes; [`PenumbraWidth::record`] fills it where that does not work.
     pub fn between(&self) -> &Image {
         &self.between
     }

@@ -1,15 +1,16 @@
 //! What the techniques share that filter hard shadows in screen space, as wide as an area light's penumbrae: hard shadows,
 //! width of the penumbra by a blocker search in the shadow map, separable cross-bilateral filter.
 
-use super::{Info, Param, Setup, Technique, visibility_image};
+use super::{Info, Param, Setup, Technique, revectorized, visibility_image};
 use crate::gpu::{Buffer, Image};
 use crate::pass::edge_seeds::SurfaceTest;
 use crate::pass::penumbra_width::{PenumbraWidth, WidthConfig};
-use crate::pass::rbsm::{Rbsm, RbsmPush};
+use crate::pass::rbsm::{Rbsm, RbsmOfList, RbsmPush, Revectorization};
 use crate::pass::screen_filter::{Footprint, Kernel, ScreenFilter, ScreenFilterConfig, ScreenFilterPush};
 use crate::pass::sm::{Sm, SmPush};
 use crate::pass::soft::{SearchWindow, SoftPush};
 use crate::pass::view::ViewBuffer;
+use crate::view::LightKind;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
 pub(super) const SEARCH_TAPS: Param =
@@ -73,23 +74,54 @@ pub(super) const SKIP: Param = Param::choice(
 
 /// Hard shadows to be filtered.
 pub(super) enum Hard {
-    /// Revectorized.
-    Revectorized(Rbsm, RbsmPush),
-    /// One test a pixel.
-    Test(Sm, SmPush),
+    /// Revectorized: of all pixels, and of listed ones.
+    Revectorized(Rbsm, RbsmOfList, RbsmPush),
+    /// One test a pixel, likewise.
+    Test(Sm, Sm, SmPush),
 }
 
 impl Hard {
+    /// Revectorization by a technique's parameters.
+    pub(super) fn revectorized(context: &Context, setup: &Setup, function: Revectorization) -> Result<Self> {
+        let config = revectorized::config(setup, function, false);
+        let all = Rbsm::new(context, setup.extent, config)?;
+        Ok(Self::Revectorized(all, RbsmOfList::new(context, config)?, revectorized::push(setup)))
+    }
+
+    /// Plain tests by a technique's parameters.
+    pub(super) fn test(context: &Context, setup: &Setup) -> Result<Self> {
+        let p = &setup.params;
+        let push = SmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") };
+        Ok(Self::Test(Sm::new(context)?, Sm::of_list(context)?, push))
+    }
+
+    /// Of every pixel.
     fn record(&self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, output: &Image) -> Result<()> {
         match self {
-            Self::Revectorized(pass, push) => pass.record(frame, view, inputs, *push, output),
-            Self::Test(pass, push) => pass.record(frame, view, inputs, *push, output),
+            Self::Revectorized(all, _, push) => all.record(frame, view, inputs, *push, output),
+            Self::Test(all, _, push) => all.record(frame, view, inputs, *push, output),
+        }
+    }
+
+    /// Of those that can lie in a penumbra.
+    fn record_list(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        width: &PenumbraWidth,
+        output: &Image,
+    ) -> Result<()> {
+        let list = (width.list(), width.threads());
+        match self {
+            Self::Revectorized(_, listed, push) => listed.record(frame, view, inputs, *push, list, output),
+            Self::Test(_, listed, push) => listed.record_list(frame, view, inputs, *push, list, output),
         }
     }
 
     fn memory_bytes(&self) -> u64 {
         match self {
-            Self::Revectorized(pass, _) => pass.memory_bytes(),
+            Self::Revectorized(all, ..) => all.memory_bytes(),
             Self::Test(..) => 0,
         }
     }
@@ -167,9 +199,25 @@ impl Technique for ScreenSpace {
         if let Some(image) = &self.hard_view {
             self.hard.record(frame, view, inputs, image)?;
         }
-        self.hard.record(frame, view, inputs, visibility)?;
-        self.width.record(frame, view, inputs, self.search, (visibility, self.filter.between()))?;
-        self.filter.record(frame, view, inputs, self.push, (&self.width, visibility))?;
+        let has_size = match inputs.light[0].kind {
+            LightKind::Spot { size } => size > 0.0,
+            LightKind::Directional { angle } => angle > 0.0,
+        };
+        let listed = has_size && self.width.is_listed();
+        if !listed {
+            self.hard.record(frame, view, inputs, visibility)?;
+        }
+        if has_size {
+            self.width.record(frame, view, inputs, self.search, (visibility, self.filter.between()))?;
+        } else if self.hard_view.is_some() {
+            self.width.clear(frame);
+        }
+        if listed {
+            self.hard.record_list(frame, view, inputs, &self.width, visibility)?;
+        }
+        if has_size {
+            self.filter.record(frame, view, inputs, self.push, (&self.width, visibility))?;
+        }
         frame.end_group();
         Ok(visibility.as_ref())
     }
@@ -179,8 +227,8 @@ impl Technique for ScreenSpace {
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        let hard = self.hard_view.iter().map(|image| ("hard", image));
-        hard.chain([("width", self.width.widths()), ("first-side", self.filter.between())]).collect()
+        let Some(hard) = &self.hard_view else { return vec![] };
+        vec![("hard", hard), ("width", self.width.widths())]
     }
 
     fn memory_bytes(&self) -> u64 {

@@ -3,7 +3,6 @@
 use super::screen_space::{self, Hard};
 use super::{Info, Kind, Param, Setup, Technique, sm};
 use crate::pass::screen_filter::Kernel;
-use crate::pass::sm::{Sm, SmPush};
 use crate::{Context, Result};
 
 /// The registry entry.
@@ -38,8 +37,6 @@ pub const INFO: Info = Info {
 };
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
-    let p = &setup.params;
-    let push = SmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") };
-    let hard = Hard::Test(Sm::new(context)?, push);
-    screen_space::prepare(context, setup, &INFO, hard, (Kernel::Gaussian, p.float("sigma")))
+    let hard = Hard::test(context, setup)?;
+    screen_space::prepare(context, setup, &INFO, hard, (Kernel::Gaussian, setup.params.float("sigma")))
 }

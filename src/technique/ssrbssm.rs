@@ -1,9 +1,9 @@
 //! Screen-space revectorization-based soft shadow mapping.
 
-use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
+use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use super::screen_space::{self, Hard};
 use super::{Info, Kind, Param, Setup, Technique};
-use crate::pass::rbsm::{ProfileQuality, Rbsm, Revectorization};
+use crate::pass::rbsm::{ProfileQuality, Revectorization};
 use crate::pass::screen_filter::Kernel;
 use crate::{Context, Result};
 
@@ -45,7 +45,6 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         "profile" => Revectorization::Profile(ProfileQuality::Line),
         _ => Revectorization::Filtered,
     };
-    let config = revectorized::config(setup, revectorization, setup.params.word("skip") != "off");
-    let hard = Hard::Revectorized(Rbsm::new(context, setup.extent, config)?, revectorized::push(setup));
+    let hard = Hard::revectorized(context, setup, revectorization)?;
     screen_space::prepare(context, setup, &INFO, hard, (Kernel::Box, 0.0))
 }

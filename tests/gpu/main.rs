@@ -23,6 +23,7 @@ mod properties;
 mod revectorize;
 mod screen_space;
 mod shapes;
+mod soft;
 mod stability;
 mod structs;
 mod validation;

@@ -22,6 +22,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rbsm-star", &[("skip", "off")]),
     ("rbsm-profile", &[("quality", "line"), ("skip", "off")]),
     ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),
+    ("pcss", &[]),
     ("ssrbssm", &[]),
     ("ssabss", &[("skip", "off")]),
 ];

@@ -57,7 +57,8 @@ fn deviations(places: &[(DVec2, f64)], visibility: &[f32], along_z: bool, width:
         samples.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (first, last) = (samples.first()?, samples.last()?);
         let nearest = pixels.iter().min_by(|a, b| across(**a).abs().total_cmp(&across(**b).abs()))?;
-        let seen_wide = width / places[*nearest].1 * if along_z { 1.0 } else { places[*nearest].1 * samples.len() as f64 / 3.0 / width };
+        let seen_wide = width / places[*nearest].1
+            * if along_z { 1.0 } else { places[*nearest].1 * samples.len() as f64 / 3.0 / width };
         if first.0 > -width || last.0 < width || first.1 > 0.0 || last.1 < 1.0 || seen_wide < 12.0 {
             return None;
         }
@@ -93,8 +94,8 @@ fn penumbrae_are_as_wide_as_the_light_makes_them() {
                     let width = if params[0].1 == "light" { upright / lean.cos() } else { upright };
                     let found = deviations(&places(&r), &visibility, along_z, width);
                     let relative: Vec<f64> = found.iter().map(|d| d / (share * width)).collect();
-                    let [least, most] =
-                        [f64::min as fn(f64, f64) -> f64, f64::max].map(|f| relative.iter().copied().reduce(f).unwrap());
+                    let [least, most] = [f64::min as fn(f64, f64) -> f64, f64::max]
+                        .map(|f| relative.iter().copied().reduce(f).unwrap());
                     let mean = relative.iter().sum::<f64>() / relative.len() as f64;
                     let what = format!("{id} {} {tilt} degrees, along z {along_z}, lean {lean}", params[0].1);
                     println!("{what}: {least:.3} to {most:.3}, mean {mean:.3}, of the width, {} lines", found.len());
