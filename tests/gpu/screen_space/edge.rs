@@ -76,8 +76,8 @@ const TILTS: [(bool, f64); 5] = [(true, 20.0), (true, 45.0), (true, 80.0), (fals
 fn kinds() -> [(&'static str, Pairs<'static>, f64); 3] {
     [
         ("ssrbssm", &[("footprint", "light")], 1.0 / 12f64.sqrt()),
-        ("ssabss", &[("footprint", "plane")], 0.25),
-        ("ssabss", &[("footprint", "light")], 0.25),
+        ("ssabss", &[("footprint", "plane"), ("sigma", "0.25")], 0.25),
+        ("ssabss", &[("footprint", "light")], 0.29),
     ]
 }
 
