@@ -77,12 +77,8 @@ bool visibilityAt(ivec2 pixel, out float width) {
   if (STEP == LIST) return false;
   vec2 texels = windowTexels(search);
   Blockers b;
-  // The narrowed window is as wide as the penumbra may be: taps at its rim, not at the centres of its outermost cells, miss
-  // nothing there.
-  float to_rim = NEAREST_BLOCKER ? float(TAPS) / float(max(TAPS - 1, 1)) : 1.0;
-  precise vec2 rim = search * to_rim;
   if (BOX && all(lessThanEqual(2.0 * texels, vec2(TAPS)))) b = findBlockersBox(r, a, texels);
-  else b = findBlockers(shadow_map, r, a, rim, TAPS);
+  else b = findBlockers(shadow_map, r, a, search, TAPS);
   if (b.count > 0) width = penumbraWidth(a, r.z, b.z);
   return true;
 }

@@ -64,13 +64,7 @@ fn search_and_filter(
     window: Bounded<DVec2>,
     settings: &Settings,
 ) -> Verdict {
-    let taps = f64::from(settings.search_taps);
-    let to_rim = match settings.window {
-        SearchWindow::Near => 1.0,
-        SearchWindow::Blockers => taps / (taps - 1.0).max(1.0),
-    };
-    let search = Bounded { value: window.value * to_rim, error: window.error * to_rim + ROUNDING * window.value };
-    let found = soft::find_blockers(view, r, light, search, settings.search_taps.into());
+    let found = soft::find_blockers(view, r, light, window, settings.search_taps.into());
     let width = |z: Bounded<f64>| {
         let h = soft::half_width(light, r.z, z);
         let clamped = |h: DVec2| {

@@ -106,12 +106,7 @@ impl Search<'_> {
                 .fold(Decision::Yes, Decision::and),
             false => Decision::No,
         };
-        let rim = match self.settings.window {
-            SearchWindow::Near => 1.0,
-            SearchWindow::Blockers => n / (n - 1.0).max(1.0),
-        };
-        let at_rim = Bounded { value: window.value * rim, error: window.error * rim + ROUNDING * window.value };
-        let by_taps = || self.from_blockers(&soft::find_blockers(self.view, self.r, self.light, at_rim, n as i64));
+        let by_taps = || self.from_blockers(&soft::find_blockers(self.view, self.r, self.light, window, n as i64));
         let by_box = || self.from_blockers(&soft::find_blockers_box(self.view, self.r, self.light, texels));
         let found = match is_box {
             Decision::Yes => by_box(),

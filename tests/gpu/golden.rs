@@ -19,6 +19,7 @@ const GOLDEN: &[Golden] = &[
     ("jenga", "rpcf", &[]),
     ("courtyard", "edtsm", &[("penumbra", "0.3")]),
     ("robot", "edtsm-star", &[]),
+    ("jenga", "pcss", &[]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

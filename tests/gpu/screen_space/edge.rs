@@ -19,7 +19,9 @@ const FOV: f64 = 0.8;
 fn scene(along_z: bool, tilt: f64, lean: f64, target: DVec3) -> Scene {
     let across = if along_z { DVec3::X } else { DVec3::NEG_Z };
     let place = dvec3(0.0, HEIGHT, 0.0) + across * (8.0 + HEIGHT * lean.tan());
-    let parts = vec![(plane(12.0), DAffine3::IDENTITY), (plane(8.0), moved(place))];
+    // The map is as wide as what casts: another plate far off makes room for the lit half of the penumbra.
+    let far_off = dvec3(0.0, HEIGHT, 0.0) + across * (HEIGHT * lean.tan() - 11.0);
+    let parts = vec![(plane(12.0), DAffine3::IDENTITY), (plane(8.0), moved(place)), (plane(0.2), moved(far_off))];
     let eye = target + dvec3(0.0, 3.0, 3.0 / tilt.tan());
     let projection = Projection::Perspective { fov_y: FOV, near: 0.1 };
     let camera = Camera { name: "made".into(), world_from_camera: look_at(eye, target), projection };
@@ -121,8 +123,8 @@ fn penumbrae_are_as_wide_as_the_light_makes_them() {
 fn constant_visibility_stays_constant() {
     with_gpu(|host| {
         for (side, value) in [(-1.0, 1.0f32), (1.0, 0.0)] {
-            let target = dvec3(side * 1.3, 0.0, 0.0);
-            let mut r = renderer(host, &scene(true, 1.5, 0.0, target), desc([160, 144], MAP));
+            let target = dvec3(side * 1.5, 0.0, 0.0);
+            let mut r = renderer(host, &scene(true, 1.5, 0.0, target), desc([144, 144], MAP));
             for id in ["ssrbssm", "ssabss"] {
                 let mut technique = prepare(host, &r, id, &[("search", "near"), ("search_taps", "31")], true);
                 r.frame(technique.as_mut()).unwrap();

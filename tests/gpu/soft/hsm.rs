@@ -24,10 +24,11 @@ fn levels_equal_the_mirror() {
             let format = vk::Format::D32_SFLOAT;
             let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", format, size) };
             let map = host.upload_image(&desc, bytemuck::cast_slice(&texels)).unwrap();
+            let depth = host.upload_image(&ImageDesc { array: false, ..desc }, bytemuck::cast_slice(&texels)).unwrap();
             let mut pass = Hsm::new(host.context(), size).unwrap();
             let inputs = Inputs {
                 camera: &camera,
-                depth: map.as_ref(),
+                depth: depth.as_ref(),
                 normal: None,
                 shadow_map: map.as_ref(),
                 light: &light,

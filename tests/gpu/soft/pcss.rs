@@ -46,14 +46,14 @@ fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
     technique::prepare("pcss", host.context(), &setup).unwrap()
 }
 
-/// A mirror that doubts everything agrees with anything.
+/// A mirror that doubts everything agrees with anything: its doubts stay small, and planted errors are found despite them.
 fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) -> Agreement {
     let agreement = compare(gpu, mirror, 1e-4);
     agreement.check(what, most_ties);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (doubt, rounding) = (mean(&mirror.doubt), mean(&mirror.rounding));
     println!("{what:42} on average doubt {doubt:.1e}, rounding {rounding:.1e}");
-    assert!(doubt < 0.01 && rounding < 1e-3, "{what}: {doubt:.1e}, {rounding:.1e}");
+    assert!(doubt < 0.02 && rounding < 5e-3, "{what}: {doubt:.1e}, {rounding:.1e}");
     agreement
 }
 
@@ -161,18 +161,29 @@ fn a_straight_edge_casts_a_ramp_of_the_right_width() {
             let edge = (f64::from(MAP[0] / 2) - 0.5 * f64::from(MAP[0])) * ground.texel();
             let worst = |technique: &mut dyn Technique, width: f64| {
                 let gpu = visibility_of(host, technique, &ground.inputs(&map));
-                let off = |i: usize| (f64::from(gpu[i]) - (0.5 + (ground.x(i) - edge) / width).clamp(0.0, 1.0)).abs();
-                // Rows away from the map's upper and lower rim.
-                let rows = IMAGE[1] as usize / 3 * IMAGE[0] as usize..IMAGE[1] as usize * 2 / 3 * IMAGE[0] as usize;
-                rows.map(off).fold(0.0, f64::max)
+                // The search sees the edge as far as its outermost tap reaches.
+                let half = (0.5 * width).max(ground.texel());
+                let reach = half * (1.0 - 1.0 / 9.0);
+                let off = |i: usize| {
+                    let x = ground.x(i) - edge;
+                    let ramp = (0.5 + x / width).clamp(0.0, 1.0);
+                    let expected = if x < reach { ramp } else { 1.0 };
+                    let tie = (x - reach).abs() < 1e-3 * half;
+                    if tie { 0.0 } else { (f64::from(gpu[i]) - expected).abs() }
+                };
+                // Away from the map's rim, beyond which all is lit.
+                let inner = |i: &usize| {
+                    ground.x(*i).abs() < 2.5 && (IMAGE[1] / 3..IMAGE[1] * 2 / 3).contains(&(*i as u32 / IMAGE[0]))
+                };
+                (0..gpu.len()).filter(inner).map(off).fold(0.0, f64::max)
             };
             let (found, by_taps) = (worst(exact.as_mut(), width), worst(spread.as_mut(), width));
             let texels = width / ground.texel();
             println!("edge, spot {is_spot} {size}: {texels:.1} texels, off by {found:.1e}, with 5 taps {by_taps:.3}");
             assert!((1.0..15.0).contains(&texels), "{texels}");
-            assert!(found < 2e-3, "{found}");
+            assert!(found < 1e-4, "{found}");
             assert!(by_taps < 0.11, "{by_taps}");
-            assert!(worst(exact.as_mut(), 1.05 * width) > 5e-3, "a width off by 5 % goes unnoticed");
+            assert!(worst(exact.as_mut(), 1.05 * width) > 1e-2, "a width off by 5 % goes unnoticed");
         }
     });
 }
