@@ -1,13 +1,25 @@
 //! The width of an area light's penumbra at every pixel, for filters that work on an image of hard shadows.
 
-use crate::gpu::{Buffer, Image, ImageDesc};
+use crate::gpu::{Buffer, Image, ImageDesc, shader_struct};
 use crate::pass::depth_bounds::DepthBounds;
 use crate::pass::hsm::Hsm;
 use crate::pass::pixels::{PixelPass, Step};
-use crate::pass::soft::{SearchWindow, SoftPush};
+use crate::pass::soft::SearchWindow;
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Result, Threads};
 use ash::vk;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/penumbra_width.comp`.
+    pub struct WidthPush {
+        /// Multiples of what a plane needs.
+        normal_offset: f32,
+        /// Fraction of a texel's slope, along both axes.
+        depth_bias: f32,
+        /// How far the filter that is to come looks, penumbra half-widths: 1 or more.
+        reach: f32,
+    }
+}
 
 /// What of the pass is fixed at its making.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +57,7 @@ impl PenumbraWidth {
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
             let constants = [search_taps, narrow.into(), exact_box.into(), 0, step as u32];
-            let pipeline = context.pipeline::<SoftPush>("pass/penumbra_width.comp", &constants)?;
+            let pipeline = context.pipeline::<WidthPush>("pass/penumbra_width.comp", &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         })?;
@@ -96,7 +108,7 @@ impl PenumbraWidth {
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
-        push: SoftPush,
+        push: WidthPush,
         (shadows, between): (&Image, &Image),
     ) -> Result<()> {
         self.hsm.record(frame, inputs)?;

@@ -18,6 +18,9 @@ shader_struct! {
     }
 }
 
+/// Where a Gaussian ends, standard deviations: as in the shader.
+const GAUSSIAN_REACH: f32 = 3.0;
+
 /// Weights of the taps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
@@ -25,6 +28,16 @@ pub enum Kernel {
     Box,
     /// A Gaussian, cut off at three standard deviations.
     Gaussian,
+}
+
+impl Kernel {
+    /// How far it looks, penumbra half-widths, but at least one; `sigma` is the Gaussian's standard deviation in widths.
+    pub fn reach(self, sigma: f32) -> f32 {
+        match self {
+            Self::Box => 1.0,
+            Self::Gaussian => (2.0 * GAUSSIAN_REACH * sigma).max(1.0),
+        }
+    }
 }
 
 /// What the filter covers in the image (`glsl/lib/footprint.glsl`).

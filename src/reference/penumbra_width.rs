@@ -27,6 +27,8 @@ pub struct Settings {
     pub normal_offset: f32,
     /// Fraction of a texel's slope, along both axes.
     pub depth_bias: f32,
+    /// How far the filter that is to come looks, penumbra half-widths.
+    pub reach: f32,
 }
 
 /// What the pass may find at a pixel.
@@ -76,7 +78,9 @@ pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
             let least = NARROWEST / view.map_extent();
             let windows = r.search_windows(&light, &view, hsm.as_ref()).into_iter();
             let found = windows.map(|w| {
-                let window = Bounded { value: w.value.max(least), ..w };
+                let reach = f64::from(settings.reach);
+                let wide = w.value * reach;
+                let window = Bounded { value: wide.max(least), error: w.error * reach + ROUNDING * wide };
                 Search { view: &view, light: &light, r: &r, settings }.width(window)
             });
             let found = found.reduce(Width::or).unwrap_or(NONE);

@@ -4,11 +4,11 @@
 use super::{Info, Param, Setup, Technique, revectorized, visibility_image};
 use crate::gpu::{Buffer, Image};
 use crate::pass::edge_seeds::SurfaceTest;
-use crate::pass::penumbra_width::{PenumbraWidth, WidthConfig};
+use crate::pass::penumbra_width::{PenumbraWidth, WidthConfig, WidthPush};
 use crate::pass::rbsm::{Rbsm, RbsmOfList, RbsmPush, Revectorization};
 use crate::pass::screen_filter::{Footprint, Kernel, ScreenFilter, ScreenFilterConfig, ScreenFilterPush};
 use crate::pass::sm::{Sm, SmPush};
-use crate::pass::soft::{SearchWindow, SoftPush};
+use crate::pass::soft::SearchWindow;
 use crate::pass::view::ViewBuffer;
 use crate::view::LightKind;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
@@ -133,7 +133,7 @@ struct ScreenSpace {
     hard: Hard,
     width: PenumbraWidth,
     filter: ScreenFilter,
-    search: SoftPush,
+    search: WidthPush,
     push: ScreenFilterPush,
     map_size: [u32; 2],
     visibility: Image,
@@ -179,7 +179,11 @@ pub(super) fn prepare(
         hard,
         filter: ScreenFilter::new(context, setup.extent, filter, width.is_listed())?,
         width,
-        search: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("search_bias") },
+        search: WidthPush {
+            normal_offset: p.float("normal_offset"),
+            depth_bias: p.float("search_bias"),
+            reach: kernel.reach(sigma),
+        },
         push: ScreenFilterPush { tolerance, sigma },
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "screen-space soft shadows", setup)?,

@@ -18,6 +18,8 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rpcf", &[("width", "7")]),
     ("rpcf", &[("width", "15"), ("visibility", "profile")]),
     ("pcss", &[]),
+    ("ssrbssm", &[]),
+    ("ssabss", &[]),
 ];
 
 /// Lights of the given tilt against a plane's normal.

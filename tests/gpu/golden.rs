@@ -20,6 +20,8 @@ const GOLDEN: &[Golden] = &[
     ("courtyard", "edtsm", &[("penumbra", "0.3")]),
     ("robot", "edtsm-star", &[]),
     ("jenga", "pcss", &[]),
+    ("jenga", "ssabss", &[]),
+    ("knot", "ssrbssm", &[]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

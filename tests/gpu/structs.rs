@@ -8,6 +8,7 @@ use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
 use edgeshade::pass::edt::EdtPush;
 use edgeshade::pass::hsm::HsmPush;
 use edgeshade::pass::pcf::PcfPush;
+use edgeshade::pass::penumbra_width::WidthPush;
 use edgeshade::pass::rbsm::RbsmPush;
 use edgeshade::pass::screen_filter::ScreenFilterPush;
 use edgeshade::pass::sm::SmPush;
@@ -64,7 +65,7 @@ const SHADERS: &[(&str, Make)] = &[
     }),
     ("pass/penumbra_width.comp", |c| {
         for constants in [[23, 1, 1, 0, 0], [1, 0, 0, 0, 1], [63, 1, 0, 0, 2]] {
-            c.pipeline::<SoftPush>("pass/penumbra_width.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+            c.pipeline::<WidthPush>("pass/penumbra_width.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
     }),
