@@ -9,6 +9,8 @@ use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
 
 const SIZE: [u32; 2] = [480, 270];
 const MAP: u32 = 2048;
+/// Lines along the image's border that are not judged.
+const BORDER: usize = 24;
 const HEIGHT: f64 = 10.0;
 /// Full angle of the sun, radians: a penumbra of 0.5 under a sun in the zenith.
 const ANGLE: f64 = 0.05;
@@ -69,7 +71,8 @@ fn deviations(places: &[(DVec2, f64)], visibility: &[f32], along_z: bool, width:
         let mean: f64 = steps().map(|(x, d)| x * d).sum();
         Some(steps().map(|(x, d)| (x - mean).powi(2) * d).sum::<f64>().sqrt())
     };
-    (0..lines).filter_map(deviation).collect()
+    // Beyond the image's border there is nothing to filter, on one side only of a filter that runs out of it aslant.
+    (BORDER..lines - BORDER).filter_map(deviation).collect()
 }
 
 const TILTS: [(bool, f64); 5] = [(true, 20.0), (true, 45.0), (true, 80.0), (false, 35.0), (false, 70.0)];
