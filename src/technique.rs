@@ -15,7 +15,10 @@ pub mod rbssm;
 pub mod rbssm_naive;
 mod revectorized;
 pub mod rpcf;
+mod screen_space;
 pub mod sm;
+pub mod ssabss;
+pub mod ssrbssm;
 
 pub use params::{Param, ParamKind, Params};
 
@@ -135,6 +138,8 @@ pub const ALL: &[Info] = &[
     pcss::INFO,
     rbssm::INFO,
     rbssm_naive::INFO,
+    ssabss::INFO,
+    ssrbssm::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

@@ -6,18 +6,16 @@
 #extension GL_GOOGLE_include_directive : require
 #include "receiver.glsl"
 #include "lib/shadow_test.glsl"
-
-layout(local_size_x = 8, local_size_y = 8) in;
+#include "pixel_steps.glsl" // all pixels at once, or those of a list that another pass makes
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
-layout(binding = 4) writeonly uniform image2D visibility;
 
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs
   float depth_bias;    // depth units on top
 } push;
 
-float visibilityAt(ivec2 pixel) {
+float testAt(ivec2 pixel) {
   Receiver r = receiverAt(pixel);
   if (!r.surface) return 1.0;
   if (dot(r.normal, towardsLight(r.position, 0)) <= 0.0) return 0.0;
@@ -30,8 +28,7 @@ float visibilityAt(ivec2 pixel) {
   return shadowTest(l.depth - push.depth_bias - DEPTH_ULPS, shadowMapDepth(shadow_map, texel, 0, map_size));
 }
 
-void main() {
-  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  if (any(greaterThanEqual(pixel, ivec2(view.size)))) return;
-  imageStore(visibility, pixel, vec4(visibilityAt(pixel)));
+bool visibilityAt(ivec2 pixel, out float v) {
+  v = testAt(pixel);
+  return true;
 }

@@ -28,6 +28,11 @@ pub struct PixelPass {
     tiles_total: u32,
 }
 
+/// A list of nothing, for passes that may work off one but have none.
+pub(crate) fn no_list(context: &Context) -> Result<Buffer> {
+    indirect_list(context.device(), "no list", HEADER, 0)
+}
+
 impl PixelPass {
     /// Makes the pipelines of the steps that `listed` needs, and room for every pixel of an image. An image with more
     /// pixels than a storage buffer may have entries is worked on without a list.
@@ -58,6 +63,16 @@ impl PixelPass {
     /// The list, for binding.
     pub(crate) fn list(&self) -> Bind<'_> {
         Bind::Buffer(&self.list)
+    }
+
+    /// A thread for each listed pixel, in groups of 64, once the list is made; for all where there is none.
+    pub(crate) fn threads(&self, [width, height]: [u32; 2]) -> Threads<'_> {
+        if self.is_listed() { Threads::Indirect(&self.list, 0) } else { Threads::Count([width, height, 1]) }
+    }
+
+    /// Whether pixels are listed.
+    pub(crate) fn is_listed(&self) -> bool {
+        self.listed.is_some()
     }
 
     /// Writes every pixel of `output`; `names` are those of the two dispatches.

@@ -1,9 +1,10 @@
 //! Revectorized visibility: every pixel by its texel's neighbourhood, those at an edge by the edge's shape.
 
-use crate::gpu::{Buffer, Image, shader_struct};
-use crate::pass::pixels::PixelPass;
+use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::pass::pixels::{PixelPass, Step};
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Error, Frame, Inputs, Result};
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use std::sync::Arc;
 
 shader_struct! {
     /// Push constants of the revectorization passes (`glsl/pass/rbsm_receiver.glsl`).
@@ -94,6 +95,53 @@ pub(crate) fn check_max_distance(max_distance: u32) -> Result<()> {
     }
 }
 
+fn pipeline(context: &Context, config: RbsmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
+    check_max_distance(config.max_distance)?;
+    let [function, quality] = config.revectorization.constants();
+    let constants = [config.fixed_depth.into(), config.max_distance, function, quality, step as u32];
+    let pipeline = context.pipeline::<RbsmPush>(config.revectorization.shader(), &constants)?;
+    pipeline.check_uniform::<ViewConstants>("view")?;
+    Ok(pipeline)
+}
+
+/// The pass over the pixels of a list that another pass makes.
+pub struct RbsmOfList {
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl RbsmOfList {
+    /// Makes the pipeline; [`RbsmConfig::listed`] does not matter.
+    pub fn new(context: &Context, config: RbsmConfig) -> Result<Self> {
+        Ok(Self { pipeline: pipeline(context, config, Step::Listed)? })
+    }
+
+    /// Writes the visibility of the listed pixels into `output`: the same as [`Rbsm::record`].
+    pub(crate) fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        (list, threads): (Bind<'_>, Threads<'_>),
+        output: &Image,
+    ) -> Result<()> {
+        frame.dispatch(&Pass {
+            name: "revectorize penumbrae",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(view),
+                Bind::Input(&inputs.depth),
+                Bind::Input(inputs.normal_or_depth()),
+                Bind::Input(&inputs.shadow_map),
+                Bind::Image(output),
+                list,
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads,
+        })
+    }
+}
+
 /// The pass with its pipelines.
 pub struct Rbsm {
     pass: PixelPass,
@@ -102,15 +150,8 @@ pub struct Rbsm {
 impl Rbsm {
     /// Allocates for a camera image.
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
-        let RbsmConfig { revectorization, fixed_depth, max_distance, listed } = config;
-        check_max_distance(max_distance)?;
-        let [function, quality] = revectorization.constants();
-        let pass = PixelPass::new(context, "edge pixels", extent, listed, |step| {
-            let constants = [fixed_depth.into(), max_distance, function, quality, step as u32];
-            let pipeline = context.pipeline::<RbsmPush>(revectorization.shader(), &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
-        })?;
+        let pass =
+            PixelPass::new(context, "edge pixels", extent, config.listed, |step| pipeline(context, config, step))?;
         Ok(Self { pass })
     }
 

@@ -98,7 +98,7 @@ impl SoftReceiver {
     }
 
     /// The shadow test of a texel on the receiver's plane: yes if lit.
-    fn test(&self, view: &View<'_>, texel: [i64; 2]) -> Decision {
+    pub fn test(&self, view: &View<'_>, texel: [i64; 2]) -> Decision {
         let (depth, error) = self.reference(texel);
         shadow_test(depth, error, view.stored(texel))
     }
@@ -246,6 +246,58 @@ pub(super) fn find_blockers(
         }),
         range: (!found.is_empty() && !decided).then(|| [extreme(0, |a, b| a < b), extreme(1, |a, b| a > b)]),
         doubtful,
+    }
+}
+
+/// `findBlockersBox` of `penumbra_width.comp` over a half-width in texels.
+pub(super) fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight, half: Bounded<DVec2>) -> Blockers {
+    let error = r.at.error + half.error + ROUNDING * (r.at.value.abs() + half.value);
+    // Share of a texel in a window that is wider by so much on each side.
+    let share = |t: i64, axis: usize, by: f64| {
+        let (low, high) = (r.at.value[axis] - half.value[axis] - by, r.at.value[axis] + half.value[axis] + by);
+        (((t + 1) as f64).min(high) - (t as f64).max(low)).max(0.0)
+    };
+    let range = |axis: usize| {
+        let reach = half.value[axis] + error[axis];
+        (r.at.value[axis] - reach).floor() as i64..=(r.at.value[axis] + reach).floor() as i64
+    };
+    // Distance, likely weight, smallest and largest weight.
+    let mut found: Vec<(f64, f64, [f64; 2])> = vec![];
+    for y in range(1) {
+        for x in range(0) {
+            let lit = r.test(view, [x, y]);
+            if lit == Decision::Yes {
+                continue;
+            }
+            let weight = |sign: f64| share(x, 0, sign * error.x) * share(y, 1, sign * error.y);
+            let least = if lit.is_doubtful() { 0.0 } else { weight(-1.0) };
+            let likely = if lit.is_yes() { 0.0 } else { weight(0.0) };
+            found.push((a.distance(view.stored([x, y])), likely, [least, weight(1.0)]));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let sum = |of: &dyn Fn(&(f64, f64, [f64; 2])) -> f64| found.iter().map(of).sum::<f64>();
+    let (likely, least, most) = (sum(&|t| t.1), sum(&|t| t.2[0]), sum(&|t| t.2[1]));
+    // Weights as large as they can be on the far side of the mean make it an extreme one.
+    let extreme = |order: &mut dyn Iterator<Item = &(f64, f64, [f64; 2])>, farther: fn(f64, f64) -> bool| {
+        let (mut weighted, mut weight) = (sum(&|t| t.2[0] * t.0), least);
+        for &(z, _, [least, most]) in order {
+            if weight == 0.0 || farther(z, weighted / weight) {
+                (weighted, weight) = (weighted + (most - least) * z, weight + most - least);
+            }
+        }
+        weighted / weight
+    };
+    let depth = |z: f64| if a.depth_scale > 0.0 { a.depth_offset - a.depth_scale / z } else { 0.0 };
+    let rounding = |z: f64| distance(a, depth(z), 0.0).error + ROUNDING * (4.0 * half.value.max_element() + 4.0) * z;
+    Blockers {
+        z: (likely > 0.0).then(|| Bounded {
+            value: sum(&|t| t.1 * t.0) / likely,
+            error: rounding(found.iter().map(|t| t.0).fold(0.0, f64::max)),
+        }),
+        range: (most > 0.0)
+            .then(|| [extreme(&mut found.iter(), |a, b| a < b), extreme(&mut found.iter().rev(), |a, b| a > b)]),
+        doubtful: most > 0.0 && least <= 0.0,
     }
 }
 

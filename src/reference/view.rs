@@ -256,6 +256,35 @@ impl<'a> View<'a> {
         3.0 * ROUNDING * terms / w
     }
 
+    /// Where the ray of a place in the image, whose pixels' centres are whole numbers, meets the plane through `p` with
+    /// normal `n`.
+    pub fn meet(&self, at: DVec2, p: DVec3, n: DVec3) -> DVec3 {
+        let ndc = |i: usize| (2.0 * at[i] + 1.0) / self.size[i] as f64 - 1.0;
+        let point = |depth: f64| {
+            let q = self.view_from_clip * glam::dvec4(ndc(0), ndc(1), depth, 1.0);
+            q.truncate() / q.w
+        };
+        let (a, b) = (point(0.25), point(0.75));
+        a + (b - a) * (n.dot(p - a) / n.dot(b - a))
+    }
+
+    /// Where in the image a point is seen; pixels' centres are whole numbers.
+    pub fn pixel_of(&self, p: DVec3) -> DVec2 {
+        let q = self.view_from_clip.inverse() * p.extend(1.0);
+        let size = dvec2(self.size[0] as f64, self.size[1] as f64);
+        0.5 * (dvec2(q.x, q.y) / q.w + 1.0) * size - 0.5
+    }
+
+    /// Unit vector along the ray that sees a point.
+    pub fn ray(&self, p: DVec3) -> DVec3 {
+        if self.view_from_clip.z_axis.w == 0.0 { DVec3::NEG_Z } else { p.normalize() }
+    }
+
+    /// Unit vector along a side of the light's square.
+    pub fn light_side(&self, axis: usize) -> DVec3 {
+        self.row(axis).normalize_or_zero()
+    }
+
     fn row(&self, i: usize) -> DVec3 {
         self.light_clip_from_view.row(i).truncate()
     }

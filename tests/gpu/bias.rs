@@ -19,6 +19,8 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rpcf", &[("width", "15"), ("visibility", "profile")]),
     ("pcss", &[]),
     ("rbssm", &[]),
+    ("ssrbssm", &[]),
+    ("ssabss", &[]),
 ];
 
 /// Lights of the given tilt against a plane's normal.

@@ -21,6 +21,8 @@ const GOLDEN: &[Golden] = &[
     ("robot", "edtsm-star", &[]),
     ("jenga", "pcss", &[]),
     ("robot", "rbssm", &[]),
+    ("jenga", "ssabss", &[]),
+    ("knot", "ssrbssm", &[]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

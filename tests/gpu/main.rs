@@ -21,6 +21,7 @@ mod passes;
 mod penumbra;
 mod properties;
 mod revectorize;
+mod screen_space;
 mod shapes;
 mod soft;
 mod soft_analytic;

@@ -24,6 +24,8 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),
     ("pcss", &[]),
     ("rbssm", &[]),
+    ("ssrbssm", &[]),
+    ("ssabss", &[("skip", "off")]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.

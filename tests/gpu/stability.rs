@@ -24,6 +24,8 @@ const MODES: &[Mode] = &[
     ("edtsm-star", &[], 0.02),
     ("pcss", &[], 0.02),
     ("rbssm", &[], 0.02),
+    ("ssrbssm", &[], 0.02),
+    ("ssabss", &[], 0.02),
 ];
 
 #[test]

@@ -8,7 +8,9 @@ use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
 use edgeshade::pass::edt::EdtPush;
 use edgeshade::pass::hsm::HsmPush;
 use edgeshade::pass::pcf::PcfPush;
+use edgeshade::pass::penumbra_width::WidthPush;
 use edgeshade::pass::rbsm::RbsmPush;
+use edgeshade::pass::screen_filter::ScreenFilterPush;
 use edgeshade::pass::sm::SmPush;
 use edgeshade::pass::soft::SoftPush;
 use edgeshade::pass::view::ViewConstants;
@@ -61,6 +63,12 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
+    ("pass/penumbra_width.comp", |c| {
+        for constants in [[23, 1, 1, 0, 0], [1, 0, 0, 0, 1], [63, 1, 0, 0, 2]] {
+            c.pipeline::<WidthPush>("pass/penumbra_width.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
     ("pass/rbsm.comp", |c| {
         for constants in [[0, 16, 0, 0, 0], [1, 1, 1, 0, 1], [0, 64, 3, 2, 2]] {
             c.pipeline::<RbsmPush>("pass/rbsm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
@@ -86,6 +94,13 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/rpcf.comp", |c| {
         for constants in [[0, 16, 1, 0, 0, 0], [1, 1, 7, 1, 1, 0], [0, 64, 31, 2, 2, 1]] {
             c.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
+    ("pass/screen_filter.comp", |c| {
+        for constants in [[1, 0, 23, 0, 0, 1, 0], [0, 1, 1, 1, 1, 0, 1], [1, 1, 63, 0, 2, 1, 1]] {
+            c.pipeline::<ScreenFilterPush>("pass/screen_filter.comp", &constants)?
+                .check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
     }),

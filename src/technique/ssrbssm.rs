@@ -1,0 +1,50 @@
+//! Screen-space revectorization-based soft shadow mapping.
+
+use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
+use super::screen_space::{self, Hard};
+use super::{Info, Kind, Param, Setup, Technique};
+use crate::pass::rbsm::{ProfileQuality, Revectorization};
+use crate::pass::screen_filter::Kernel;
+use crate::{Context, Result};
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "ssrbssm",
+    title: "Screen-space revectorization-based soft shadow mapping",
+    paper: "Macedo, Apolinário, Agüero 2019, section 5",
+    summary: "Penumbrae of an area light: revectorized hard shadows blurred in the image, as wide as what blocks makes them.",
+    params: &[
+        Param::choice(
+            "visibility",
+            &["filtered", "star", "profile"],
+            0,
+            "hard shadows that are blurred: listing 5 as in the paper, RBSM*, or edge profiles",
+        ),
+        screen_space::SEARCH_TAPS,
+        screen_space::SEARCH,
+        screen_space::NARROW,
+        screen_space::SEARCH_BIAS,
+        screen_space::FILTER_TAPS,
+        screen_space::footprint(2),
+        screen_space::BILATERAL,
+        screen_space::SURFACES,
+        screen_space::EDGE_THRESHOLD,
+        RECEIVER,
+        MAX_DISTANCE,
+        NORMAL_OFFSET,
+        DEPTH_BIAS,
+        SLACK,
+        screen_space::SKIP,
+    ],
+    kind: Kind::RealTime(prepare),
+};
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let revectorization = match setup.params.word("visibility") {
+        "star" => Revectorization::Star,
+        "profile" => Revectorization::Profile(ProfileQuality::Line),
+        _ => Revectorization::Filtered,
+    };
+    let hard = Hard::revectorized(context, setup, revectorization)?;
+    screen_space::prepare(context, setup, &INFO, hard, (Kernel::Box, 0.0))
+}
