@@ -58,6 +58,9 @@ impl Width {
 
 const NONE: Width = Width { width: 0.0, range: [0.0; 2], none: true, umbra: false };
 
+/// Where rounding leaves it open.
+const ANY: Width = Width { range: [0.0, f64::INFINITY], ..NONE };
+
 /// The width of every pixel's penumbra.
 ///
 /// # Errors
@@ -72,12 +75,12 @@ pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
     Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
         MapReceiver::Decided(verdict) if verdict.doubt == 0.0 => NONE,
         // The other way there may be any.
-        MapReceiver::Decided(_) => Width { range: [0.0, f64::INFINITY], ..NONE },
+        MapReceiver::Decided(_) => ANY,
         MapReceiver::Open(open) => {
             let r = SoftReceiver::new(&view, &light, &open);
             let least = NARROWEST / view.map_extent();
-            let windows = r.search_windows(&light, &view, hsm.as_ref()).into_iter();
-            let found = windows.map(|w| {
+            let Some(windows) = r.search_windows(&light, &view, hsm.as_ref()) else { return ANY };
+            let found = windows.into_iter().map(|w| {
                 let reach = f64::from(settings.reach);
                 let wide = w.value * reach;
                 let window = Bounded { value: wide.max(least), error: w.error * reach + ROUNDING * wide };
@@ -85,7 +88,7 @@ pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
             });
             let found = found.reduce(Width::or).unwrap_or(NONE);
             match open.is_doubtful() {
-                true => Width { range: [0.0, f64::INFINITY], none: true, ..found },
+                true => Width { width: found.width, umbra: found.umbra, ..ANY },
                 false => found,
             }
         }
