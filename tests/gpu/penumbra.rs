@@ -247,7 +247,7 @@ fn check_skip(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, ru
     let timing = r.frame(technique.as_mut()).unwrap();
     assert_same_bits(&run.visibility, &r.visibility(technique.as_ref()).unwrap(), &format!("{what}, skip"));
     let mixed = edge_seeds::mixed_tiles(size.map(|n| n as usize), &run.hard);
-    assert_eq!(tiles(&timing, "shadow-edge seeds") as usize, mixed, "{what}: tiles with an edge");
+    assert_eq!(tiles(&timing, "pixels at an edge") as usize, mixed, "{what}: tiles with an edge");
     let [near, filtered] = ["nearest edge", "mean filter, y"].map(|pass| tiles(&timing, pass));
     let all = size.map(|n| n.div_ceil(8)).iter().product::<u32>();
     println!("{what:44} of {all} tiles {mixed} have an edge, {near} are near one, {filtered} filtered");
