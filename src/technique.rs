@@ -5,6 +5,7 @@ pub mod edtsm_star;
 mod euclidean;
 mod params;
 pub mod pcf;
+pub mod pcss;
 pub mod rbsm;
 pub mod rbsm_branches;
 pub mod rbsm_filtered;
@@ -129,6 +130,7 @@ pub const ALL: &[Info] = &[
     rpcf::INFO,
     edtsm::INFO,
     edtsm_star::INFO,
+    pcss::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

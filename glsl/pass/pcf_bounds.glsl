@@ -6,13 +6,10 @@
 
 const int UNDECIDED = -1;
 
-// 1 if every texel of the kernel passes for sure, 0 if none does, UNDECIDED otherwise. References lie on the kernel's plane,
-// or before it by up to `drop`.
-int decideKernel(sampler2D blocks, PcfKernel k, float drop, int w, ivec2 map_size) {
-  ivec2 first = k.base, last = k.base + w;
-  if (any(lessThan(first, ivec2(0))) || any(greaterThanEqual(last, map_size))) return UNDECIDED;
-  // Blocks of at least w + 1 texels: the kernel touches at most 2 x 2 of them.
-  int level = w < 8 ? 0 : w < 16 ? 1 : w < 32 ? 2 : 3;
+// 1 if every texel from `first` to `last`, all within the map, passes for sure, 0 if none does, UNDECIDED otherwise, by the
+// blocks of one level. References lie on the plane of the given slope (depth a texel), `reference` at the centre of `first`,
+// up to `rounding` off it, or before it by up to `drop`.
+int decideBlocks(sampler2D blocks, int level, ivec2 first, ivec2 last, float reference, vec2 plane, float drop, float rounding) {
   int size = 8 << level;
   ivec2 a = first / size, b = last / size;
   bool lit = true, dark = true;
@@ -24,20 +21,29 @@ int decideKernel(sampler2D blocks, PcfKernel k, float drop, int w, ivec2 map_siz
       vec2 low = vec2(max(first, corner)), high = vec2(min(last, corner + size - 1));
       vec2 middle = 0.5 * (low + high), half_size = 0.5 * (high - low);
       vec2 from_block = middle - (vec2(corner) + 0.5 * float(size) - 0.5);
-      vec2 turn = abs(k.slope - bounds.slope), reach = abs(bounds.slope);
-      float depth = k.reference + dot(k.slope, middle - vec2(first));
+      vec2 turn = abs(plane - bounds.slope), reach = abs(bounds.slope);
+      float depth = reference + dot(plane, middle - vec2(first));
       float stored = dot(bounds.slope, from_block);
-      // References are summed in another order in the kernel: stay on the safe side of the rounding.
-      float rounding = 2.5e-7 + 5e-7 * dot(abs(k.slope) + reach, vec2(size));
-      float slack = dot(turn, half_size) + rounding;
+      float off = rounding + 5e-7 * dot(abs(plane) + reach, vec2(size));
+      float slack = dot(turn, half_size) + off;
       lit = lit && depth + slack <= stored + bounds.low;
       // A texel at the far end of the range never shadows, whatever the reference.
       float farthest = stored + bounds.high + dot(reach, half_size);
-      bool empty_texels = reach == vec2(0.0) ? farthest >= 1.0 : farthest + rounding >= 1.0;
+      bool empty_texels = reach == vec2(0.0) ? farthest >= 1.0 : farthest + off >= 1.0;
       dark = dark && depth - drop - slack > stored + bounds.high && !empty_texels;
     }
   }
   return lit ? 1 : dark ? 0 : UNDECIDED;
+}
+
+// The same of a kernel's texels.
+int decideKernel(sampler2D blocks, PcfKernel k, float drop, int w, ivec2 map_size) {
+  ivec2 first = k.base, last = k.base + w;
+  if (any(lessThan(first, ivec2(0))) || any(greaterThanEqual(last, map_size))) return UNDECIDED;
+  // Blocks of at least w + 1 texels: the kernel touches at most 2 x 2 of them.
+  int level = w < 8 ? 0 : w < 16 ? 1 : w < 32 ? 2 : 3;
+  // References are summed in another order in the kernel: stay on the safe side of the rounding.
+  return decideBlocks(blocks, level, first, last, k.reference, k.slope, drop, 2.5e-7);
 }
 
 #endif

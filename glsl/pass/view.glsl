@@ -21,6 +21,7 @@ layout(binding = 0, scalar) uniform ViewBlock {
   float depth_error;                       // of the camera depth, absolute, towards the viewer; 0: relative only
   vec2 pixel_size;                         // world width of a pixel at eye depth z: x z + y; the finer axis
   float off_axis;                          // largest secant of the angle between a view ray and the axis
+  vec4 light_area[MAX_LAYERS];             // half-size factors: uv, world; depth offset; see lib/area_light.glsl
 } view;
 
 // Camera view space of a pixel with the given depth.

@@ -1,7 +1,7 @@
 //! The constants of a frame: what every pass knows of camera and light.
 
 use crate::gpu::{Buffer, BufferDesc, Device, MemoryKind, shader_struct};
-use crate::view::{CameraView, DepthRange, LightKind};
+use crate::view::{CameraView, DepthRange, LightKind, LightView};
 use crate::{Frame, Inputs, NormalEncoding, Result};
 use ash::vk;
 use glam::{DMat3, DMat4, Mat3, Mat4};
@@ -26,6 +26,7 @@ shader_struct! {
         depth_error: f32,
         pixel_size: [f32; 2],
         off_axis: f32,
+        light_area: [[f32; 4]; MAX_LAYERS],
     }
 }
 
@@ -54,6 +55,21 @@ fn pixel_size(camera: &CameraView, extent: [u32; 2]) -> ([f32; 2], f32) {
     let tangent = |scale: f64, shear: f64| (1.0 + shear.abs()) / scale.abs();
     let (x, y) = (tangent(m.x_axis.x, m.z_axis.x), tangent(m.y_axis.y, m.z_axis.y));
     ([finest as f32, 0.0], (1.0 + x * x + y * y).sqrt() as f32)
+}
+
+/// `light_area` of `glsl/pass/view.glsl`: half-size factors along the map's axes (uv) and in the world, and the depth
+/// offset of `glsl/lib/area_light.glsl`.
+fn light_area(light: &LightView) -> [f32; 4] {
+    let p = &light.clip_from_view;
+    let (world, offset) = match light.kind {
+        // depth = f/(f-n) - (n f/(f-n))/z: the offset is f/(f-n).
+        LightKind::Spot { size } => (0.5 * size, -p.z_axis.z),
+        // depth = (z - n)/(f - n): the offset is f - n.
+        LightKind::Directional { angle } => ((0.5 * angle).tan(), 1.0 / p.z_axis.z.abs()),
+    };
+    // Half the map is 1/T of the distance wide, or half the width of the box.
+    let uv = |scale: f64| 0.5 * world * scale.abs();
+    [uv(p.x_axis.x), uv(p.y_axis.y), world, offset].map(|v| v as f32)
 }
 
 fn columns(m: DMat4) -> [[f32; 4]; 4] {
@@ -91,6 +107,7 @@ impl ViewConstants {
             let mut light_from_view = DMat4::from_mat3(light_from_world * camera.world_from_view.matrix3);
             light_from_view.w_axis = (light_from_world * offset).extend(1.0);
             out.light_clip_from_view[layer] = columns(light.clip_from_view * light_from_view);
+            out.light_area[layer] = light_area(light);
             let p = &light.clip_from_view;
             (out.light_position_view[layer], out.light_depth_scale[layer]) = match light.kind {
                 LightKind::Spot { .. } => {

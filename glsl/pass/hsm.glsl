@@ -1,0 +1,89 @@
+// Hierarchical shadow map: Guennebaud, Barthe, Paulin, "Real-time soft shadow mapping by backprojection" (2006); classes
+// as in Macedo, Apolinario, Aguero (2019), eq. 8, but made conservative. See hsm.comp for the image.
+#ifndef EDGESHADE_HSM
+#define EDGESHADE_HSM
+#include "pcf_bounds.glsl"
+#include "soft_receiver.glsl"
+
+const int HSM_UMBRA = 0, HSM_LIT = 1, HSM_PENUMBRA = -1;
+
+// Minimum and maximum of the stored depths over texels `first` to `last`, both included: never narrower than the truth,
+// and those of a window that is wider by less than a cell on each side, cells being a quarter of its wider side to all of it. Outside the map all is 1.
+vec2 hsmBounds(sampler2D hsm, ivec2 first, ivec2 last) {
+  ivec2 map_last = ivec2(view.map_size) - 1;
+  bool leaves = any(lessThan(first, ivec2(0))) || any(greaterThan(last, map_last));
+  ivec2 a = clamp(first, ivec2(0), map_last), b = clamp(last, ivec2(0), map_last);
+  // The finest level of which the window touches at most 4 cells an axis; a cell of level l has 2^(l+1) texels.
+  int wider = max(b.x - a.x, b.y - a.y);
+  int shift = max(findMSB(wider) - 1, 1);
+  if (any(greaterThan((b >> shift) - (a >> shift), ivec2(3)))) ++shift;
+  a >>= shift;
+  b >>= shift;
+  vec2 bounds = leaves ? vec2(1.0, 1.0) : vec2(1.0, 0.0);
+  for (int y = a.y; y <= b.y; ++y) {
+    for (int x = a.x; x <= b.x; ++x) {
+      vec2 cell = texelFetch(hsm, ivec2(x, y), shift - 1).xy;
+      bounds = vec2(min(bounds.x, cell.x), max(bounds.y, cell.y));
+    }
+  }
+  return bounds;
+}
+
+// Texels that taps within a half-width in uv can touch, the rounding of their places included.
+void windowRange(SoftReceiver r, vec2 half_width, float margin, out ivec2 first, out ivec2 last) {
+  precise vec2 reach = windowTexels(half_width) * 1.00001 + (margin + 0.01);
+  precise vec2 low = floor(r.at - reach), high = floor(r.at + reach);
+  first = ivec2(low);
+  last = ivec2(high);
+}
+
+// Whether all texels that taps within `half_width` (uv) can touch, and those up to `margin` texels around, are lit (HSM_LIT)
+// or shadowed (HSM_UMBRA) for sure; HSM_PENUMBRA otherwise. Every texel counts by its depth against the receiver's plane at
+// its centre. Give the window that holds all that a technique reads, and its answer there is 1 or 0 anyhow.
+int classify(sampler2D hsm, SoftReceiver r, vec2 half_width, float margin) {
+  ivec2 first, last;
+  windowRange(r, half_width, margin, first, last);
+  vec2 bounds = hsmBounds(hsm, first, last);
+  // The plane over the window: its depth in the middle, and how far it rises.
+  vec2 middle = 0.5 * vec2(first + last) + 0.5 - r.at, reach = 0.5 * vec2(last - first);
+  float depth = r.map.depth + dot(r.slope, middle);
+  float rise = dot(abs(r.slope), reach);
+  // References are summed in another order in the taps: stay on the safe side of the rounding.
+  float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), reach + abs(middle));
+  // An empty texel never shadows, whatever the reference.
+  if (min(depth + rise + rounding, 1.0) <= bounds.x) return HSM_LIT;
+  return bounds.y < 1.0 && depth - rise - rounding > bounds.y ? HSM_UMBRA : HSM_PENUMBRA;
+}
+
+// The same, asking the depth bounds of blocks (depth_bounds.comp) as well: their slopes decide a tilted receiver, over which
+// the plane's own depth varies more than plain bounds can tell apart.
+int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, float margin) {
+  int found = classify(hsm, r, half_width, margin);
+  ivec2 first, last;
+  windowRange(r, half_width, margin, first, last);
+  ivec2 size = last - first;
+  int wider = max(size.x, size.y);
+  bool inside = all(greaterThanEqual(first, ivec2(0))) && all(lessThan(last, ivec2(view.map_size)));
+  // The window touches at most 4 x 4 blocks; wider ones are left undecided.
+  if (found != HSM_PENUMBRA || !inside || wider >= 192) return found;
+  int level = wider < 24 ? 0 : wider < 48 ? 1 : wider < 96 ? 2 : 3;
+  vec2 away = vec2(first) + 0.5 - r.at;
+  float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), abs(away) + vec2(size));
+  return decideBlocks(blocks, level, first, last, r.map.depth + dot(r.slope, away), r.slope, 0.0, rounding);
+}
+
+// Half-width, uv, of the window to search for blockers. The papers' reaches up to the near plane. With `nearest_blocker` the
+// smallest depth in it tells how near to the light a blocker can be at all, which leaves a smaller window, and that one's
+// once more: denser taps, and every blocker still in reach.
+vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker) {
+  vec2 half_width = searchHalfWidth(a, r.z, a.near);
+  for (int i = 0; i < (nearest_blocker ? 2 : 0); ++i) {
+    ivec2 first, last;
+    windowRange(r, half_width, 0.0, first, last);
+    float nearest = lightDistance(a, hsmBounds(hsm, first, last).x);
+    half_width = searchHalfWidth(a, r.z, max(nearest, a.near));
+  }
+  return half_width;
+}
+
+#endif

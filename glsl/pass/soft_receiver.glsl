@@ -1,0 +1,47 @@
+// The surface point of a camera pixel as an area light's shadow map sees it. The includer brings its own push constants.
+#ifndef EDGESHADE_SOFT_RECEIVER
+#define EDGESHADE_SOFT_RECEIVER
+#include "lib/area_light.glsl"
+#include "map_receiver.glsl"
+
+struct SoftReceiver {
+  MapReceiver map;
+  vec2 at;    // place in the map, texels: texel t covers t to t + 1
+  vec2 slope; // depth a texel of the receiver's plane
+  float z;    // linear distance of map.depth, see lib/area_light.glsl
+};
+
+AreaLight areaLight() { return areaLight(view.light_area[0], view.light_depth_scale[0]); }
+
+// True where no shadow-map texel is needed; then `decided` is the visibility. The settings are mapReceiver's.
+bool softReceiver(ivec2 pixel, AreaLight a, float normal_offset, float depth_bias, out SoftReceiver r, out float decided) {
+  if (mapReceiver(pixel, normal_offset, depth_bias, r.map, decided)) return true;
+  precise vec2 at = r.map.uv * vec2(view.map_size);
+  precise vec2 slope = r.map.plane / vec2(view.map_size);
+  r.at = at;
+  r.slope = slope;
+  r.z = lightDistance(a, r.map.depth);
+  return false;
+}
+
+// Depth of the receiver's plane at a texel's centre, bias taken off.
+float softReference(SoftReceiver r, ivec2 texel) {
+  precise vec2 away = vec2(texel) + 0.5 - r.at;
+  precise float reference = r.map.depth + (r.slope.x * away.x + r.slope.y * away.y);
+  return reference;
+}
+
+// A half-width in uv as texels; wider than any map it makes no difference, but integers must hold it.
+vec2 windowTexels(vec2 half_width) {
+  precise vec2 texels = min(half_width * vec2(view.map_size), vec2(65536.0));
+  return texels;
+}
+
+// The texel under tap (i, j) of n x n points that lie at the centres of the window's n x n cells.
+ivec2 windowTap(SoftReceiver r, vec2 half_texels, int i, int j, int n) {
+  precise vec2 t = (2.0 * vec2(i, j) + 1.0) / float(n) - 1.0;
+  precise vec2 place = floor(r.at + t * half_texels);
+  return ivec2(place);
+}
+
+#endif

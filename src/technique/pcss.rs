@@ -1,0 +1,96 @@
+//! Percentage-closer soft shadows.
+
+use super::{Info, Kind, Param, Setup, Technique, sm, visibility_image};
+use crate::gpu::Image;
+use crate::pass::pcss::{Pcss, PcssConfig};
+use crate::pass::soft::{SearchWindow, SoftPush};
+use crate::pass::view::ViewBuffer;
+use crate::{Context, Frame, ImageRef, Inputs, Result};
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "pcss",
+    title: "Percentage-closer soft shadows",
+    paper: "Fernando 2005",
+    summary: "Penumbrae of an area light: their width from the mean distance of what blocks, filtered over that width.",
+    params: &[
+        Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis"),
+        Param::odd("filter_taps", 1, 63, 15, "taps", "taps of the filter along each axis"),
+        Param::choice(
+            "search",
+            &["near", "blockers"],
+            1,
+            "window of the blocker search: up to the light's near plane as in the papers, or as far as the nearest blocker in it allows",
+        ),
+        Param::choice("taps", &["nearest", "bilinear"], 1, "a tap of the filter tests one texel, or 2 x 2 weighted"),
+        Param::choice(
+            "narrow",
+            &["taps", "box"],
+            1,
+            "windows of no more texels than the filter has taps: taps all the same, or the exact mean of the texels",
+        ),
+        Param { default: 0.25, ..sm::NORMAL_OFFSET },
+        Param::float(
+            "depth_bias",
+            0.0,
+            16.0,
+            0.5,
+            "texel slopes",
+            "taken off the receiver's depth on top, in slopes of its plane a texel",
+        ),
+        Param::choice(
+            "skip",
+            &["auto", "off"],
+            0,
+            "decide pixels whose whole search window is lit or in shadow by depth bounds of the map: the same image",
+        ),
+    ],
+    kind: Kind::RealTime(prepare),
+};
+
+struct SoftShadows {
+    view: ViewBuffer,
+    pcss: Pcss,
+    push: SoftPush,
+    map_size: [u32; 2],
+    visibility: Image,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let config = PcssConfig {
+        search_taps: p.int("search_taps"),
+        filter_taps: p.int("filter_taps"),
+        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+        bilinear: p.word("taps") == "bilinear",
+        exact_box: p.word("narrow") == "box",
+        listed: p.word("skip") == "auto",
+    };
+    Ok(Box::new(SoftShadows {
+        view: ViewBuffer::new(context.device())?,
+        pcss: Pcss::new(context, setup.extent, setup.map_size, config)?,
+        push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "pcss visibility", setup)?,
+    }))
+}
+
+impl Technique for SoftShadows {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
+        frame.begin_group(INFO.title);
+        let view = self.view.update(frame, inputs);
+        self.pcss.record(frame, view, inputs, self.push, visibility)?;
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.visibility.memory_bytes() + self.pcss.memory_bytes()
+    }
+}
