@@ -4,6 +4,7 @@ use std::path::Path;
 
 /// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
 const COVERED: &[(&str, Option<&str>)] = &[
+    ("blockers", Some("soft")),
     ("edge_list", Some("rbsm")),
     ("edge_pixels", Some("edge_seeds")),
     ("edge_tiles", Some("edge_seeds")),
@@ -25,10 +26,13 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("pcf_classify", Some("pcf")),
     ("pcf_receiver", Some("pcf")),
     ("pixel_list", Some("rbsm")),
+    ("pixel_steps", Some("rbsm")),
     ("rbsm_branches", Some("rbsm")),
     ("rbsm_receiver", Some("rbsm")),
     ("rbsm_view", Some("rbsm")),
     ("receiver", Some("view")),
+    ("soft_filter", Some("soft")),
+    ("soft_receiver", Some("soft")),
     ("tiles", None),
 ];
 

@@ -41,7 +41,11 @@ bool visibilityAt(ivec2 pixel, out float v) {
     v = float(found);
     return found != HSM_PENUMBRA;
   }
-  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS);
+  // The narrowed window is as wide as the filter's may be: taps at its rim, not at the centres of its outermost cells, miss
+  // nothing there that the filter would find.
+  float to_rim = NEAREST_BLOCKER ? float(SEARCH_TAPS) / float(max(SEARCH_TAPS - 1, 1)) : 1.0;
+  precise vec2 taps = search * to_rim;
+  Blockers b = findBlockers(shadow_map, r, a, taps, SEARCH_TAPS);
   // Rounding must not carry the filter out of what was searched and classified.
   vec2 texels = windowTexels(min(filterHalfWidth(a, r.z, b.z), search));
   texels = max(texels, vec2(NARROWEST_FILTER));

@@ -1,20 +1,24 @@
 //! The CPU side of every claim: exact visibility by ray tracing, and a mirror in `f64` of each pass.
 //!
 //! A mirror has its shader's stem. These share one: `pcf` covers `pcf_classify.comp`, `pcf_bounds.glsl` and
-//! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_receiver.glsl`, `edge_list.glsl` and
-//! `pixel_list.glsl`; `edt` covers `edt_*`; `edge_seeds` covers `edge_seeds.glsl`, `edge_tiles.comp` and
-//! `marked_tiles.comp`; `nearest_edge` covers `nearest_edge.glsl` and `nearest_block.comp`; `view` covers `receiver.glsl`
-//! and `view.glsl`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
+//! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_receiver.glsl`, `edge_list.glsl`,
+//! `pixel_list.glsl` and `pixel_steps.glsl`; `edt` covers `edt_*`; `edge_seeds` covers `edge_seeds.glsl`, `edge_tiles.comp`
+//! and `marked_tiles.comp`; `nearest_edge` covers `nearest_edge.glsl` and `nearest_block.comp`; `view` covers
+//! `receiver.glsl` and `view.glsl`; `soft` covers `soft_receiver.glsl`, `soft_filter.glsl` and `blockers.glsl`. `tiles.glsl`
+//! is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
 pub mod accumulate;
+pub mod area_light;
 pub mod depth_bounds;
 pub mod edge_seeds;
 pub mod edt;
+pub mod hsm;
 mod map_receiver;
 pub mod mean_filter;
 pub mod nearest_edge;
 pub mod pcf;
+pub mod pcss;
 pub mod ray_traced;
 pub mod rbsm;
 pub mod revectorize;
@@ -22,6 +26,7 @@ pub mod rpcf;
 pub mod shade;
 pub mod shapes;
 pub mod sm;
+mod soft;
 mod view;
 
 pub use view::{FrameData, Mirror};

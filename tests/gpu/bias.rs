@@ -17,6 +17,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rbsm-profile", &[("quality", "line")]),
     ("rpcf", &[("width", "7")]),
     ("rpcf", &[("width", "15"), ("visibility", "profile")]),
+    ("pcss", &[]),
 ];
 
 /// Lights of the given tilt against a plane's normal.

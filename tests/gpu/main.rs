@@ -22,6 +22,7 @@ mod penumbra;
 mod properties;
 mod revectorize;
 mod shapes;
+mod soft;
 mod stability;
 mod structs;
 mod validation;

@@ -13,22 +13,22 @@ use edgeshade::scene::{fit, light_view};
 use edgeshade::{Frame, Handoff, Inputs};
 use glam::DVec3;
 
-struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
-    fn unit(&mut self) -> f32 {
+    pub fn unit(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 40) as f32 / (1u64 << 24) as f32
     }
 }
 
 /// Texels of one mip level of an image in `GENERAL`.
-fn read_mip(host: &Host, image: &Image, level: u32) -> Vec<[f32; 4]> {
+pub fn read_mip<T: bytemuck::Pod>(host: &Host, image: &Image, level: u32) -> Vec<T> {
     let device = host.context().device();
     let [width, height] = image.mip(level).extent;
     let desc = BufferDesc {
         name: "mip",
-        size: u64::from(width * height) * 16,
+        size: u64::from(width * height) * size_of::<T>() as u64,
         usage: vk::BufferUsageFlags::TRANSFER_DST,
         memory: MemoryKind::Readback,
     };
@@ -121,7 +121,7 @@ fn depth_bounds_hold_and_are_tight() {
                 let mut below: Option<Level> = None;
                 for (i, block) in (0u32..).zip(BLOCKS) {
                     let extent = pass.blocks().mip(i).extent.map(|n| n as usize);
-                    let bounds = read_mip(host, pass.blocks(), i).into_iter().map(Bounds::from).collect();
+                    let bounds = read_mip::<[f32; 4]>(host, pass.blocks(), i).into_iter().map(Bounds::from).collect();
                     let got = Level { block: block as usize, size: extent, bounds };
                     let what = format!("{size:?}, smooth {is_smooth}, blocks of {block}");
                     assert_eq!(got.violations(&texels, size, 1e-7), 0, "{what}");

@@ -22,6 +22,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rbsm-star", &[("skip", "off")]),
     ("rbsm-profile", &[("quality", "line"), ("skip", "off")]),
     ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),
+    ("pcss", &[]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.

@@ -6,9 +6,11 @@ use edgeshade::pass::accumulate::AccumulatePush;
 use edgeshade::pass::depth_bounds::DepthBoundsPush;
 use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
 use edgeshade::pass::edt::EdtPush;
+use edgeshade::pass::hsm::HsmPush;
 use edgeshade::pass::pcf::PcfPush;
 use edgeshade::pass::rbsm::RbsmPush;
 use edgeshade::pass::sm::SmPush;
+use edgeshade::pass::soft::SoftPush;
 use edgeshade::pass::view::ViewConstants;
 use edgeshade::scene::ShadePush;
 use edgeshade::shaders;
@@ -39,6 +41,7 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/edt_pba_merge.comp", |c| c.pipeline::<EdtPush>("pass/edt_pba_merge.comp", &[]).map(drop)),
     ("pass/edt_row.comp", |c| c.pipeline::<EdtPush>("pass/edt_row.comp", &[]).map(drop)),
     ("pass/edt_tile.comp", |c| c.pipeline::<EdtPush>("pass/edt_tile.comp", &[]).map(drop)),
+    ("pass/hsm.comp", |c| (0..2).try_for_each(|from| c.pipeline::<HsmPush>("pass/hsm.comp", &[from]).map(drop))),
     ("pass/marked_tiles.comp", |c| c.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[1]).map(drop)),
     ("pass/mean_filter.comp", |c| penumbra(c, "pass/mean_filter.comp", &[&[1, 0, 1], &[0, 1, 63]])),
     ("pass/nearest_block.comp", |c| penumbra(c, "pass/nearest_block.comp", &[&[0, 0], &[1, 1]])),
@@ -51,6 +54,12 @@ const SHADERS: &[(&str, Make)] = &[
     }),
     ("pass/pcf_classify.comp", |c| {
         c.pipeline::<PcfPush>("pass/pcf_classify.comp", &[3])?.check_uniform::<ViewConstants>("view")
+    }),
+    ("pass/pcss.comp", |c| {
+        for constants in [[1, 1, 0, 0, 0, 0], [9, 15, 1, 1, 1, 1], [63, 63, 1, 0, 2, 1]] {
+            c.pipeline::<SoftPush>("pass/pcss.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
     }),
     ("pass/rbsm.comp", |c| {
         for constants in [[0, 16, 0, 0, 0], [1, 1, 1, 0, 1], [0, 64, 3, 2, 2]] {

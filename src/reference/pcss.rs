@@ -1,0 +1,116 @@
+//! Mirror of `glsl/pass/pcss.comp`.
+
+use super::area_light::AreaLight;
+use super::hsm::Hsm;
+use super::map_receiver::{MapReceiver, receive};
+use super::soft::{self, Bounded, SoftReceiver};
+use super::view::{Decision, FrameData, Mirror, ROUNDING, Verdict, View};
+use crate::Result;
+use crate::pass::soft::SearchWindow;
+use glam::DVec2;
+
+/// `NARROWEST_FILTER` and `NARROWEST_SEARCH`, texels.
+const NARROWEST: [f64; 2] = [0.5, 1.0];
+
+/// Settings of the technique.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Taps of the blocker search along each axis.
+    pub search_taps: u32,
+    /// Taps of the filter along each axis.
+    pub filter_taps: u32,
+    /// Where blockers are searched.
+    pub window: SearchWindow,
+    /// The filter's taps test 2 x 2 texels.
+    pub bilinear: bool,
+    /// Windows of no more texels than the filter has taps are averaged exactly.
+    pub exact_box: bool,
+    /// Multiples of what a plane needs.
+    pub normal_offset: f32,
+    /// Fraction of a texel's slope, along both axes.
+    pub depth_bias: f32,
+}
+
+/// The visibility of every pixel.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
+    let view = View::new(data)?;
+    let light = AreaLight::of(data.constants, 0);
+    let hsm = match settings.window {
+        SearchWindow::Near => None,
+        SearchWindow::Blockers => Some(Hsm::new(data.shadow_map, data.constants.map_size)),
+    };
+    let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) => verdict,
+        MapReceiver::Open(open) => {
+            let r = SoftReceiver::new(&view, &light, &open);
+            let verdicts = r.search_windows(&light, &view, hsm.as_ref()).into_iter().map(|window| {
+                let least = NARROWEST[1] / view.map_extent();
+                let window = Bounded { value: window.value.max(least), ..window };
+                search_and_filter(&view, &light, &r, window, settings)
+            });
+            open.with_doubts(verdicts.reduce(Verdict::or_verdict).unwrap_or(Verdict::sure(1.0)))
+        }
+    });
+    Ok(Mirror::collect(pixels))
+}
+
+fn search_and_filter(
+    view: &View<'_>,
+    light: &AreaLight,
+    r: &SoftReceiver,
+    window: Bounded<DVec2>,
+    settings: &Settings,
+) -> Verdict {
+    let taps = f64::from(settings.search_taps);
+    let to_rim = match settings.window {
+        SearchWindow::Near => 1.0,
+        SearchWindow::Blockers => taps / (taps - 1.0).max(1.0),
+    };
+    let search = Bounded { value: window.value * to_rim, error: window.error * to_rim + ROUNDING * window.value };
+    let found = soft::find_blockers(view, r, light, search, settings.search_taps.into());
+    let width = |z: Bounded<f64>| {
+        let h = soft::half_width(light, r.z, z);
+        let clamped = |h: DVec2| {
+            let in_search = Bounded { value: h.min(window.value), error: DVec2::ZERO };
+            soft::texels(view, in_search).value.max(DVec2::splat(NARROWEST[0]))
+        };
+        let value = clamped(h.value);
+        // Where the clamps hold it rounding does not move it; but they may move themselves.
+        let moved = (clamped(h.value + h.error) - clamped(h.value - h.error)).max(DVec2::ZERO);
+        let search = (window.error * view.map_extent()).min(value * 1e-3);
+        Bounded { value, error: moved + search + ROUNDING * value }
+    };
+    let Some(z) = found.z else {
+        let none = Verdict::sure(1.0);
+        // What a doubtful blocker's filter would make of it is anything between.
+        return if found.range.is_some() { none.or(0.0) } else { none };
+    };
+    let texels = width(z);
+    let mut verdict = filter(view, r, texels, settings);
+    if let Some(range) = found.range {
+        let [a, b] = range.map(|value| width(Bounded { value, ..z }));
+        let apart = (a.value - texels.value).abs().max((b.value - texels.value).abs());
+        let other = filter(view, r, Bounded { error: texels.error + apart, ..texels }, settings);
+        verdict.doubt = (other.doubt + other.rounding).min(1.0);
+    }
+    if found.doubtful { verdict.or(1.0) } else { verdict }
+}
+
+/// Over a half-width in texels.
+fn filter(view: &View<'_>, r: &SoftReceiver, half: Bounded<DVec2>, settings: &Settings) -> Verdict {
+    let n = i64::from(settings.filter_taps);
+    let taps = || soft::filter_taps(view, r, half, n, settings.bilinear);
+    if !settings.exact_box {
+        return taps();
+    }
+    let margin = |axis: usize| Decision::positive(n as f64 - 2.0 * half.value[axis], 2.0 * half.error[axis]);
+    match margin(0).and(margin(1)) {
+        Decision::Yes => soft::filter_box(view, r, half),
+        Decision::No => taps(),
+        Decision::Doubtful(true) => soft::filter_box(view, r, half).or_verdict(taps()),
+        Decision::Doubtful(false) => taps().or_verdict(soft::filter_box(view, r, half)),
+    }
+}

@@ -1,0 +1,325 @@
+//! Mirror of `glsl/pass/soft_receiver.glsl`, `blockers.glsl`, `soft_filter.glsl` and of `searchWindow` in `hsm.glsl`.
+//!
+//! Places, widths and distances go with the bound of what rounding may have changed in them. Where a tap's place or its
+//! test is in doubt, so may be whether it found a blocker: then the mean distance lies in an interval, and with it the
+//! width of the filter.
+
+use super::area_light::AreaLight;
+use super::hsm::Hsm;
+use super::map_receiver::OpenReceiver;
+use super::view::{Decision, ROUNDING, Verdict, View, shadow_test};
+use glam::{DVec2, dvec2};
+
+/// A value and the bound of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounded<T> {
+    pub value: T,
+    pub error: T,
+}
+
+/// `SoftReceiver`.
+pub(super) struct SoftReceiver {
+    /// Texels.
+    pub at: Bounded<DVec2>,
+    depth: Bounded<f64>,
+    /// A texel.
+    slope: Bounded<DVec2>,
+    pub z: Bounded<f64>,
+}
+
+/// `lightDistance` of a depth.
+fn distance(a: &AreaLight, depth: f64, error: f64) -> Bounded<f64> {
+    let value = a.distance(depth);
+    let error = if a.depth_scale > 0.0 {
+        value * value / a.depth_scale * (error + ROUNDING * a.depth_offset)
+    } else {
+        error * a.depth_offset
+    };
+    Bounded { value, error: error + ROUNDING * value.abs() }
+}
+
+/// `filterHalfWidth`.
+pub(super) fn half_width(a: &AreaLight, z: Bounded<f64>, z_blocker: Bounded<f64>) -> Bounded<DVec2> {
+    let value = a.filter_half_width(z.value, z_blocker.value);
+    let between = z.error + z_blocker.error + ROUNDING * (z.value.abs() + z_blocker.value.abs());
+    let (inverse, relative) = if a.depth_scale > 0.0 {
+        (1.0 / (z.value * z_blocker.value), z.error / z.value + z_blocker.error / z_blocker.value)
+    } else {
+        (1.0, 0.0)
+    };
+    Bounded { value, error: a.uv * between * inverse.abs() + value * (relative.abs() + 2.0 * ROUNDING) }
+}
+
+/// `windowTexels`.
+pub(super) fn texels(view: &View<'_>, half_width: Bounded<DVec2>) -> Bounded<DVec2> {
+    let extent = view.map_extent();
+    let value = (half_width.value * extent).min(DVec2::splat(65536.0));
+    Bounded { value, error: half_width.error * extent + ROUNDING * value }
+}
+
+/// The whole numbers that rounding down a value may give.
+fn floors(value: f64, error: f64) -> std::ops::RangeInclusive<i64> {
+    (value - error).floor() as i64..=(value + error).floor() as i64
+}
+
+impl SoftReceiver {
+    pub fn new(view: &View<'_>, a: &AreaLight, r: &OpenReceiver) -> Self {
+        let (l, plane, extent) = (&r.light, &r.plane, view.map_extent());
+        let at = l.uv * extent;
+        let slope = plane.slope / extent;
+        let depth = l.depth - r.bias;
+        let depth_error = l.depth_error + r.bias_error + ROUNDING;
+        Self {
+            at: Bounded { value: at, error: l.uv_error * extent + ROUNDING * at.abs() },
+            depth: Bounded { value: depth, error: depth_error },
+            slope: Bounded { value: slope, error: plane.error / extent + ROUNDING * slope.abs() },
+            z: distance(a, depth, depth_error),
+        }
+    }
+
+    /// `softReference`.
+    fn reference(&self, texel: [i64; 2]) -> (f64, f64) {
+        let away = dvec2(texel[0] as f64, texel[1] as f64) + 0.5 - self.at.value;
+        let (slope, slope_error) = (self.slope.value.abs(), self.slope.error);
+        let error = self.depth.error
+            + slope.dot(self.at.error)
+            + slope_error.dot(away.abs())
+            + ROUNDING * (1.0 + slope.dot(away.abs() + 1.0));
+        (self.depth.value + self.slope.value.dot(away), error)
+    }
+
+    /// The shadow test of a texel on the receiver's plane: yes if lit.
+    fn test(&self, view: &View<'_>, texel: [i64; 2]) -> Decision {
+        let (depth, error) = self.reference(texel);
+        shadow_test(depth, error, view.stored(texel))
+    }
+
+    /// Place of tap `i` of `n` along an axis of a window, and the bound of its error.
+    fn tap(&self, half: Bounded<DVec2>, axis: usize, i: i64, n: i64) -> (f64, f64) {
+        let t = (2 * i + 1) as f64 / n as f64 - 1.0;
+        let place = self.at.value[axis] + t * half.value[axis];
+        let error = self.at.error[axis]
+            + t.abs() * half.error[axis]
+            + ROUNDING * (self.at.value[axis].abs() + half.value[axis]);
+        (place, error)
+    }
+
+    /// `searchWindow`, in uv: every window that rounding may lead to, the most likely first.
+    pub fn search_windows(&self, a: &AreaLight, view: &View<'_>, hsm: Option<&Hsm>) -> Vec<Bounded<DVec2>> {
+        let near = a.near();
+        let near = Bounded { value: near, error: ROUNDING * near };
+        let mut windows = vec![half_width(a, self.z, near)];
+        let Some(hsm) = hsm else { return windows };
+        for _ in 0..2 {
+            let mut next: Vec<Bounded<DVec2>> = vec![];
+            for window in windows {
+                for [first, last] in self.ranges(texels(view, window)) {
+                    let nearest = distance(a, hsm.bounds(first, last)[0].into(), 0.0);
+                    let nearest = if nearest.value < near.value { near } else { nearest };
+                    let window = half_width(a, self.z, nearest);
+                    if !next.contains(&window) {
+                        next.push(window);
+                    }
+                }
+            }
+            windows = next;
+        }
+        windows
+    }
+
+    /// `windowRange` without a margin.
+    fn ranges(&self, half: Bounded<DVec2>) -> Vec<[[i64; 2]; 2]> {
+        let reach = half.value * 1.00001 + 0.01;
+        let error = half.error + self.at.error + ROUNDING * (self.at.value.abs() + reach);
+        let mut ranges = vec![[[0; 2]; 2]];
+        for (end, axis) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let place = self.at.value[axis] + if end == 0 { -reach[axis] } else { reach[axis] };
+            let likely = place.floor() as i64;
+            let mut all = vec![];
+            for t in std::iter::once(likely).chain(floors(place, error[axis]).filter(|&t| t != likely)) {
+                for range in &ranges {
+                    let mut range = *range;
+                    range[end][axis] = t;
+                    all.push(range);
+                }
+            }
+            ranges = all;
+        }
+        ranges
+    }
+}
+
+/// What a search found.
+pub(super) struct Blockers {
+    /// Mean distance by the most likely decisions; none without blockers.
+    pub z: Option<Bounded<f64>>,
+    /// Smallest and largest mean where decisions are in doubt, if any blocker is found at all.
+    pub range: Option<[f64; 2]>,
+    /// Whether there may be none, or may be some, as well.
+    pub doubtful: bool,
+}
+
+/// One tap.
+struct Tap {
+    /// Distance by the most likely decision; none if it does not block.
+    likely: Option<f64>,
+    /// Smallest and largest distance that it may find.
+    range: [f64; 2],
+    /// It blocks for sure.
+    sure: bool,
+}
+
+/// `findBlockers` over a window in uv.
+pub(super) fn find_blockers(
+    view: &View<'_>,
+    r: &SoftReceiver,
+    a: &AreaLight,
+    window: Bounded<DVec2>,
+    taps: i64,
+) -> Blockers {
+    let half = texels(view, window);
+    let columns: Vec<_> = (0..taps).map(|i| r.tap(half, 0, i, taps)).collect();
+    let rows: Vec<_> = (0..taps).map(|j| r.tap(half, 1, j, taps)).collect();
+    let mut found = vec![];
+    for &(y, y_error) in &rows {
+        for &(x, x_error) in &columns {
+            let likely = [x.floor() as i64, y.floor() as i64];
+            let mut tap = Tap { likely: None, range: [f64::INFINITY, f64::NEG_INFINITY], sure: true };
+            for v in floors(y, y_error) {
+                for u in floors(x, x_error) {
+                    let lit = r.test(view, [u, v]);
+                    let z = a.distance(view.stored([u, v]));
+                    if !lit.is_yes() || lit.is_doubtful() {
+                        tap.range = [tap.range[0].min(z), tap.range[1].max(z)];
+                    }
+                    if !lit.is_yes() && [u, v] == likely {
+                        tap.likely = Some(z);
+                    }
+                    tap.sure &= !lit.is_yes() && !lit.is_doubtful();
+                }
+            }
+            if tap.range[0] <= tap.range[1] {
+                found.push(tap);
+            }
+        }
+    }
+    let likely: Vec<f64> = found.iter().filter_map(|t| t.likely).collect();
+    let doubtful = !found.is_empty() && !found.iter().any(|t| t.sure);
+    let decided = found.iter().all(|t| t.sure && t.range[0] == t.range[1]);
+    let extreme = |end: usize, farther: fn(f64, f64) -> bool| {
+        let sure: Vec<f64> = found.iter().filter(|t| t.sure).map(|t| t.range[end]).collect();
+        let mut open: Vec<f64> = found.iter().filter(|t| !t.sure).map(|t| t.range[end]).collect();
+        open.sort_by(|a, b| if farther(*a, *b) { std::cmp::Ordering::Less } else { std::cmp::Ordering::Greater });
+        let (mut sum, mut count) = (sure.iter().sum::<f64>(), sure.len());
+        for z in open {
+            if count == 0 || farther(z, sum / count as f64) {
+                (sum, count) = (sum + z, count + 1);
+            }
+        }
+        sum / count as f64
+    };
+    // Each distance is rounded, and each addition.
+    let rounding = |z: f64| {
+        distance(a, if a.depth_scale > 0.0 { a.depth_offset - a.depth_scale / z } else { 0.0 }, 0.0).error
+            + ROUNDING * (2 * taps) as f64 * z
+    };
+    Blockers {
+        z: (!likely.is_empty()).then(|| {
+            let value = likely.iter().sum::<f64>() / likely.len() as f64;
+            Bounded { value, error: rounding(found.iter().map(|t| t.range[1]).fold(value, f64::max)) }
+        }),
+        range: (!found.is_empty() && !decided).then(|| [extreme(0, |a, b| a < b), extreme(1, |a, b| a > b)]),
+        doubtful,
+    }
+}
+
+/// `filterBox` over a half-width in texels.
+pub(super) fn filter_box(view: &View<'_>, r: &SoftReceiver, half: Bounded<DVec2>) -> Verdict {
+    let (low, high) = (r.at.value - half.value, r.at.value + half.value);
+    let error = r.at.error + half.error + ROUNDING * (r.at.value.abs() + half.value);
+    let share = |t: i64, axis: usize| ((t + 1) as f64).min(high[axis]) - (t as f64).max(low[axis]);
+    let area = 4.0 * half.value.x * half.value.y;
+    let (mut sum, mut doubtful) = (0.0, 0.0);
+    let (mut lit, mut dark) = (false, false);
+    for y in (low.y - error.y).floor() as i64..=(high.y + error.y).floor() as i64 {
+        for x in (low.x - error.x).floor() as i64..=(high.x + error.x).floor() as i64 {
+            let test = r.test(view, [x, y]);
+            let weight = share(x, 0).max(0.0) * share(y, 1).max(0.0);
+            if test.is_yes() {
+                sum += weight;
+            }
+            if test.is_doubtful() {
+                doubtful += weight;
+            }
+            lit |= test.is_yes() || test.is_doubtful();
+            dark |= !test.is_yes() || test.is_doubtful();
+        }
+    }
+    // A window that slides or grows by its error changes by a strip at each side at most.
+    let slid = 2.0 * (error / half.value).element_sum();
+    let rounding = if lit && dark { slid + ROUNDING * half.value.element_sum() } else { 0.0 };
+    Verdict { visibility: (sum / area).clamp(0.0, 1.0), doubt: (doubtful / area).min(1.0), rounding: rounding.min(1.0) }
+}
+
+/// `filterTaps` over a half-width in texels.
+pub(super) fn filter_taps(view: &View<'_>, r: &SoftReceiver, half: Bounded<DVec2>, n: i64, bilinear: bool) -> Verdict {
+    let mut verdict = Verdict::sure(0.0);
+    let columns: Vec<_> = (0..n).map(|i| r.tap(half, 0, i, n)).collect();
+    let rows: Vec<_> = (0..n).map(|j| r.tap(half, 1, j, n)).collect();
+    for &(y, y_error) in &rows {
+        for &(x, x_error) in &columns {
+            let tap = if bilinear {
+                tap_2x2(view, r, dvec2(x, y) - 0.5, dvec2(x_error, y_error))
+            } else {
+                tap_texel(view, r, dvec2(x, y), dvec2(x_error, y_error))
+            };
+            verdict.visibility += tap.visibility;
+            verdict.doubt += tap.doubt;
+            verdict.rounding += tap.rounding;
+        }
+    }
+    let taps = (n * n) as f64;
+    let uniform = verdict.visibility == 0.0 || verdict.visibility == taps;
+    Verdict {
+        visibility: verdict.visibility / taps,
+        doubt: (verdict.doubt / taps).min(1.0),
+        rounding: verdict.rounding / taps + if uniform { 0.0 } else { ROUNDING * (2 * n) as f64 },
+    }
+}
+
+fn tap_texel(view: &View<'_>, r: &SoftReceiver, place: DVec2, error: DVec2) -> Verdict {
+    let likely = r.test(view, [place.x.floor() as i64, place.y.floor() as i64]);
+    let mut doubtful = likely.is_doubtful();
+    for y in floors(place.y, error.y) {
+        for x in floors(place.x, error.x) {
+            let test = r.test(view, [x, y]);
+            doubtful |= test.is_doubtful() || test.is_yes() != likely.is_yes();
+        }
+    }
+    Verdict { visibility: f64::from(likely.is_yes()), doubt: f64::from(doubtful), rounding: 0.0 }
+}
+
+fn tap_2x2(view: &View<'_>, r: &SoftReceiver, place: DVec2, error: DVec2) -> Verdict {
+    let first = place.floor();
+    let f = place - first;
+    let (mut sum, mut doubt) = (0.0, 0.0);
+    let (mut lit, mut dark) = (false, false);
+    for y in (place.y - error.y).floor() as i64..=(place.y + error.y).floor() as i64 + 1 {
+        for x in (place.x - error.x).floor() as i64..=(place.x + error.x).floor() as i64 + 1 {
+            let test = r.test(view, [x, y]);
+            let weight = |t: i64, axis: usize| match t - first[axis] as i64 {
+                0 => 1.0 - f[axis],
+                1 => f[axis],
+                _ => 0.0,
+            };
+            let weight = weight(x, 0) * weight(y, 1);
+            sum += if test.is_yes() { weight } else { 0.0 };
+            doubt += if test.is_doubtful() { weight } else { 0.0 };
+            lit |= test.is_yes() || test.is_doubtful();
+            dark |= !test.is_yes() || test.is_doubtful();
+        }
+    }
+    let rounding = if lit && dark { (error.element_sum() + ROUNDING).min(1.0) } else { 0.0 };
+    let visibility = if lit && dark { sum } else { f64::from(lit) };
+    Verdict { visibility, doubt, rounding }
+}

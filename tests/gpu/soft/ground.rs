@@ -1,0 +1,106 @@
+//! A plane, level or tilted, that fills a camera's view and that of a light, under shadow maps made by hand.
+
+use ash::vk;
+use edgeshade::Inputs;
+use edgeshade::gpu::{Image, ImageDesc};
+use edgeshade::host::Host;
+use edgeshade::pass::view::ViewConstants;
+use edgeshade::reference::FrameData;
+use edgeshade::view::{CameraView, LightView};
+use glam::{DAffine3, dvec3};
+
+/// Texels: odd, and wider than high.
+pub const MAP: [u32; 2] = [101, 67];
+pub const IMAGE: [u32; 2] = [192, 128];
+
+/// Distance of the plane's middle, and the planes of both views.
+const DISTANCE: f64 = 10.0;
+const NEAR: f64 = 1.0;
+const FAR: f64 = 21.0;
+
+pub struct Ground {
+    pub camera: CameraView,
+    pub light: [LightView; 1],
+    depths: Vec<f32>,
+    depth: Image,
+}
+
+impl Ground {
+    /// The plane falls away by `tilt` a unit to the right; the light is a spot of full width `size`, or a sun of full angle
+    /// `size`.
+    pub fn new(host: &Host, is_spot: bool, size: f64, tilt: f64) -> Self {
+        let eye = DAffine3::from_translation(dvec3(0.0, 0.0, DISTANCE));
+        let half = [4.0, 4.0 * f64::from(MAP[1]) / f64::from(MAP[0])];
+        let light = match is_spot {
+            // Its square view is wider than the camera's.
+            true => LightView::spot(eye, 2.0 * (half[0] / (DISTANCE - 1.5)).atan(), NEAR, FAR, size),
+            false => LightView::directional(eye, half, NEAR, FAR, size),
+        };
+        let of_column = |i: u32| {
+            let x = half[0] * ((2.0 * f64::from(i) + 1.0) / f64::from(IMAGE[0]) - 1.0);
+            ((FAR - DISTANCE - tilt * x) / (FAR - NEAR)) as f32
+        };
+        let depths: Vec<f32> = (0..IMAGE[0] * IMAGE[1]).map(|i| of_column(i % IMAGE[0])).collect();
+        let usage = vk::ImageUsageFlags::SAMPLED;
+        let desc = ImageDesc { usage, ..ImageDesc::storage("ground", vk::Format::D32_SFLOAT, IMAGE) };
+        Self {
+            camera: CameraView::orthographic(eye, half, NEAR, FAR),
+            light: [light],
+            depth: host.upload_image(&desc, bytemuck::cast_slice(&depths)).unwrap(),
+            depths,
+        }
+    }
+
+    /// The same under a light of another size.
+    pub fn with_size(mut self, factor: f64) -> Self {
+        self.light[0] = super::enlarged(&self.light[0], factor);
+        self
+    }
+
+    /// What the map stores of something at a distance from the light's plane.
+    pub fn stored(&self, distance: f64) -> f32 {
+        let q = self.light[0].clip_from_view * glam::dvec4(0.0, 0.0, -distance, 1.0);
+        (q.z / q.w) as f32
+    }
+
+    pub fn inputs<'a>(&'a self, map: &Image) -> Inputs<'a> {
+        Inputs {
+            camera: &self.camera,
+            depth: self.depth.as_ref(),
+            normal: None,
+            shadow_map: map.as_ref(),
+            light: &self.light,
+            light_version: None,
+        }
+    }
+
+    pub fn constants(&self, map: &Image) -> ViewConstants {
+        ViewConstants::new(&self.inputs(map))
+    }
+
+    pub fn data<'a>(&'a self, constants: &'a ViewConstants, map: &'a [f32]) -> FrameData<'a> {
+        FrameData { constants, depth: &self.depths, normal: &[], shadow_map: map }
+    }
+
+    /// Width of a texel on the plane's middle, world units along x.
+    pub fn texel(&self) -> f64 {
+        let q = self.light[0].clip_from_view * glam::dvec4(1.0, 0.0, -DISTANCE, 1.0);
+        2.0 / (f64::from(MAP[0]) * q.x / q.w)
+    }
+
+    /// World x of a pixel's centre.
+    pub fn x(&self, pixel: usize) -> f64 {
+        (2.0 * (pixel % IMAGE[0] as usize) as f64 + 1.0) / f64::from(IMAGE[0]) * 4.0 - 4.0
+    }
+
+    pub const fn distance() -> f64 {
+        DISTANCE
+    }
+}
+
+/// A shadow map of given depths, row by row from the top.
+pub fn upload(host: &Host, depths: &[f32]) -> Image {
+    let usage = vk::ImageUsageFlags::SAMPLED;
+    let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", vk::Format::D32_SFLOAT, MAP) };
+    host.upload_image(&desc, bytemuck::cast_slice(depths)).unwrap()
+}

@@ -1,0 +1,70 @@
+//! The hierarchical shadow map against its mirror, and that it is kept.
+
+use crate::common::{desc, prepare, renderer, shipped_scene, with_gpu};
+use crate::made;
+use crate::passes::{Random, read_mip};
+use ash::vk;
+use edgeshade::gpu::ImageDesc;
+use edgeshade::pass::hsm::Hsm;
+use edgeshade::reference::hsm;
+use edgeshade::scene::{RenderDesc, fit, light_view};
+use edgeshade::{Frame, Handoff, Inputs};
+use glam::DVec3;
+
+#[test]
+fn levels_equal_the_mirror() {
+    with_gpu(|host| {
+        let scene = made::still_life(made::sun(DVec3::ONE));
+        let camera = fit::camera(&scene, [1, 1]).view([1, 1]);
+        let light = [light_view(&scene, &scene.lights[0])];
+        let mut random = Random(1);
+        for size in [[1, 1], [2, 63], [64, 64], [65, 64], [100, 333], [1024, 1024], [2100, 8], [3, 1500]] {
+            let texels: Vec<f32> = (0..size[0] * size[1]).map(|_| random.unit()).collect();
+            let usage = vk::ImageUsageFlags::SAMPLED;
+            let format = vk::Format::D32_SFLOAT;
+            let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", format, size) };
+            let map = host.upload_image(&desc, bytemuck::cast_slice(&texels)).unwrap();
+            let mut pass = Hsm::new(host.context(), size).unwrap();
+            let inputs = Inputs {
+                camera: &camera,
+                depth: map.as_ref(),
+                normal: None,
+                shadow_map: map.as_ref(),
+                light: &light,
+                light_version: None,
+            };
+            host.run(|cmd| {
+                // SAFETY: `cmd` is recording and is waited for.
+                let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
+                pass.record(&mut frame, &inputs)?;
+                frame.end();
+                Ok(())
+            })
+            .unwrap();
+            let mut planted = texels.clone();
+            planted[texels.len() / 2] = -1.0;
+            let [mirror, other] = [&texels, &planted].map(|t| hsm::Hsm::new(t, size));
+            assert_eq!(pass.levels() as usize, mirror.levels.len(), "{size:?}");
+            for (l, (level, other)) in (0..).zip(mirror.levels.iter().zip(&other.levels)) {
+                let got = read_mip::<[f32; 2]>(host, pass.bounds(), l);
+                assert_eq!(got, level.bounds, "{size:?}, level {l}");
+                let wrong = got.iter().zip(&other.bounds).filter(|(a, b)| a != b).count();
+                assert_eq!(wrong, 1, "{size:?}, level {l}: a planted texel goes unnoticed");
+            }
+        }
+    });
+}
+
+#[test]
+fn it_is_kept_while_the_light_stands_still() {
+    with_gpu(|host| {
+        let scene = shipped_scene("jenga");
+        let mut r = renderer(host, &scene, RenderDesc { dynamic_light: false, ..desc([96, 54], 333) });
+        let mut technique = prepare(&r, "pcss", &[]);
+        let mut made = || {
+            let passes = r.frame(technique.as_mut()).unwrap().passes;
+            passes.iter().filter(|p| p.name == "hierarchical shadow map").count()
+        };
+        assert_eq!([made(), made()], [2, 0]);
+    });
+}
