@@ -27,21 +27,23 @@ layout(binding = 9, scalar) buffer FilterList {
 } filter_list;
 layout(binding = 10) writeonly uniform image2D distances;
 layout(binding = 11) writeonly uniform uimage2D nearest_labels;
-layout(binding = 12) writeonly uniform image2D seed_mask;
+layout(binding = 12) writeonly uniform image2D seed_mask; // 1 at a seed; if SOFT what `widths` has there
+layout(binding = 14) writeonly uniform image2D pixel_widths; // if SOFT the penumbra's full width at pixels in reach, world units
 
 shared bool wanted;
 
 // The pixel's own label, those of the quads around, and then the places next to the seed found.
-Nearest findNearest(ivec2 pixel, Receiver p, float width) {
+Nearest findNearest(ivec2 pixel, Receiver p) {
   Nearest nearest = nothing();
-  consider(texelFetch(labels, pixel, 0).x, pixel, p, width, nearest);
+  Place at = placeAt(pixel, p);
+  consider(texelFetch(labels, pixel, 0).x, at, nearest);
   if (!WORLD) return nearest;
   // The own quad and the three on the pixel's side of it.
   ivec2 quad = pixel / QUAD, side = 2 * (pixel & 1) - 1;
   for (int i = 0; i < 4; ++i) {
-    consider(blockLabel(quad_labels, quad + side * ivec2(i & 1, i >> 1), QUAD), pixel, p, width, nearest);
+    consider(blockLabel(quad_labels, quad + side * ivec2(i & 1, i >> 1), QUAD), at, nearest);
   }
-  for (int step = 2; step > 0; --step) considerAround(labels, step, pixel, p, width, nearest);
+  for (int step = 2; step > 0; --step) considerAround(labels, step, at, nearest);
   return nearest;
 }
 
@@ -54,22 +56,27 @@ void workOn(ivec2 tile) {
   p.position = vec3(0.0);
   p.normal = vec3(0.0, 0.0, 1.0);
   if (inside) p = receiverAt(pixel);
-  float width = pixelWidth(p.position);
   Nearest nearest = nothing();
-  if (p.surface) nearest = findNearest(pixel, p, width);
+  if (p.surface) nearest = findNearest(pixel, p);
   barrier();
   if (inside) {
-    bool near = nearest.squared <= reachSquared();
-    float own = texelFetch(hard, pixel, 0).x, D = sqrt(nearest.squared);
+    float squared = squaredShare(nearest);
+    bool near = squared <= reachSquared();
+    float own = texelFetch(hard, pixel, 0).x, D = sqrt(squared);
     // A pixel out of reach keeps its hard shadow and is not filtered; two less tells it.
     float v = near ? penumbraIntensity(own, D, push.penumbra) : own - 2.0;
     imageStore(intensity, pixel, vec4(v, depthAt(pixel), 0.0, 0.0));
     if (near) wanted = true;
+    if (SOFT) {
+      vec2 width = texelFetch(widths, near ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0), 0).xy;
+      if (near || VIEWED) imageStore(pixel_widths, pixel, vec4(near ? width.x : 0.0));
+    }
     if (VIEWED) {
       imageStore(distances, pixel, vec4(near ? D : uintBitsToFloat(0x7f800000u)));
       // The transform gives a seed itself.
       bool is_seed = texelFetch(labels, pixel, 0).x == (uint(pixel.x) | uint(pixel.y) << 16);
-      imageStore(seed_mask, pixel, vec4(is_seed));
+      vec4 seen = SOFT ? vec4(texelFetch(widths, pixel, 0).xy, 0.0, 0.0) : vec4(1.0);
+      imageStore(seed_mask, pixel, is_seed ? seen : vec4(0.0));
       imageStore(nearest_labels, pixel, uvec4(near ? nearest.label : NO_SEED));
     }
   }
