@@ -23,6 +23,7 @@ mod properties;
 mod revectorize;
 mod shapes;
 mod soft;
+mod soft_edt;
 mod stability;
 mod structs;
 mod validation;

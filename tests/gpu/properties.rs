@@ -23,6 +23,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rbsm-profile", &[("quality", "line"), ("skip", "off")]),
     ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),
     ("pcss", &[]),
+    ("edtssm-star", &[]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.
