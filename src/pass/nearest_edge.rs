@@ -79,7 +79,7 @@ impl NearestEdge {
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         };
-        let [soft, meet, metric] = WidthConfig::constants(config.widths);
+        let [soft, meet, metric, line_taps] = WidthConfig::constants(config.widths);
         let block = |first: bool| pipeline("pass/nearest_block.comp", &[planes, first.into(), 0, soft, meet, metric]);
         let labels_of_blocks = |side| {
             let extent = if world { extent.map(|n| n.div_ceil(side)) } else { [1, 1] };
@@ -97,7 +97,10 @@ impl NearestEdge {
                 }),
                 Nearest::Pixel => None,
             },
-            finish: pipeline("pass/nearest_edge.comp", &[planes, world.into(), viewed.into(), soft, meet, metric])?,
+            finish: pipeline(
+                "pass/nearest_edge.comp",
+                &[planes, world.into(), viewed.into(), soft, meet, metric, line_taps],
+            )?,
             block_labels: [labels_of_blocks(BLOCK)?, labels_of_blocks(BLOCK)?],
             quad_labels: labels_of_blocks(QUAD)?,
             intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, true)?,

@@ -38,12 +38,16 @@ pub struct WidthConfig {
     pub meet: Meet,
     /// How far away it is.
     pub metric: Metric,
+    /// Taps across the penumbra along the line to that edge, for what the hard shadows hold beyond it; 0: nothing, as in the
+    /// paper.
+    pub line_taps: u32,
 }
 
 impl WidthConfig {
-    /// Specialization constants of `glsl/pass/nearest_edge.glsl`, from `SOFT` on.
-    pub(crate) fn constants(config: Option<Self>) -> [u32; 3] {
-        config.map_or([0; 3], |c| [1, (c.meet == Meet::Nearest).into(), (c.metric == Metric::Light).into()])
+    /// Specialization constants of `glsl/pass/nearest_edge.glsl` from `SOFT` on, and `LINE_TAPS`.
+    pub(crate) fn constants(config: Option<Self>) -> [u32; 4] {
+        config
+            .map_or([0; 4], |c| [1, (c.meet == Meet::Nearest).into(), (c.metric == Metric::Light).into(), c.line_taps])
     }
 }
 
@@ -74,7 +78,7 @@ impl PenumbraWidth {
         edges: EdgeConfig,
         config: WidthConfig,
     ) -> Result<Self> {
-        let WidthConfig { search_taps, window, meet, metric } = config;
+        let WidthConfig { search_taps, window, meet, metric, .. } = config;
         if search_taps.is_multiple_of(2) || search_taps > 63 {
             let problem = format!(
                 "{search_taps} taps along the side of the blocker search are not possible: an odd number, 1 to 63"

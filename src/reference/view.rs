@@ -256,6 +256,11 @@ impl<'a> View<'a> {
         3.0 * ROUNDING * terms / w
     }
 
+    /// The camera's projection.
+    pub fn clip_from_view(&self) -> DMat4 {
+        self.view_from_clip.inverse()
+    }
+
     fn row(&self, i: usize) -> DVec3 {
         self.light_clip_from_view.row(i).truncate()
     }

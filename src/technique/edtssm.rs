@@ -3,7 +3,7 @@
 use super::{Info, Kind, Param, euclidean};
 use crate::pass::rbsm::Revectorization;
 
-const PARAMS: &[Param] = &euclidean::soft_params(1);
+const PARAMS: &[Param] = &euclidean::soft_params(1, 0);
 
 /// The registry entry.
 pub const INFO: Info = Info {

@@ -83,7 +83,7 @@ pub(super) const PARAMS: &[Param] = &[
 ];
 
 /// The table of penumbrae of an area light; the default of `metric` is an index.
-pub(super) const fn soft_params(metric: usize) -> [Param; 19] {
+pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 20] {
     [
         Param::float("beta", 0.0, 1e9, 1.0, "factor", "of the penumbrae's widths; 1: as wide as similar triangles say"),
         Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis"),
@@ -104,6 +104,14 @@ pub(super) const fn soft_params(metric: usize) -> [Param; 19] {
             &["light", "world"],
             metric,
             "distances on a plane parallel to the map, taken there along the light, or along the surface as in the paper",
+        ),
+        Param::int(
+            "line_taps",
+            0,
+            64,
+            line_taps,
+            "taps",
+            "across a penumbra, of the hard shadows beyond the nearest edge; 0: as if there were none, as in the paper",
         ),
         FILTER_WIDTH,
         FILTER_TAPS,
@@ -175,6 +183,7 @@ pub(super) fn prepare_soft(
         window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
         meet: if p.word("meet") == "weighted" { Meet::Weighted } else { Meet::Nearest },
         metric: if p.word("metric") == "light" { Metric::Light } else { Metric::World },
+        line_taps: p.int("line_taps"),
     };
     let penumbrae = Penumbrae::OfLight { beta: p.float("beta") };
     prepare_either(context, setup, info, revectorization, (penumbrae, Some(config)))

@@ -11,7 +11,7 @@ use edgeshade::pass::edt::NO_SEED;
 use edgeshade::pass::penumbra_width::{Meet, Metric};
 use edgeshade::pass::soft::SearchWindow;
 use edgeshade::reference::edge_seeds;
-use edgeshade::reference::nearest_edge::soft::{self, Settings, WideSeed};
+use edgeshade::reference::nearest_edge::soft::{self, Beyond, Settings, WideSeed};
 use edgeshade::reference::nearest_edge::{self, Nearest};
 use edgeshade::reference::penumbra_width::{self, Width};
 use edgeshade::reference::{FrameData, mean_filter};
@@ -29,11 +29,13 @@ const ROUNDING: f64 = 1e-6;
 type Pairs<'a> = &'a [(&'a str, &'a str)];
 
 /// A frame in which no tile is skipped, with all that is known of it.
+#[derive(Clone)]
 struct Run {
     size: [u32; 2],
     settings: Settings,
     width_settings: penumbra_width::Settings,
     taps: u32,
+    line_taps: u32,
     shot: Shot,
     hard: Vec<f32>,
     labels: Vec<u32>,
@@ -86,12 +88,13 @@ impl Run {
         let seeds = edge_seeds::seeds(&shot.data(), &hard, &seed_settings).unwrap();
         let widths = penumbra_width::widths(&shot.data(), &width_settings, &seeds).unwrap();
         let intensity = intensity.into_iter().map(|i| i[0]).collect();
-        let taps = p.int("filter_taps");
+        let [taps, line_taps] = ["filter_taps", "line_taps"].map(|name| p.int(name));
         Self {
             size: extent,
             settings,
             width_settings,
             taps,
+            line_taps,
             shot,
             hard,
             labels,
@@ -180,6 +183,8 @@ struct Findings {
     too_large: usize,
     lost: usize,
     doubtful: usize,
+    /// Whose line has taps in doubt.
+    doubtful_line: usize,
     /// Errors: a distance that is not that of the label's point; a seed on another surface, or out of reach; a distance
     /// smaller than the exact one; an intensity that is not eq. 8's; another width than the seed's; a pixel half with an
     /// edge and half without.
@@ -227,6 +232,8 @@ impl Findings {
 fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]) -> Findings {
     let links = soft::links(&run.data(), settings, seeds, &run.labels).unwrap();
     let weighted = settings.meet == Meet::Weighted;
+    let found = (&run.labels[..], &run.share[..]);
+    let beyond = soft::beyond(&run.data(), settings, seeds, &run.hard, found, run.line_taps).unwrap();
     let mut f = Findings::default();
     for (i, exact) in exact.iter().enumerate() {
         let (hard, intensity, d) = (f64::from(run.hard[i]), f64::from(run.intensity[i]), f64::from(run.share[i]));
@@ -243,8 +250,11 @@ fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]
                 f.other_distance += usize::from(!is_its_own);
                 let in_reach = d <= settings.reach() * (1.0 + ROUNDING);
                 f.off_surface += usize::from(!(in_reach && (link.on_surface || link.doubtful)));
-                let is_eq_8 = (intensity - nearest_edge::intensity(hard, d, 1.0)).abs() <= ROUNDING;
-                f.other_intensity += usize::from(!is_eq_8);
+                let Beyond { change, doubt } = beyond[i];
+                let right = (nearest_edge::intensity(hard, d, 1.0) + change).clamp(0.0, 1.0);
+                let is_right = (intensity - right).abs() <= doubt + ROUNDING;
+                f.other_intensity += usize::from(!is_right);
+                f.doubtful_line += usize::from(doubt > 0.0);
                 f.too_small += usize::from(d * unit < exact.range[0] - (error + ROUNDING * d) * unit);
                 let (x, y) = (run.labels[i] & 0xffff, run.labels[i] >> 16);
                 let seed = run.seen[(x + y * run.size[0]) as usize];
@@ -275,6 +285,7 @@ fn check(run: &Run, what: &str) -> Findings {
     found.print(what);
     assert_eq!(found.wrong(), 0, "{what}: {found:?}");
     assert!(found.doubtful * 100 <= found.penumbra.max(found.in_reach), "{what}: {found:?}");
+    assert!(found.doubtful_line * 5 <= found.penumbra, "{what}: {found:?}");
     let settings = run.filter_settings();
     let mirror = mean_filter::visibility_by_widths(&run.data(), &settings, &run.intensity, &run.pixel_width).unwrap();
     compare(&run.visibility, &mirror, 1e-4).check(&format!("{what}, filter"), 0.01);
@@ -358,6 +369,12 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
     assert!(with(&narrower, &seeds).off_surface > 0, "a shorter reach");
     let wider = Settings { filter_width: 1.05 * run.settings.filter_width, ..run.settings };
     assert!(examine(run, &run.settings, &seeds, &exact_of(&wider)).lost > right.in_reach / 200, "a longer reach");
+    // Hard shadows of which one edge's are all that counts; others.
+    let other =
+        |line_taps: u32| examine(&Run { line_taps, ..run.clone() }, &run.settings, &seeds, &exact).other_intensity;
+    let found = [0, 15].map(other);
+    println!("planted in the line: {found:?} of {}", right.penumbra);
+    assert!(found.iter().all(|n| *n > 10), "{found:?}");
     // Distances a little larger and smaller than the exact ones.
     let scaled =
         |by: f64| -> Vec<Nearest> { exact.iter().map(|n| Nearest { range: n.range.map(|d| by * d), ..*n }).collect() };
@@ -383,7 +400,7 @@ fn intensities_are_continuous_where_widths_meet() {
         for name in ["robot", "jenga"] {
             let mut r = renderer(host, &shipped_scene(name), desc([480, 270], 1024));
             let [weighted, nearest] = ["weighted", "nearest"].map(|meet| {
-                let run = Run::new(host, &mut r, "edtssm-star", &[("meet", meet)]);
+                let run = Run::new(host, &mut r, "edtssm-star", &[("meet", meet), ("line_taps", "0")]);
                 jumps(&run)
             });
             println!("{name}: jumps beyond what the widths explain, weighted {weighted:?}, nearest {nearest:?}");
