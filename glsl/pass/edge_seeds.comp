@@ -1,7 +1,7 @@
 #version 460
 // Finds the shadow edges among the listed pixels: pixels that differ from one of their 8 neighbours on the same surface, and
 // the points half-way to those neighbours, through which the edge runs. Marks all tiles that a penumbra around them may reach;
-// where its width is the seed's own (SOFT), penumbra_width.comp does.
+// where its width is the seed's own (SOFT), seed_width.comp does.
 // Macedo, Apolinario (2018), algorithm 1; the paper takes neighbours on any surface (ANY_SURFACE), and the pixels' own
 // centres on both sides for the edge (AT_PIXELS), which leaves a plateau two pixels wide.
 #extension GL_GOOGLE_include_directive : require

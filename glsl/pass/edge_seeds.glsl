@@ -23,7 +23,7 @@ layout(push_constant, scalar) uniform Push {
   float filter_width;  // world units
   float tolerance;     // of the test for one surface: pixels a pixel, or a share of the depth
   int step;            // of nearest_block.comp, blocks
-  float beta;          // of penumbra_width.comp: factor of the width
+  float beta;          // of seed_width.comp: factor of the width
   float normal_offset; // of its blocker search: multiples of what a plane needs
   float depth_bias;    // of its blocker search: fraction of a texel's slope, along both axes
 } push;

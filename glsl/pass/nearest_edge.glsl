@@ -14,7 +14,7 @@ layout(constant_id = 4) const bool MEET_NEAREST = false;
 layout(constant_id = 5) const bool ALONG_LIGHT = false; // distances on a plane parallel to the map, taken there along the light
 
 layout(binding = 3) uniform usampler2D seeds;
-layout(binding = 13) uniform sampler2D widths; // of penumbra_width.comp; read if SOFT
+layout(binding = 13) uniform sampler2D widths; // of seed_width.comp; read if SOFT
 
 struct Nearest {
   float squared; // distance, world units; a share of the seed's penumbra width if SOFT, unless MEET_NEAREST

@@ -1,7 +1,7 @@
 //! Shadow edges found in an image of hard shadows, and the tiles within their reach.
 
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, shader_struct};
-use crate::pass::penumbra_width::{PenumbraWidth, Seeds, WidthConfig};
+use crate::pass::seed_width::{SeedWidth, Seeds, WidthConfig};
 use crate::pass::tiles::{TILE, TileList, indirect_list};
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
@@ -82,7 +82,7 @@ pub struct EdgeSeeds {
     detect: Arc<ComputePipeline>,
     pixels: Arc<ComputePipeline>,
     find: Arc<ComputePipeline>,
-    widths: Option<PenumbraWidth>,
+    widths: Option<SeedWidth>,
     no_widths: Image,
     list: Arc<ComputePipeline>,
     edges: TileList,
@@ -98,7 +98,7 @@ impl EdgeSeeds {
     /// Allocates for a camera image and a shadow map, whose size matters to widths alone.
     ///
     /// # Errors
-    /// More pixels than a storage buffer of the device may list; no memory; what [`PenumbraWidth::new`] refuses.
+    /// More pixels than a storage buffer of the device may list; no memory; what [`SeedWidth::new`] refuses.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: EdgeConfig) -> Result<Self> {
         let device = context.device();
         let EdgeConfig { surfaces, any_surface, at_pixels, skip, widths } = config;
@@ -125,7 +125,7 @@ impl EdgeSeeds {
             pixels: pipeline("pass/edge_pixels.comp", &constants[..3])?,
             find: pipeline("pass/edge_seeds.comp", &constants)?,
             widths: match widths {
-                Some(widths) => Some(PenumbraWidth::new(context, extent, map_size, config, widths)?),
+                Some(widths) => Some(SeedWidth::new(context, extent, map_size, config, widths)?),
                 None => None,
             },
             no_widths: scratch(context, "no penumbra widths", vk::Format::R32G32_SFLOAT, extent, false)?,
@@ -143,13 +143,13 @@ impl EdgeSeeds {
     /// Bytes of images, buffers and lists.
     pub fn memory_bytes(&self) -> u64 {
         let buffers = [self.edges.buffer(), &self.edge_pixels, &self.marks, self.tiles.buffer()];
-        let widths = self.widths.as_ref().map_or(0, PenumbraWidth::memory_bytes);
+        let widths = self.widths.as_ref().map_or(0, SeedWidth::memory_bytes);
         buffers.iter().map(|b| b.size()).sum::<u64>() + self.seeds.memory_bytes() + widths
     }
 
-    /// [`PenumbraWidth::widths`], or an image of nothing where all penumbrae are alike.
+    /// [`SeedWidth::widths`], or an image of nothing where all penumbrae are alike.
     pub fn widths(&self) -> &Image {
-        self.widths.as_ref().map_or(&self.no_widths, PenumbraWidth::widths)
+        self.widths.as_ref().map_or(&self.no_widths, SeedWidth::widths)
     }
 
     /// `R32G32B32A32_UINT`, of seeds only: the bits of a point of the edge as three `f32` in camera view space, and the

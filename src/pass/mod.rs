@@ -10,7 +10,7 @@ pub mod nearest_edge;
 pub mod pcf;
 pub mod pcss;
 pub mod penumbra;
-pub mod penumbra_width;
+pub mod seed_width;
 pub mod pixels;
 pub mod rbsm;
 pub mod rbsm_view;

@@ -3,7 +3,7 @@
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
 use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest, scratch};
 use crate::pass::edt::NO_SEED;
-use crate::pass::penumbra_width::WidthConfig;
+use crate::pass::seed_width::WidthConfig;
 use crate::pass::tiles::TileList;
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};

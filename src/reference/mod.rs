@@ -19,7 +19,7 @@ pub mod mean_filter;
 pub mod nearest_edge;
 pub mod pcf;
 pub mod pcss;
-pub mod penumbra_width;
+pub mod seed_width;
 pub mod ray_traced;
 pub mod rbsm;
 pub mod revectorize;

@@ -9,7 +9,7 @@ use crate::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
 use crate::pass::mean_filter::MeanFilter;
 use crate::pass::nearest_edge::{Nearest, NearestEdge, Viewed};
 use crate::pass::penumbra::penumbra_width;
-use crate::pass::penumbra_width::{Meet, Metric, WidthConfig};
+use crate::pass::seed_width::{Meet, Metric, WidthConfig};
 use crate::pass::rbsm::{Rbsm, RbsmPush, Revectorization};
 use crate::pass::soft::SearchWindow;
 use crate::pass::view::ViewBuffer;

@@ -8,12 +8,12 @@ use crate::mirrors::compare;
 use edgeshade::host::Host;
 use edgeshade::pass::edge_seeds::SurfaceTest;
 use edgeshade::pass::edt::NO_SEED;
-use edgeshade::pass::penumbra_width::{Meet, Metric};
+use edgeshade::pass::seed_width::{Meet, Metric};
 use edgeshade::pass::soft::SearchWindow;
 use edgeshade::reference::edge_seeds;
 use edgeshade::reference::nearest_edge::soft::{self, Beyond, Settings, WideSeed};
 use edgeshade::reference::nearest_edge::{self, Nearest};
-use edgeshade::reference::penumbra_width::{self, Width};
+use edgeshade::reference::seed_width::{self, Width};
 use edgeshade::reference::{FrameData, mean_filter};
 use edgeshade::scene::Renderer;
 use edgeshade::technique::{self, OutputFormat, Params, Setup, find};
@@ -33,7 +33,7 @@ type Pairs<'a> = &'a [(&'a str, &'a str)];
 struct Run {
     size: [u32; 2],
     settings: Settings,
-    width_settings: penumbra_width::Settings,
+    width_settings: seed_width::Settings,
     taps: u32,
     line_taps: u32,
     shot: Shot,
@@ -77,7 +77,7 @@ impl Run {
         let metric = if p.word("metric") == "light" { Metric::Light } else { Metric::World };
         let meet = if p.word("meet") == "weighted" { Meet::Weighted } else { Meet::Nearest };
         let settings = Settings { seeds: seed_settings, meet, metric, filter_width: p.float("filter_width") };
-        let width_settings = penumbra_width::Settings {
+        let width_settings = seed_width::Settings {
             search_taps: p.int("search_taps"),
             window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
             metric,
@@ -86,7 +86,7 @@ impl Run {
             depth_bias: p.float("depth_bias"),
         };
         let seeds = edge_seeds::seeds(&shot.data(), &hard, &seed_settings).unwrap();
-        let widths = penumbra_width::widths(&shot.data(), &width_settings, &seeds).unwrap();
+        let widths = seed_width::widths(&shot.data(), &width_settings, &seeds).unwrap();
         let intensity = intensity.into_iter().map(|i| i[0]).collect();
         let [taps, line_taps] = ["filter_taps", "line_taps"].map(|name| p.int(name));
         Self {
@@ -338,13 +338,13 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
     // Widths: other taps, another window, another factor, another bias.
     let s = run.width_settings;
     for (what, planted) in [
-        ("taps", penumbra_width::Settings { search_taps: 7, ..s }),
-        ("window", penumbra_width::Settings { window: SearchWindow::Near, ..s }),
-        ("beta", penumbra_width::Settings { beta: 1.02, ..s }),
-        ("bias", penumbra_width::Settings { depth_bias: 3.0, ..s }),
-        ("metric", penumbra_width::Settings { metric: Metric::World, ..s }),
+        ("taps", seed_width::Settings { search_taps: 7, ..s }),
+        ("window", seed_width::Settings { window: SearchWindow::Near, ..s }),
+        ("beta", seed_width::Settings { beta: 1.02, ..s }),
+        ("bias", seed_width::Settings { depth_bias: 3.0, ..s }),
+        ("metric", seed_width::Settings { metric: Metric::World, ..s }),
     ] {
-        let other = penumbra_width::widths(&run.data(), &planted, &run.seeds).unwrap();
+        let other = seed_width::widths(&run.data(), &planted, &run.seeds).unwrap();
         let found = examine_widths(run, &other);
         println!("planted in the widths: {what}: {} wrong of {}", found.wrong, widths.seeds);
         assert!(found.wrong * 20 > widths.seeds, "{what}: {found:?}");

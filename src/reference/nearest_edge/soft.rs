@@ -3,7 +3,7 @@
 use super::{Link, Nearest, on_surface};
 use crate::pass::edge_seeds::SurfaceTest;
 use crate::pass::edt::NO_SEED;
-use crate::pass::penumbra_width::{Meet, Metric};
+use crate::pass::seed_width::{Meet, Metric};
 use crate::reference::FrameData;
 use crate::reference::edge_seeds::{self, Apart, Seed, near_plane, same_depth};
 use crate::reference::view::{Decision, ROUNDING, Receiver, View};

@@ -52,7 +52,7 @@ impl WidthConfig {
 }
 
 /// The pass with its image: 8 bytes a pixel.
-pub struct PenumbraWidth {
+pub struct SeedWidth {
     pipeline: Arc<ComputePipeline>,
     hsm: Option<Hsm>,
     widths: Image,
@@ -66,7 +66,7 @@ pub(super) struct Seeds<'a> {
     pub marks: &'a Buffer,
 }
 
-impl PenumbraWidth {
+impl SeedWidth {
     /// Allocates for a camera image and a shadow map.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl PenumbraWidth {
             (metric == Metric::Light).into(),
             (meet == Meet::Nearest).into(),
         ];
-        let pipeline = context.pipeline::<PenumbraPush>("pass/penumbra_width.comp", &constants)?;
+        let pipeline = context.pipeline::<PenumbraPush>("pass/seed_width.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(Self {
             pipeline,

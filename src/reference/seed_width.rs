@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/penumbra_width.comp`: the penumbra's width at every seed.
+//! Mirror of `glsl/pass/seed_width.comp`: the penumbra's width at every seed.
 
 use super::area_light::AreaLight;
 use super::edge_seeds::Seed;
@@ -7,7 +7,7 @@ use super::map_receiver::{MapReceiver, receive};
 use super::soft::{self, Bounded, SoftReceiver};
 use super::view::{FrameData, ROUNDING, View};
 use crate::Result;
-use crate::pass::penumbra_width::Metric;
+use crate::pass::seed_width::Metric;
 use crate::pass::soft::SearchWindow;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
