@@ -2,6 +2,8 @@
 
 pub mod edtsm;
 pub mod edtsm_star;
+pub mod edtssm;
+pub mod edtssm_star;
 mod euclidean;
 mod params;
 pub mod pcf;
@@ -140,6 +142,8 @@ pub const ALL: &[Info] = &[
     rbssm_naive::INFO,
     ssabss::INFO,
     ssrbssm::INFO,
+    edtssm::INFO,
+    edtssm_star::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

@@ -6,6 +6,7 @@ use std::path::Path;
 const COVERED: &[(&str, Option<&str>)] = &[
     ("blockers", Some("soft")),
     ("edge_list", Some("rbsm")),
+    ("edge_marks", Some("edge_seeds")),
     ("edge_pixels", Some("edge_seeds")),
     ("edge_tiles", Some("edge_seeds")),
     ("edt_columns", Some("edt")),

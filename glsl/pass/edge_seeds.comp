@@ -1,12 +1,15 @@
 #version 460
 // Finds the shadow edges among the listed pixels: pixels that differ from one of their 8 neighbours on the same surface, and
-// the points half-way to those neighbours, through which the edge runs. Marks all tiles that a penumbra around them may reach.
+// the points half-way to those neighbours, through which the edge runs. Marks all tiles that a penumbra around them may reach;
+// where its width is the seed's own (SOFT), seed_width.comp does.
 // Macedo, Apolinario (2018), algorithm 1; the paper takes neighbours on any surface (ANY_SURFACE), and the pixels' own
 // centres on both sides for the edge (AT_PIXELS), which leaves a plateau two pixels wide.
 #extension GL_GOOGLE_include_directive : require
+#include "edge_marks.glsl"
 #include "edge_pixels.glsl"
 
 layout(constant_id = 1) const bool ANY_SURFACE = false;
+layout(constant_id = 3) const bool SOFT = false;
 
 layout(local_size_x = 64) in;
 
@@ -17,9 +20,6 @@ layout(binding = 4, scalar) readonly buffer PixelList {
 } list;
 layout(binding = 5) writeonly uniform uimage2D seeds;
 layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; }; // a word a column and 32 rows, bit y % 32
-layout(binding = 7, scalar) buffer Marks { uint marks[]; };        // a bit a tile, 8 x 8 of them in two words
-
-const int MARKS = 8;
 
 bool isSurface(ivec2 pixel) {
   return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, ivec2(view.size))) && depthAt(pixel) != view.far_depth;
@@ -57,30 +57,12 @@ bool findSeed(ivec2 pixel, out vec3 point, out vec3 normal) {
   return true;
 }
 
-void mark(ivec2 first, ivec2 last) {
-  ivec2 blocks = (tileCount() + MARKS - 1) / MARKS;
-  for (int y = first.y / MARKS; y <= last.y / MARKS; ++y) {
-    // Rows of marks of this block that are in reach, then the columns of one row.
-    ivec2 rows = clamp(ivec2(first.y, last.y) - MARKS * y, 0, MARKS - 1);
-    for (int x = first.x / MARKS; x <= last.x / MARKS; ++x) {
-      ivec2 columns = clamp(ivec2(first.x, last.x) - MARKS * x, 0, MARKS - 1);
-      uint row = (2u << columns.y) - (1u << columns.x);
-      uint bits[2] = {0, 0};
-      for (int r = rows.x; r <= rows.y; ++r) bits[r >> 2] |= row << 8 * (r & 3);
-      // Seeds next to each other mark the same tiles.
-      for (int i = 0; i < 2; ++i) {
-        int word = 2 * (y * blocks.x + x) + i;
-        if ((bits[i] & ~marks[word]) != 0) atomicOr(marks[word], bits[i]);
-      }
-    }
-  }
-}
-
 void workOn(ivec2 pixel) {
   vec3 point, normal;
   if (!findSeed(pixel, point, normal)) return;
   imageStore(seeds, pixel, packSeed(point, normal));
   atomicOr(seed_bits[pixel.x + view.size.x * (pixel.y / 32)], 1u << (pixel.y & 31));
+  if (SOFT) return;
   // The filter reads half its width beyond what it changes.
   ivec2 first, last;
   tilesInReach(pixel, penumbraReach() + 0.5 * push.filter_width, eyeDepth(point), first, last);

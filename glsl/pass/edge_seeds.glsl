@@ -17,11 +17,15 @@ uvec4 packSeed(vec3 point, vec3 normal) {
 vec3 seedPoint(uvec4 seed) { return uintBitsToFloat(seed.xyz); }
 vec3 seedNormal(uvec4 seed) { return octahedralDecode(unpackSnorm2x16(seed.w)); }
 
+// Where every seed has a penumbra width of its own, that width is the unit of lengths: `penumbra` is 1.
 layout(push_constant, scalar) uniform Push {
-  float penumbra;     // full width, world units
-  float filter_width; // world units
-  float tolerance;    // of the test for one surface: pixels a pixel, or a share of the depth
-  int step;           // of nearest_block.comp, blocks
+  float penumbra;      // full width, world units
+  float filter_width;  // world units
+  float tolerance;     // of the test for one surface: pixels a pixel, or a share of the depth
+  int step;            // of nearest_block.comp, blocks
+  float beta;          // of seed_width.comp: factor of the width
+  float normal_offset; // of its blocker search: multiples of what a plane needs
+  float depth_bias;    // of its blocker search: fraction of a texel's slope, along both axes
 } push;
 
 float eyeDepth(vec3 p) { return abs(p.z); }

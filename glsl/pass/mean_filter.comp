@@ -1,6 +1,7 @@
 #version 460
 // One axis of the separable mean filter over the penumbra: taps on the pixel's own surface, evenly spaced over a width that
 // is constant in the world. Macedo, Apolinario (2018), eq. 9-10.
+// Where penumbrae have widths of their own (SOFT), the filter's is a share of the pixel's.
 // Departures: only pixels in the penumbra or next to it are filtered, with no more taps than pixels; what lies on the
 // surface is told by its plane (PLANES).
 #extension GL_GOOGLE_include_directive : require
@@ -8,6 +9,7 @@
 
 layout(constant_id = 1) const bool VERTICAL = false; // the second of the two; writes the visibility
 layout(constant_id = 2) const int TAPS = 15;         // at most; odd
+layout(constant_id = 3) const bool SOFT = false;
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -19,11 +21,14 @@ layout(binding = 5, scalar) readonly buffer TileList {
   uint count;
   uint tiles[];
 } list;
+layout(binding = 6) uniform sampler2D pixel_widths; // of penumbrae, world units; read if SOFT
 
 float meanOnSurface(ivec2 pixel, float own) {
   const int axis = VERTICAL ? 1 : 0;
   Receiver p = receiverAt(pixel);
-  float width = pixelWidth(p.position), pixels = push.filter_width / width;
+  float width = pixelWidth(p.position), filter_width = push.filter_width;
+  if (SOFT) filter_width *= texelFetch(pixel_widths, pixel, 0).x;
+  float pixels = filter_width / width;
   if (!(pixels > 1.0)) return own;
   // As many as pixels, odd.
   int half_taps = min(TAPS, int(min(ceil(pixels), 64.0)) | 1) / 2;

@@ -30,11 +30,11 @@ uint labelAt(ivec2 block) {
 void workOn(ivec2 block) {
   ivec2 pixel = blockPixel(block, BLOCK);
   Receiver p = receiverAt(pixel);
-  Nearest nearest = Nearest(blockReachSquared(), NO_SEED);
+  Nearest nearest = Nearest(SOFT && MEET_NEAREST ? 3.0e38 : blockReachSquared(), NO_SEED);
   if (p.surface) {
-    float width = pixelWidth(p.position);
+    Place at = placeAt(pixel, p);
     for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) consider(labelAt(block + push.step * ivec2(x, y)), pixel, p, width, nearest);
+      for (int x = -1; x <= 1; ++x) consider(labelAt(block + push.step * ivec2(x, y)), at, true, nearest);
     }
   }
   imageStore(relaxed_labels, block, uvec4(nearest.label));

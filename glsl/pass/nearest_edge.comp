@@ -8,6 +8,7 @@
 
 layout(constant_id = 1) const bool WORLD = true;
 layout(constant_id = 2) const bool VIEWED = false; // write seeds, labels and distances too
+layout(constant_id = 6) const int LINE_TAPS = 0;   // if SOFT: taps across the penumbra for what lies beyond the nearest edge
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -27,23 +28,58 @@ layout(binding = 9, scalar) buffer FilterList {
 } filter_list;
 layout(binding = 10) writeonly uniform image2D distances;
 layout(binding = 11) writeonly uniform uimage2D nearest_labels;
-layout(binding = 12) writeonly uniform image2D seed_mask;
+layout(binding = 12) writeonly uniform image2D seed_mask; // 1 at a seed; if SOFT what `widths` has there
+layout(binding = 14) writeonly uniform image2D pixel_widths; // if SOFT the penumbra's full width at pixels in reach, world units
 
 shared bool wanted;
 
 // The pixel's own label, those aside and of the quads around, and then the places next to the seed found.
-Nearest findNearest(ivec2 pixel, Receiver p, float width) {
+Nearest findNearest(ivec2 pixel, Receiver p) {
   Nearest nearest = nothing();
-  consider(texelFetch(labels, pixel, 0).x, pixel, p, width, nearest);
+  Place at = placeAt(pixel, p);
+  consider(texelFetch(labels, pixel, 0).x, at, nearest);
   if (!WORLD) return nearest;
-  considerAside(labels, 32, 1, pixel, p, width, nearest);
+  considerAside(labels, 32, 1, at, nearest);
   // The own quad and the three on the pixel's side of it.
   ivec2 quad = pixel / QUAD, side = 2 * (pixel & 1) - 1;
   for (int i = 0; i < 4; ++i) {
-    consider(blockLabel(quad_labels, quad + side * ivec2(i & 1, i >> 1), QUAD), pixel, p, width, nearest);
+    consider(blockLabel(quad_labels, quad + side * ivec2(i & 1, i >> 1), QUAD), at, nearest);
   }
-  for (int step = 2; step > 0; --step) considerAround(labels, step, pixel, p, width, nearest);
+  for (int step = 2; step > 0; --step) considerAround(labels, step, at, nearest);
   return nearest;
+}
+
+// Eq. 8 knows the nearest edge alone, and is too dark where a shadow is thinner than its penumbra, too light in a gap that is:
+// by what the hard shadows hold beyond that edge. So they are looked up, along the line through pixel and edge, where the
+// light sees it: the share of the taps that are not what one edge would make of them, signed. Taps within EDGE_PIXELS of the
+// edge say nothing new; those on other surfaces nothing at all.
+const float EDGE_PIXELS = 1.5;
+
+float beyondEdge(ivec2 pixel, Receiver p, vec3 apart, float share, float own, int taps) {
+  // Where the line leaves and enters the penumbra, one of its widths long.
+  mat4 clip_from_view = inverse(view.view_from_clip);
+  vec3 across = apart / share;
+  vec4 middle = clip_from_view * vec4(p.position, 1.0), along = clip_from_view * vec4(across, 0.0);
+  vec2 size = vec2(view.size), half_size = 0.5 * size;
+  vec2 from = (middle.xy - 0.5 * along.xy) / (middle.w - 0.5 * along.w), to = (middle.xy + 0.5 * along.xy) / (middle.w + 0.5 * along.w);
+  float pixels = distance(from * half_size, to * half_size), width = pixelWidth(p.position);
+  float sum = 0.0;
+  for (int i = 0; i < taps; ++i) {
+    float t = (float(i) + 0.5) / float(taps) - 0.5;
+    vec4 clip = middle + t * along;
+    vec2 place = (clip.xy / clip.w) * half_size + half_size;
+    ivec2 tap = ivec2(floor(place));
+    bool inside = clip.w > 0.0 && all(greaterThanEqual(tap, ivec2(0))) && all(lessThan(tap, ivec2(size)));
+    ivec2 at = inside ? tap : pixel;
+    float depth = depthAt(at);
+    bool same = depth != view.far_depth && abs(t - share) * pixels >= EDGE_PIXELS;
+    vec3 q = viewPosition(at, depth);
+    same = same && (PLANES ? nearPlane(p.normal, q - p.position, max(length(vec2(at - pixel)), 0.5), width, push.tolerance)
+                           : sameDepth(p.position.z, q.z, push.tolerance));
+    float expected = t < share ? own : 1.0 - own;
+    sum += inside && same ? texelFetch(hard, at, 0).x - expected : 0.0;
+  }
+  return sum / float(max(taps, 1));
 }
 
 void workOn(ivec2 tile) {
@@ -55,22 +91,34 @@ void workOn(ivec2 tile) {
   p.position = vec3(0.0);
   p.normal = vec3(0.0, 0.0, 1.0);
   if (inside) p = receiverAt(pixel);
-  float width = pixelWidth(p.position);
   Nearest nearest = nothing();
-  if (p.surface) nearest = findNearest(pixel, p, width);
+  if (p.surface) nearest = findNearest(pixel, p);
   barrier();
   if (inside) {
-    bool near = nearest.squared <= reachSquared();
-    float own = texelFetch(hard, pixel, 0).x, D = sqrt(nearest.squared);
+    float squared = squaredShare(nearest);
+    bool near = squared <= reachSquared();
+    float own = texelFetch(hard, pixel, 0).x, D = sqrt(squared);
     // A pixel out of reach keeps its hard shadow and is not filtered; two less tells it.
     float v = near ? penumbraIntensity(own, D, push.penumbra) : own - 2.0;
+    if (SOFT && LINE_TAPS > 0) {
+      bool wanted_line = near && D > 0.0;
+      ivec2 seed = wanted_line ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
+      vec3 apart = seedPoint(texelFetch(seeds, seed, 0)) - p.position;
+      float beyond = beyondEdge(pixel, p, apart, D, own, wanted_line ? LINE_TAPS : 0);
+      if (wanted_line) v = clamp(v + beyond, 0.0, 1.0);
+    }
     imageStore(intensity, pixel, vec4(v, depthAt(pixel), 0.0, 0.0));
     if (near) wanted = true;
+    if (SOFT) {
+      vec2 width = texelFetch(widths, near ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0), 0).xy;
+      if (near || VIEWED) imageStore(pixel_widths, pixel, vec4(near ? width.x : 0.0));
+    }
     if (VIEWED) {
       imageStore(distances, pixel, vec4(near ? D : uintBitsToFloat(0x7f800000u)));
       // The transform gives a seed itself.
       bool is_seed = texelFetch(labels, pixel, 0).x == (uint(pixel.x) | uint(pixel.y) << 16);
-      imageStore(seed_mask, pixel, vec4(is_seed));
+      vec4 seen = SOFT ? vec4(texelFetch(widths, pixel, 0).xy, 0.0, 0.0) : vec4(1.0);
+      imageStore(seed_mask, pixel, is_seed ? seen : vec4(0.0));
       imageStore(nearest_labels, pixel, uvec4(near ? nearest.label : NO_SEED));
     }
   }

@@ -1,5 +1,7 @@
 // What the search for the nearest edge in the world goes by: candidates, each a label of a seed, of which the nearest on the
-// pixel's own surface counts.
+// pixel's own surface counts. Where every seed has a penumbra width of its own (SOFT), its distance is a share of that width;
+// so the edge counts whose penumbra the pixel lies deepest in, and intensities are continuous where widths meet. The paper
+// (MEET_NEAREST) takes the edge at the smallest distance.
 #ifndef EDGESHADE_NEAREST_EDGE
 #define EDGESHADE_NEAREST_EDGE
 #include "edge_seeds.glsl"
@@ -7,12 +9,47 @@
 // A label of the search stands for a block of pixels of this side, at the middle: first coarse, then finer.
 const int BLOCK = 4, QUAD = 2;
 
+layout(constant_id = 3) const bool SOFT = false;
+layout(constant_id = 4) const bool MEET_NEAREST = false;
+layout(constant_id = 5) const bool ALONG_LIGHT = false; // distances on a plane parallel to the map, taken there along the light
+
 layout(binding = 3) uniform usampler2D seeds;
+layout(binding = 13) uniform sampler2D widths; // of seed_width.comp; read if SOFT
 
 struct Nearest {
-  float squared; // distance, world units
+  float squared; // distance, world units; a share of the seed's penumbra width if SOFT, unless MEET_NEAREST
   uint label;    // x + 65536 y of the seed
 };
+
+// Where edges are searched from.
+struct Place {
+  ivec2 pixel;
+  Receiver p;
+  float width; // of a pixel there, world units
+  vec3 axis;   // ALONG_LIGHT: of the light's view, from the light
+  vec3 ray;    // ALONG_LIGHT: along the light's ray, as far as its axis says 1
+};
+
+Place placeAt(ivec2 pixel, Receiver p) {
+  Place at = Place(pixel, p, pixelWidth(p.position), vec3(0.0), vec3(0.0));
+  if (SOFT && ALONG_LIGHT) {
+    mat4 m = view.light_clip_from_view[0];
+    vec3 ray = -towardsLight(p.position, 0);
+    at.axis = view.light_position_view[0].w == 0.0 ? ray : normalize(vec3(m[0][3], m[1][3], m[2][3]));
+    // Beside and behind the light all is lit; only numbers are wanted there.
+    at.ray = ray / max(dot(ray, at.axis), 0.05);
+  }
+  return at;
+}
+
+// Squared distance to what lies `apart`, as it is measured for a seed. Never less than `cosine` of it, so that no edge
+// reaches out of the tiles marked for it.
+float squaredDistance(Place at, vec3 apart, float cosine) {
+  float squared = dot(apart, apart);
+  if (!(SOFT && ALONG_LIGHT)) return squared;
+  vec3 across = apart - dot(apart, at.axis) * at.ray;
+  return max(dot(across, across), squared * (cosine * cosine));
+}
 
 // Squared distances within which an edge counts.
 float reachSquared() {
@@ -29,46 +66,65 @@ float blockReachSquared() {
 // A seed out of reach will do to start from.
 Nearest nothing() { return Nearest(3.0e38, NO_SEED); }
 
-bool onSurface(Receiver p, float width, vec3 apart, uvec4 seed, ivec2 pixels) {
-  if (!PLANES) return sameDepth(p.position.z, p.position.z + apart.z, push.tolerance);
-  // Never less than half a pixel, where the edge passes the pixel itself.
-  float between = max(length(vec2(pixels)), 0.5);
-  return nearPlane(p.normal, apart, between, width, push.tolerance) &&
-         nearPlane(seedNormal(seed), apart, between, width, push.tolerance);
+// Of what was found, in the terms of reachSquared.
+float squaredShare(Nearest nearest) {
+  if (!(SOFT && MEET_NEAREST)) return nearest.squared;
+  bool found = nearest.label != NO_SEED;
+  float width = texelFetch(widths, found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0), 0).x;
+  return found && width > 0.0 ? nearest.squared / (width * width) : 3.0e38;
 }
 
-// Takes the candidate if it is nearer, on the pixel's surface.
-void consider(uint candidate, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
-  ivec2 at = ivec2(candidate & 0xffffu, candidate >> 16);
+bool onSurface(Place at, vec3 apart, uvec4 seed, ivec2 pixels) {
+  if (!PLANES) return sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
+  // Never less than half a pixel, where the edge passes the pixel itself.
+  float between = max(length(vec2(pixels)), 0.5);
+  return nearPlane(at.p.normal, apart, between, at.width, push.tolerance) &&
+         nearPlane(seedNormal(seed), apart, between, at.width, push.tolerance);
+}
+
+// Takes the candidate if it is nearer, on the place's surface, and no farther than its own reach if that is `limited`.
+void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
+  ivec2 pixel = ivec2(candidate & 0xffffu, candidate >> 16);
   bool is_label = candidate != NO_SEED;
-  uvec4 seed = texelFetch(seeds, is_label ? at : ivec2(0), 0);
-  vec3 apart = seedPoint(seed) - p.position;
-  float d2 = dot(apart, apart);
-  bool nearer = is_label && d2 < nearest.squared && onSurface(p, width, apart, seed, at - pixel);
+  if (!is_label) pixel = ivec2(0);
+  uvec4 seed = texelFetch(seeds, pixel, 0);
+  vec3 apart = seedPoint(seed) - at.p.position;
+  vec2 width = SOFT ? texelFetch(widths, pixel, 0).xy : vec2(1.0);
+  float d2 = squaredDistance(at, apart, width.y);
+  if (SOFT) {
+    float share = d2 / (width.x * width.x);
+    if (!MEET_NEAREST) d2 = share;
+    // Without a width there is no penumbra; 0/0 is no share.
+    is_label = is_label && (MEET_NEAREST ? !limited || share <= blockReachSquared() : width.x > 0.0);
+  }
+  bool nearer = is_label && d2 < nearest.squared && onSurface(at, apart, seed, pixel - at.pixel);
   nearest.squared = nearer ? d2 : nearest.squared;
   nearest.label = nearer ? candidate : nearest.label;
 }
 
+void consider(uint candidate, Place at, inout Nearest nearest) { consider(candidate, at, false, nearest); }
+
 // The labels of pixels aside, past what stands in front: `distance` of them along both axes both ways, and `rings` - 1 times
 // as many again, each time twice as far.
-void considerAside(usampler2D labels, int distance, int rings, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
+void considerAside(usampler2D labels, int distance, int rings, Place at, inout Nearest nearest) {
   for (int i = 0; i < 4 * rings; ++i) {
     int away = ((i & 1) == 0 ? -distance : distance) << (i >> 2);
-    ivec2 at = pixel + ((i & 2) == 0 ? ivec2(away, 0) : ivec2(0, away)), inside = clamp(at, ivec2(0), ivec2(view.size) - 1);
-    consider(at == inside ? texelFetch(labels, inside, 0).x : NO_SEED, pixel, p, width, nearest);
+    ivec2 aside = at.pixel + ((i & 2) == 0 ? ivec2(away, 0) : ivec2(0, away));
+    ivec2 inside = clamp(aside, ivec2(0), ivec2(view.size) - 1);
+    consider(aside == inside ? texelFetch(labels, inside, 0).x : NO_SEED, at, nearest);
   }
 }
 
 // The seeds that are nearest in the image to places `step` pixels around the one found: along the edge.
-void considerAround(usampler2D labels, int step, ivec2 pixel, Receiver p, float width, inout Nearest nearest) {
+void considerAround(usampler2D labels, int step, Place at, inout Nearest nearest) {
   bool found = nearest.label != NO_SEED;
   ivec2 seed = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
   for (int i = 0; i < 8; ++i) {
     // Around the middle one, which is known.
     int j = i + int(i > 3), row = int(j > 2) + int(j > 5);
-    ivec2 at = seed + step * (ivec2(j - 3 * row, row) - 1);
-    uint label = texelFetch(labels, clamp(at, ivec2(0), ivec2(view.size) - 1), 0).x;
-    consider(found ? label : NO_SEED, pixel, p, width, nearest);
+    ivec2 around = seed + step * (ivec2(j - 3 * row, row) - 1);
+    uint label = texelFetch(labels, clamp(around, ivec2(0), ivec2(view.size) - 1), 0).x;
+    consider(found ? label : NO_SEED, at, nearest);
   }
 }
 

@@ -23,16 +23,16 @@ void workOn(ivec2 quad) {
   Receiver p = receiverAt(pixel);
   Nearest nearest = nothing();
   if (p.surface) {
-    float width = pixelWidth(p.position);
-    consider(texelFetch(labels, pixel, 0).x, pixel, p, width, nearest);
-    considerAside(labels, 12, 3, pixel, p, width, nearest);
+    Place at = placeAt(pixel, p);
+    consider(texelFetch(labels, pixel, 0).x, at, nearest);
+    considerAside(labels, 12, 3, at, nearest);
     ivec2 block = pixel / BLOCK;
     for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) consider(blockLabel(block_labels, block + ivec2(x, y), BLOCK), pixel, p, width, nearest);
+      for (int x = -1; x <= 1; ++x) consider(blockLabel(block_labels, block + ivec2(x, y), BLOCK), at, nearest);
     }
-    for (int step = 8; step > 0; step /= 2) considerAround(labels, step, pixel, p, width, nearest);
+    for (int step = 8; step > 0; step /= 2) considerAround(labels, step, at, nearest);
   }
-  imageStore(quad_labels, quad, uvec4(nearest.squared <= blockReachSquared() ? nearest.label : NO_SEED));
+  imageStore(quad_labels, quad, uvec4(squaredShare(nearest) <= blockReachSquared() ? nearest.label : NO_SEED));
 }
 
 void main() {

@@ -1,6 +1,7 @@
 //! Shadow edges found in an image of hard shadows, and the tiles within their reach.
 
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, shader_struct};
+use crate::pass::seed_width::{SeedWidth, Seeds, WidthConfig};
 use crate::pass::tiles::{TILE, TileList, indirect_list};
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
@@ -14,16 +15,23 @@ const PIXEL_HEADER: u64 = 16;
 const MARKS: u32 = 8;
 
 shader_struct! {
-    /// Push constants of the passes that make penumbrae (`glsl/pass/edge_seeds.glsl`).
+    /// Push constants of the passes that make penumbrae (`glsl/pass/edge_seeds.glsl`). With [`EdgeConfig::widths`] each
+    /// seed's own width is the unit of lengths.
     pub struct PenumbraPush {
-        /// Full width of the penumbra, world units.
+        /// Full width of the penumbra, world units; 1 where seeds have their own.
         penumbra: f32,
-        /// Width of the mean filter, world units.
+        /// Width of the mean filter, world units; a share of the penumbra's where seeds have their own.
         filter_width: f32,
         /// Of the test for one surface: pixels a pixel off the plane, or a share of the eye depth.
         tolerance: f32,
         /// Of a step of the search for the nearest edge, blocks of 4 pixels.
         step: i32,
+        /// Factor of the width that a blocker search finds.
+        beta: f32,
+        /// Of that search: multiples of what a plane needs.
+        normal_offset: f32,
+        /// Of that search: fraction of a texel's slope, along both axes.
+        depth_bias: f32,
     }
 }
 
@@ -65,6 +73,8 @@ pub struct EdgeConfig {
     pub at_pixels: bool,
     /// Only tiles within reach of a seed are listed; otherwise all.
     pub skip: bool,
+    /// Penumbrae as wide as the area light makes them; none: of one width.
+    pub widths: Option<WidthConfig>,
 }
 
 /// The passes with their images and lists: about 20 bytes a pixel.
@@ -72,6 +82,8 @@ pub struct EdgeSeeds {
     detect: Arc<ComputePipeline>,
     pixels: Arc<ComputePipeline>,
     find: Arc<ComputePipeline>,
+    widths: Option<SeedWidth>,
+    no_widths: Image,
     list: Arc<ComputePipeline>,
     edges: TileList,
     edge_pixels: Buffer,
@@ -83,14 +95,14 @@ pub struct EdgeSeeds {
 }
 
 impl EdgeSeeds {
-    /// Allocates for a camera image.
+    /// Allocates for a camera image and a shadow map, whose size matters to widths alone.
     ///
     /// # Errors
-    /// More pixels than a storage buffer of the device may list; no memory.
-    pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig) -> Result<Self> {
+    /// More pixels than a storage buffer of the device may list; no memory; what [`SeedWidth::new`] refuses.
+    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: EdgeConfig) -> Result<Self> {
         let device = context.device();
-        let EdgeConfig { surfaces, any_surface, at_pixels, skip } = config;
-        let constants = [surfaces == SurfaceTest::Planes, any_surface, at_pixels].map(u32::from);
+        let EdgeConfig { surfaces, any_surface, at_pixels, skip, widths } = config;
+        let constants = [surfaces == SurfaceTest::Planes, any_surface, at_pixels, widths.is_some()].map(u32::from);
         let pipeline = |shader: &str, constants: &[u32]| {
             let pipeline = context.pipeline::<PenumbraPush>(shader, constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
@@ -110,8 +122,13 @@ impl EdgeSeeds {
         let format = vk::Format::R32G32B32A32_UINT;
         Ok(Self {
             detect: pipeline("pass/edge_tiles.comp", &constants[..1])?,
-            pixels: pipeline("pass/edge_pixels.comp", &constants)?,
+            pixels: pipeline("pass/edge_pixels.comp", &constants[..3])?,
             find: pipeline("pass/edge_seeds.comp", &constants)?,
+            widths: match widths {
+                Some(widths) => Some(SeedWidth::new(context, extent, map_size, config, widths)?),
+                None => None,
+            },
+            no_widths: scratch(context, "no penumbra widths", vk::Format::R32G32_SFLOAT, extent, false)?,
             list: context.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[(!skip).into()])?,
             edges: TileList::new(device, "tiles with an edge", extent)?,
             edge_pixels: indirect_list(device, "pixels at an edge", PIXEL_HEADER, pixels)?,
@@ -126,7 +143,13 @@ impl EdgeSeeds {
     /// Bytes of images, buffers and lists.
     pub fn memory_bytes(&self) -> u64 {
         let buffers = [self.edges.buffer(), &self.edge_pixels, &self.marks, self.tiles.buffer()];
-        buffers.iter().map(|b| b.size()).sum::<u64>() + self.seeds.memory_bytes()
+        let widths = self.widths.as_ref().map_or(0, SeedWidth::memory_bytes);
+        buffers.iter().map(|b| b.size()).sum::<u64>() + self.seeds.memory_bytes() + widths
+    }
+
+    /// [`SeedWidth::widths`], or an image of nothing where all penumbrae are alike.
+    pub fn widths(&self) -> &Image {
+        self.widths.as_ref().map_or(&self.no_widths, SeedWidth::widths)
     }
 
     /// `R32G32B32A32_UINT`, of seeds only: the bits of a point of the edge as three `f32` in camera view space, and the
@@ -153,9 +176,9 @@ impl EdgeSeeds {
     /// Finds the seeds in `hard`, an image of visibility 0 and 1, sets their bits in `seed_bits` (see
     /// [`crate::pass::edt::Edt::seed_bits`]) and lists the tiles in their reach.
     pub fn record(
-        &self,
+        &mut self,
         frame: &mut Frame<'_>,
-        view: &Buffer,
+        view_buffer: &Buffer,
         inputs: &Inputs<'_>,
         push: PenumbraPush,
         (hard, seed_bits): (&Image, &Buffer),
@@ -163,8 +186,9 @@ impl EdgeSeeds {
         let tiles = hard.extent().map(|n| n.div_ceil(TILE));
         let threads = Threads::Count([tiles[0], tiles[1], 1]);
         let (view, depth, normal) =
-            (Bind::Buffer(view), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
+            (Bind::Buffer(view_buffer), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
         let (hard, edges, marks) = (Bind::Image(hard), Bind::Buffer(self.edges.buffer()), Bind::Buffer(&self.marks));
+        let widths_push = push;
         let push = bytemuck::bytes_of(&push);
         self.edges.clear(frame);
         frame.dispatch(&Pass {
@@ -193,6 +217,16 @@ impl EdgeSeeds {
             push,
             threads: Threads::Indirect(&self.edge_pixels, 0),
         })?;
+        if let Some(widths) = &mut self.widths {
+            let (pixels, seeds, marks) = (&self.edge_pixels, &self.seeds, &self.marks);
+            widths.record(
+                frame,
+                view_buffer,
+                inputs,
+                &widths_push,
+                &Seeds { pixels, seeds, bits: seed_bits, marks },
+            )?;
+        }
         self.tiles.clear(frame);
         for groups in [&self.block_groups, &self.quad_groups] {
             frame.update(groups, bytemuck::bytes_of(&[0u32, 1, 1]));

@@ -1,4 +1,4 @@
-//! The separable mean filter over a penumbra, of constant width in the world.
+//! The separable mean filter over a penumbra, of constant width in the world or a share of the penumbra's.
 
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest, scratch};
@@ -22,7 +22,7 @@ impl MeanFilter {
         }
         let pass = |vertical: bool| {
             let planes = config.surfaces == SurfaceTest::Planes;
-            let constants = [planes.into(), vertical.into(), taps];
+            let constants = [planes.into(), vertical.into(), taps, config.widths.is_some().into()];
             let pipeline = context.pipeline::<PenumbraPush>("pass/mean_filter.comp", &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
@@ -65,6 +65,7 @@ impl MeanFilter {
                     Bind::Image(source),
                     Bind::Image(target),
                     Bind::Buffer(tiles.buffer()),
+                    Bind::Image(nearest.pixel_widths()),
                 ],
                 push: bytemuck::bytes_of(&push),
                 threads: tiles.threads(),

@@ -17,6 +17,7 @@ pub mod rbsm_view;
 pub mod rbssm;
 pub mod rpcf;
 pub mod screen_filter;
+pub mod seed_width;
 pub mod sm;
 pub mod soft;
 pub mod tiles;

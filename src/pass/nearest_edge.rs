@@ -1,8 +1,9 @@
-//! Every pixel's nearest shadow edge, and the intensity of a penumbra of fixed width out of its distance.
+//! Every pixel's nearest shadow edge, and the intensity of a penumbra out of its distance.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
 use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest, scratch};
 use crate::pass::edt::NO_SEED;
+use crate::pass::seed_width::WidthConfig;
 use crate::pass::tiles::TileList;
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
@@ -37,6 +38,8 @@ pub struct NearestEdge {
     distances: Image,
     labels: Image,
     seed_mask: Image,
+    pixel_widths: Image,
+    soft: bool,
 }
 
 /// What goes over blocks of pixels.
@@ -49,12 +52,16 @@ struct Coarse {
 
 /// What can be looked at of a search, of the tiles near an edge only.
 pub struct Viewed<'a> {
-    /// `R8_UNORM`, 1 at a seed.
+    /// `R8_UNORM`, 1 at a seed; with [`EdgeConfig::widths`] `R32G32_SFLOAT`, the seeds' widths and cosines, otherwise 0.
     pub seeds: &'a Image,
     /// `R32_UINT`: the pixel of the nearest edge's seed, `x + 65536 y`, or [`NO_SEED`].
     pub labels: &'a Image,
-    /// `R32_SFLOAT`: world distance to that edge, infinite beyond reach.
+    /// `R32_SFLOAT`: world distance to that edge, infinite beyond reach; with [`EdgeConfig::widths`] as a share of that
+    /// edge's penumbra width.
     pub distances: &'a Image,
+    /// `R32_SFLOAT`: the width of the penumbra that a pixel lies in, world units, 0 beyond reach; only with
+    /// [`EdgeConfig::widths`].
+    pub widths: Option<&'a Image>,
 }
 
 impl NearestEdge {
@@ -72,23 +79,28 @@ impl NearestEdge {
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         };
-        let block = |first: bool| pipeline("pass/nearest_block.comp", &[planes, first.into()]);
+        let [soft, meet, metric, line_taps] = WidthConfig::constants(config.widths);
+        let block = |first: bool| pipeline("pass/nearest_block.comp", &[planes, first.into(), 0, soft, meet, metric]);
         let labels_of_blocks = |side| {
             let extent = if world { extent.map(|n| n.div_ceil(side)) } else { [1, 1] };
             let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
             Image::new(context.device(), &ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
         };
+        let seed_format = if soft == 1 { vk::Format::R32G32_SFLOAT } else { vk::Format::R8_UNORM };
         let image = |name, format, wanted| scratch(context, name, format, extent, wanted);
         Ok(Self {
             coarse: match nearest {
                 Nearest::World => Some(Coarse {
                     first: block(true)?,
                     others: block(false)?,
-                    quads: pipeline("pass/nearest_quad.comp", &[planes])?,
+                    quads: pipeline("pass/nearest_quad.comp", &[planes, 0, 0, soft, meet, metric])?,
                 }),
                 Nearest::Pixel => None,
             },
-            finish: pipeline("pass/nearest_edge.comp", &[planes, world.into(), viewed.into()])?,
+            finish: pipeline(
+                "pass/nearest_edge.comp",
+                &[planes, world.into(), viewed.into(), soft, meet, metric, line_taps],
+            )?,
             block_labels: [labels_of_blocks(BLOCK)?, labels_of_blocks(BLOCK)?],
             quad_labels: labels_of_blocks(QUAD)?,
             intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, true)?,
@@ -96,13 +108,16 @@ impl NearestEdge {
             viewed,
             distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
             labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
-            seed_mask: image("seeds", vk::Format::R8_UNORM, viewed)?,
+            seed_mask: image("seeds", seed_format, viewed)?,
+            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, soft == 1)?,
+            soft: soft == 1,
         })
     }
 
     /// Bytes of images and lists.
     pub fn memory_bytes(&self) -> u64 {
-        let images = [&self.intensity, &self.distances, &self.labels, &self.seed_mask, &self.quad_labels];
+        let images =
+            [&self.intensity, &self.distances, &self.labels, &self.seed_mask, &self.pixel_widths, &self.quad_labels];
         images.into_iter().chain(&self.block_labels).map(|i| i.memory_bytes()).sum::<u64>() + self.tiles.buffer().size()
     }
 
@@ -112,6 +127,12 @@ impl NearestEdge {
         &self.intensity
     }
 
+    /// `R32_SFLOAT`, of pixels within reach of an edge: the width of its penumbra, world units; an image of nothing unless
+    /// [`EdgeConfig::widths`].
+    pub fn pixel_widths(&self) -> &Image {
+        &self.pixel_widths
+    }
+
     /// The tiles with any pixel within reach of an edge.
     pub fn tiles(&self) -> &TileList {
         &self.tiles
@@ -119,7 +140,8 @@ impl NearestEdge {
 
     /// `None` unless it was asked for.
     pub fn viewed(&self) -> Option<Viewed<'_>> {
-        let viewed = Viewed { seeds: &self.seed_mask, labels: &self.labels, distances: &self.distances };
+        let widths = self.soft.then_some(&self.pixel_widths);
+        let viewed = Viewed { seeds: &self.seed_mask, labels: &self.labels, distances: &self.distances, widths };
         self.viewed.then_some(viewed)
     }
 
@@ -135,6 +157,7 @@ impl NearestEdge {
     ) -> Result<()> {
         let (view, depth, normal) =
             (Bind::Buffer(view), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
+        let widths = Bind::Image(seeds.widths());
         let (seed_image, list) = (Bind::Image(seeds.seeds()), Bind::Buffer(seeds.tiles().buffer()));
         let [mut after, mut before] = [&self.block_labels[0], &self.block_labels[1]];
         if let Some(Coarse { first, others, quads }) = &self.coarse {
@@ -146,7 +169,7 @@ impl NearestEdge {
                 frame.dispatch(&Pass {
                     name: "nearest edge of blocks",
                     pipeline,
-                    bind: &[view, depth, normal, seed_image, Bind::Image(from), Bind::Image(after), list],
+                    bind: &[view, depth, normal, seed_image, Bind::Image(from), Bind::Image(after), list, widths],
                     push: bytemuck::bytes_of(&PenumbraPush { step, ..push }),
                     threads: seeds.block_threads(),
                 })?;
@@ -156,7 +179,7 @@ impl NearestEdge {
             frame.dispatch(&Pass {
                 name: "nearest edge of quads",
                 pipeline: quads,
-                bind: &[view, depth, normal, seed_image, labels, blocks, list, out],
+                bind: &[view, depth, normal, seed_image, labels, blocks, list, out, widths],
                 push: bytemuck::bytes_of(&push),
                 threads: seeds.quad_threads(),
             })?;
@@ -179,6 +202,8 @@ impl NearestEdge {
                 Bind::Image(&self.distances),
                 Bind::Image(&self.labels),
                 Bind::Image(&self.seed_mask),
+                widths,
+                Bind::Image(&self.pixel_widths),
             ],
             push: bytemuck::bytes_of(&push),
             threads: seeds.tiles().threads(),

@@ -12,7 +12,7 @@ pub struct Settings {
     pub surfaces: SurfaceTest,
     /// Of that test: pixels off the plane a pixel, or a share of the eye depth.
     pub tolerance: f32,
-    /// World units.
+    /// World units, or a share of the penumbra's.
     pub filter_width: f32,
     /// A pass at most; odd.
     pub taps: u32,
@@ -36,6 +36,33 @@ type Tap = (Value, Decision);
 /// # Errors
 /// Images that do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings, intensity: &[f32]) -> Result<Mirror> {
+    let width = f64::from(settings.filter_width);
+    filtered(data, settings, intensity, |_| width)
+}
+
+/// The same where every pixel has a penumbra width of its own, world units, of which the filter's is a share.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn visibility_by_widths(
+    data: &FrameData<'_>,
+    settings: &Settings,
+    intensity: &[f32],
+    widths: &[f32],
+) -> Result<Mirror> {
+    if widths.len() != intensity.len() {
+        return Err(Error::Usage(format!("mirror: {} widths for {} intensities", widths.len(), intensity.len())));
+    }
+    let share = f64::from(settings.filter_width);
+    filtered(data, settings, intensity, |pixel| share * f64::from(widths[pixel]))
+}
+
+fn filtered(
+    data: &FrameData<'_>,
+    settings: &Settings,
+    intensity: &[f32],
+    filter_width: impl Fn(usize) -> f64 + Sync,
+) -> Result<Mirror> {
     let view = View::new(data)?;
     if intensity.len() != view.size[0] * view.size[1] {
         return Err(Error::Usage(format!("mirror: {} intensities for {:?} pixels", intensity.len(), view.size)));
@@ -47,9 +74,10 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings, intensity: &[f32]) 
     let mut values: Vec<Value> = intensity.iter().map(value).collect();
     for axis in 0..2 {
         values = view.every_pixel(|pixel| {
-            let own = values[view.index(pixel)];
+            let i = view.index(pixel);
+            let own = values[i];
             match view.receiver(pixel) {
-                Some(p) if own.near => mean(&view, settings, axis, pixel, &p, &values),
+                Some(p) if own.near => mean(&view, (settings, filter_width(i)), axis, pixel, &p, &values),
                 _ => own,
             }
         });
@@ -61,10 +89,17 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings, intensity: &[f32]) 
     })
 }
 
-fn mean(view: &View<'_>, s: &Settings, axis: usize, pixel: [usize; 2], p: &Receiver, values: &[Value]) -> Value {
+fn mean(
+    view: &View<'_>,
+    (s, filter_width): (&Settings, f64),
+    axis: usize,
+    pixel: [usize; 2],
+    p: &Receiver,
+    values: &[Value],
+) -> Value {
     let own = values[view.index(pixel)];
     let (width, width_error) = view.pixel_width(p.position, p.position_error);
-    let pixels = f64::from(s.filter_width) / width;
+    let pixels = filter_width / width;
     let pixels_error = pixels * (width_error / width + ROUNDING);
     let half_taps = |pixels: f64| match pixels > 1.0 {
         // As many as pixels, odd.

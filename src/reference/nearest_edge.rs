@@ -1,6 +1,8 @@
 //! Mirror of `glsl/pass/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`: what they search for, by trying all
 //! seeds; and the intensity of a penumbra of fixed width.
 
+pub mod soft;
+
 use super::edge_seeds::{self, Apart, Seed, near_plane, same_depth};
 use super::edt::{self, Mask};
 use super::view::{Decision, FrameData, ROUNDING, Receiver, View};

@@ -285,6 +285,11 @@ impl<'a> View<'a> {
         self.row(axis).normalize_or_zero()
     }
 
+    /// The camera's projection.
+    pub fn clip_from_view(&self) -> DMat4 {
+        self.view_from_clip.inverse()
+    }
+
     fn row(&self, i: usize) -> DVec3 {
         self.light_clip_from_view.row(i).truncate()
     }

@@ -100,6 +100,7 @@ pub fn visibility(renderer: &mut Renderer<'_>, id: &str, settings: &[(&str, &str
 }
 
 /// Everything that went into the last frame's technique.
+#[derive(Clone)]
 pub struct Shot {
     pub constants: ViewConstants,
     pub depth: Vec<f32>,

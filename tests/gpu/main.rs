@@ -25,6 +25,7 @@ mod screen_space;
 mod shapes;
 mod soft;
 mod soft_analytic;
+mod soft_edt;
 mod stability;
 mod structs;
 mod validation;

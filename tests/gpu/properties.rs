@@ -26,6 +26,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rbssm", &[]),
     ("ssrbssm", &[]),
     ("ssabss", &[("skip", "off")]),
+    ("edtssm-star", &[]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.

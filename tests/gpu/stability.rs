@@ -22,6 +22,7 @@ const MODES: &[Mode] = &[
     ("rbsm-profile", &[("quality", "line")], 0.0),
     ("rpcf", &[("width", "7")], 1.0 / 255.0),
     ("edtsm-star", &[], 0.02),
+    ("edtssm-star", &[], 0.02),
     ("pcss", &[], 0.02),
     ("rbssm", &[], 0.02),
     ("ssrbssm", &[], 0.02),

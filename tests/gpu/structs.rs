@@ -31,7 +31,8 @@ fn penumbra(c: &Context, shader: &str, constants: &[&[u32]]) -> edgeshade::Resul
 const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
     ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
-    ("pass/edge_seeds.comp", |c| penumbra(c, "pass/edge_seeds.comp", &[&[1, 0, 0], &[0, 1, 1]])),
+    ("pass/edge_pixels.comp", |c| penumbra(c, "pass/edge_pixels.comp", &[&[1, 0, 0]])),
+    ("pass/edge_seeds.comp", |c| penumbra(c, "pass/edge_seeds.comp", &[&[1, 0, 0, 0], &[0, 1, 1, 1]])),
     ("pass/edge_tiles.comp", |c| penumbra(c, "pass/edge_tiles.comp", &[&[1]])),
     ("pass/edt_columns.comp", |c| c.pipeline::<EdtPush>("pass/edt_columns.comp", &[]).map(drop)),
     ("pass/edt_live.comp", |c| c.pipeline::<EdtPush>("pass/edt_live.comp", &[]).map(drop)),
@@ -45,9 +46,10 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/edt_tile.comp", |c| c.pipeline::<EdtPush>("pass/edt_tile.comp", &[]).map(drop)),
     ("pass/hsm.comp", |c| (0..2).try_for_each(|from| c.pipeline::<HsmPush>("pass/hsm.comp", &[from]).map(drop))),
     ("pass/marked_tiles.comp", |c| c.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[1]).map(drop)),
-    ("pass/mean_filter.comp", |c| penumbra(c, "pass/mean_filter.comp", &[&[1, 0, 1], &[0, 1, 63]])),
-    ("pass/nearest_block.comp", |c| penumbra(c, "pass/nearest_block.comp", &[&[0, 0], &[1, 1]])),
-    ("pass/nearest_edge.comp", |c| penumbra(c, "pass/nearest_edge.comp", &[&[0, 0, 0], &[1, 1, 1]])),
+    ("pass/mean_filter.comp", |c| penumbra(c, "pass/mean_filter.comp", &[&[1, 0, 1], &[0, 1, 63, 1]])),
+    ("pass/nearest_block.comp", |c| penumbra(c, "pass/nearest_block.comp", &[&[0, 0], &[1, 1, 0, 1, 1, 1]])),
+    ("pass/nearest_edge.comp", |c| penumbra(c, "pass/nearest_edge.comp", &[&[0, 0, 0], &[1, 1, 1, 1, 0, 1]])),
+    ("pass/nearest_quad.comp", |c| penumbra(c, "pass/nearest_quad.comp", &[&[0], &[1, 0, 0, 1, 1, 0]])),
     ("pass/pcf.comp", |c| {
         for constants in [[1, 0, 0, 0], [3, 1, 1, 0], [63, 1, 0, 1]] {
             c.pipeline::<PcfPush>("pass/pcf.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
@@ -69,6 +71,7 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
+    ("pass/seed_width.comp", |c| penumbra(c, "pass/seed_width.comp", &[&[0, 1, 0, 0, 0], &[1, 63, 1, 1, 1]])),
     ("pass/rbsm.comp", |c| {
         for constants in [[0, 16, 0, 0, 0], [1, 1, 1, 0, 1], [0, 64, 3, 2, 2]] {
             c.pipeline::<RbsmPush>("pass/rbsm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;

@@ -1,0 +1,462 @@
+//! EDTSSM over the edges of both revectorizations against its mirrors in `f64`: widths at the seeds, nearest edges by the
+//! share of these widths, intensities, the filter.
+
+mod limits;
+
+use crate::common::{Shot, assert_same_bits, desc, renderer, shipped_scene, visibility, with_gpu};
+use crate::mirrors::compare;
+use edgeshade::host::Host;
+use edgeshade::pass::edge_seeds::SurfaceTest;
+use edgeshade::pass::edt::NO_SEED;
+use edgeshade::pass::seed_width::{Meet, Metric};
+use edgeshade::pass::soft::SearchWindow;
+use edgeshade::reference::edge_seeds;
+use edgeshade::reference::nearest_edge::soft::{self, Beyond, Settings, WideSeed};
+use edgeshade::reference::nearest_edge::{self, Nearest};
+use edgeshade::reference::seed_width::{self, Width};
+use edgeshade::reference::{FrameData, mean_filter};
+use edgeshade::scene::Renderer;
+use edgeshade::technique::{self, OutputFormat, Params, Setup, find};
+
+const SIZE: [u32; 2] = [256, 144];
+const MAP: u32 = 512;
+/// Shares: of the penumbra's pixels, with a distance more than a tenth too large; of those in an edge's reach, that have
+/// found none.
+const MOST: [f64; 2] = [0.09, 0.11];
+/// Relative error of a few single-precision operations.
+const ROUNDING: f64 = 1e-6;
+
+type Pairs<'a> = &'a [(&'a str, &'a str)];
+
+/// A frame in which no tile is skipped, with all that is known of it.
+#[derive(Clone)]
+struct Run {
+    size: [u32; 2],
+    settings: Settings,
+    width_settings: seed_width::Settings,
+    taps: u32,
+    line_taps: u32,
+    shot: Shot,
+    hard: Vec<f32>,
+    labels: Vec<u32>,
+    share: Vec<f32>,
+    intensity: Vec<f32>,
+    pixel_width: Vec<f32>,
+    visibility: Vec<f32>,
+    /// By the mirror, all of them.
+    seeds: Vec<edge_seeds::Seed>,
+    widths: Vec<Width>,
+    /// As the GPU has them, by pixel: width and cosine, 0 where no seed is or none is left.
+    seen: Vec<[f32; 2]>,
+}
+
+impl Run {
+    fn new(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>) -> Self {
+        let p = Params::parse(find(id).unwrap(), [params, &[("skip", "off")]].concat()).unwrap();
+        let (extent, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent());
+        let setup = Setup { extent, map_size: map, output: OutputFormat::R32, params: p.clone(), intermediates: true };
+        let mut technique = technique::prepare(id, host.context(), &setup).unwrap();
+        r.frame(technique.as_mut()).unwrap();
+        let images = technique.intermediates();
+        let image = |name: &str| images.iter().find(|i| i.0 == name).unwrap().1;
+        let intensity = host.read_image::<[f32; 2]>(image("intensity")).unwrap();
+        let labels = host.read_image(image("labels")).unwrap();
+        let [share, pixel_width] = ["distance", "width"].map(|name| host.read_values(image(name)).unwrap());
+        let seen = host.read_image::<[f32; 2]>(image("seeds")).unwrap();
+        let visibility = r.visibility(technique.as_ref()).unwrap();
+        let shot = Shot::of(host, r, true);
+        let hard = hard(r, id);
+
+        let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
+        let tolerance = match p.float("edge_threshold") {
+            0.0 => surfaces.usual_tolerance(),
+            given => given,
+        };
+        let (any_surface, at_pixels) = (p.word("seeds") == "any", p.word("edge") == "pixel");
+        let seed_settings = edge_seeds::Settings { surfaces, tolerance, any_surface, at_pixels };
+        let metric = if p.word("metric") == "light" { Metric::Light } else { Metric::World };
+        let meet = if p.word("meet") == "weighted" { Meet::Weighted } else { Meet::Nearest };
+        let settings = Settings { seeds: seed_settings, meet, metric, filter_width: p.float("filter_width") };
+        let width_settings = seed_width::Settings {
+            search_taps: p.int("search_taps"),
+            window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+            metric,
+            beta: p.float("beta"),
+            normal_offset: p.float("normal_offset"),
+            depth_bias: p.float("depth_bias"),
+        };
+        let seeds = edge_seeds::seeds(&shot.data(), &hard, &seed_settings).unwrap();
+        let widths = seed_width::widths(&shot.data(), &width_settings, &seeds).unwrap();
+        let intensity = intensity.into_iter().map(|i| i[0]).collect();
+        let [taps, line_taps] = ["filter_taps", "line_taps"].map(|name| p.int(name));
+        Self {
+            size: extent,
+            settings,
+            width_settings,
+            taps,
+            line_taps,
+            shot,
+            hard,
+            labels,
+            share,
+            intensity,
+            pixel_width,
+            visibility,
+            seeds,
+            widths,
+            seen,
+        }
+    }
+
+    fn data(&self) -> FrameData<'_> {
+        self.shot.data()
+    }
+
+    fn seen_at(&self, seed: &edge_seeds::Seed) -> [f32; 2] {
+        self.seen[seed.pixel[0] + seed.pixel[1] * self.size[0] as usize]
+    }
+
+    /// The seeds with the widths that the GPU has given them.
+    fn wide_seeds(&self) -> Vec<WideSeed> {
+        self.seeds.iter().map(|s| (*s, self.seen_at(s))).collect()
+    }
+
+    fn filter_settings(&self) -> mean_filter::Settings {
+        let Settings { seeds, filter_width, .. } = self.settings;
+        mean_filter::Settings { surfaces: seeds.surfaces, tolerance: seeds.tolerance, filter_width, taps: self.taps }
+    }
+}
+
+/// The hard shadows that a technique starts from.
+fn hard(r: &mut Renderer<'_>, id: &str) -> Vec<f32> {
+    visibility(r, if id == "edtssm" { "rbsm" } else { "rbsm-star" }, &[("skip", "off")])
+}
+
+/// How the widths of the seeds agree with the mirror's: numbers of seeds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Widths {
+    seeds: usize,
+    /// With a penumbra, by the mirror.
+    wide: usize,
+    /// Whose range is wider than a hundredth of the width.
+    doubtful: usize,
+    /// Of these, more than a hundredth off the likely width; of the others, or beyond the range: errors.
+    differing: usize,
+    wrong: usize,
+}
+
+fn examine_widths(run: &Run, widths: &[Width]) -> Widths {
+    let mut f = Widths { seeds: widths.len(), ..Widths::default() };
+    for (seed, width) in run.seeds.iter().zip(widths) {
+        let [seen, cosine] = run.seen_at(seed).map(f64::from);
+        f.wide += usize::from(width.width > 0.0);
+        let is_doubtful = !seed.sure || width.range[1] - width.range[0] > 0.01 * width.width;
+        f.doubtful += usize::from(is_doubtful);
+        let off = (seen - width.width).abs() > 0.01 * width.width;
+        f.differing += usize::from(is_doubtful && off);
+        // Where a seed itself is in doubt there may rightly be none.
+        let in_range = (width.range[0]..=width.range[1]).contains(&seen);
+        let cosine_is = seen == 0.0 || (cosine - width.cosine).abs() <= width.cosine_error + ROUNDING;
+        f.wrong += usize::from(seed.sure && !(in_range && cosine_is));
+    }
+    f
+}
+
+fn check_widths(run: &Run, what: &str) -> Widths {
+    let found = examine_widths(run, &run.widths);
+    println!("{what:44} {found:?}");
+    assert_eq!(found.wrong, 0, "{what}: {found:?}");
+    assert!(found.doubtful * 5 <= found.seeds && found.differing * 50 <= found.seeds, "{what}: {found:?}");
+    // Nothing but seeds.
+    let count = run.seen.iter().filter(|w| w[0] != 0.0).count();
+    assert!(count <= run.seeds.len(), "{what}: {count} seeds are seen");
+    found
+}
+
+/// How a frame agrees with the mirrors; numbers of pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Findings {
+    /// Surely within half the width of an edge on their surface; surely in its reach.
+    penumbra: usize,
+    in_reach: usize,
+    /// Of the first, whose distance is more than a tenth too large; of the second, that have found nothing.
+    too_large: usize,
+    lost: usize,
+    doubtful: usize,
+    /// Whose line has taps in doubt.
+    doubtful_line: usize,
+    /// Errors: a distance that is not that of the label's point; a seed on another surface, or out of reach; a distance
+    /// smaller than the exact one; an intensity that is not eq. 8's; another width than the seed's; a pixel half with an
+    /// edge and half without.
+    other_distance: usize,
+    off_surface: usize,
+    too_small: usize,
+    other_intensity: usize,
+    other_width: usize,
+    torn: usize,
+}
+
+impl Findings {
+    fn wrong(&self) -> usize {
+        self.other_distance + self.off_surface + self.too_small + self.other_intensity + self.other_width + self.torn
+    }
+
+    fn shares(&self) -> [f64; 2] {
+        let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
+        [share(self.too_large, self.penumbra), share(self.lost, self.in_reach)]
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.penumbra += other.penumbra;
+        self.in_reach += other.in_reach;
+        self.too_large += other.too_large;
+        self.lost += other.lost;
+    }
+
+    fn print(&self, what: &str) {
+        let [too_large, lost] = self.shares().map(|s| 100.0 * s);
+        println!(
+            "{what:44} penumbra {:6}, D/w > 10 % too large {too_large:7.3} % ({:4}), lost {lost:7.3} % ({:4} of {:6}), \
+             wrong {}, in doubt {}",
+            self.penumbra,
+            self.too_large,
+            self.lost,
+            self.in_reach,
+            self.wrong(),
+            self.doubtful
+        );
+    }
+}
+
+/// Holds a frame against its settings, the seeds that it should have, and the exact distances of [`soft::in_world`].
+fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]) -> Findings {
+    let links = soft::links(&run.data(), settings, seeds, &run.labels).unwrap();
+    let weighted = settings.meet == Meet::Weighted;
+    let found = (&run.labels[..], &run.share[..]);
+    let beyond = soft::beyond(&run.data(), settings, seeds, &run.hard, found, run.line_taps).unwrap();
+    let mut f = Findings::default();
+    for (i, exact) in exact.iter().enumerate() {
+        let (hard, intensity, d) = (f64::from(run.hard[i]), f64::from(run.intensity[i]), f64::from(run.share[i]));
+        let width = f64::from(run.pixel_width[i]);
+        let error = links[i].map_or(0.0, |l| l.error);
+        // Of the search by distance in the world, whose widths say nothing of the exact one's.
+        let unit = if weighted { 1.0 } else { width };
+        match links[i] {
+            None => f.torn += usize::from(d != f64::INFINITY || intensity != hard - 2.0 || width != 0.0),
+            Some(link) => {
+                f.doubtful += usize::from(link.doubtful);
+                // Written so that NaN counts.
+                let is_its_own = (d - link.distance).abs() <= error + ROUNDING * d;
+                f.other_distance += usize::from(!is_its_own);
+                let in_reach = d <= settings.reach() * (1.0 + ROUNDING);
+                f.off_surface += usize::from(!(in_reach && (link.on_surface || link.doubtful)));
+                let Beyond { change, doubt } = beyond[i];
+                let right = (nearest_edge::intensity(hard, d, 1.0) + change).clamp(0.0, 1.0);
+                let is_right = (intensity - right).abs() <= doubt + ROUNDING;
+                f.other_intensity += usize::from(!is_right);
+                f.doubtful_line += usize::from(doubt > 0.0);
+                f.too_small += usize::from(d * unit < exact.range[0] - (error + ROUNDING * d) * unit);
+                let (x, y) = (run.labels[i] & 0xffff, run.labels[i] >> 16);
+                let seed = run.seen[(x + y * run.size[0]) as usize];
+                f.other_width += usize::from(width != f64::from(seed[0]));
+            }
+        }
+        if weighted && exact.range[1] <= 0.5 {
+            f.penumbra += 1;
+            f.too_large += usize::from(links[i].is_some() && d > 1.1 * exact.range[1] + error);
+        }
+        if weighted && exact.range[1] < f64::INFINITY {
+            f.in_reach += 1;
+            f.lost += usize::from(links[i].is_none());
+        }
+        if !weighted && links[i].is_some() {
+            f.penumbra += 1;
+            f.too_large += usize::from(d * unit > 1.1 * exact.range[1] + error * unit);
+        }
+    }
+    f
+}
+
+/// Every intermediate image and the result.
+fn check(run: &Run, what: &str) -> Findings {
+    let seeds = run.wide_seeds();
+    let exact = soft::in_world(&run.data(), &run.settings, &seeds).unwrap();
+    let found = examine(run, &run.settings, &seeds, &exact);
+    found.print(what);
+    assert_eq!(found.wrong(), 0, "{what}: {found:?}");
+    assert!(found.doubtful * 100 <= found.penumbra.max(found.in_reach), "{what}: {found:?}");
+    assert!(found.doubtful_line * 5 <= found.penumbra, "{what}: {found:?}");
+    let settings = run.filter_settings();
+    let mirror = mean_filter::visibility_by_widths(&run.data(), &settings, &run.intensity, &run.pixel_width).unwrap();
+    compare(&run.visibility, &mirror, 1e-4).check(&format!("{what}, filter"), 0.01);
+    found
+}
+
+const WIDE: (&str, &str) = ("filter_width", "0.5");
+
+#[test]
+fn shipped_scenes_equal_the_mirrors() {
+    with_gpu(|host| {
+        let mut sum = Findings::default();
+        for name in ["robot", "courtyard", "jenga", "fence"] {
+            let mut r = renderer(host, &shipped_scene(name), desc(SIZE, MAP));
+            for (id, params) in [
+                ("edtssm-star", &[][..]),
+                ("edtssm", &[]),
+                ("edtssm-star", &[("meet", "nearest")]),
+                ("edtssm", &[("search", "near"), ("beta", "0.5"), ("edge", "pixel"), ("seeds", "any")]),
+            ] {
+                let what = format!("{name} {id} {}", params.iter().map(|p| p.1).collect::<Vec<_>>().join(" "));
+                // Wide enough to filter penumbrae of few pixels.
+                let wide = [params, &[WIDE]].concat();
+                let run = Run::new(host, &mut r, id, &wide);
+                let widths = check_widths(&run, &what);
+                let found = check(&run, &what);
+                assert!(found.penumbra > 300 && widths.wide > 100, "{what}: {found:?}");
+                if params.is_empty() {
+                    sum.add(&found);
+                }
+                let seen = visibility(&mut r, id, &wide);
+                assert_same_bits(&run.visibility, &seen, &format!("{what}, skip"));
+                if name == "robot" && id == "edtssm-star" && params.is_empty() {
+                    planted_differences_are_found(&run, &found, &widths);
+                }
+            }
+        }
+        sum.print("all");
+        assert!((0..2).all(|k| sum.shares()[k] <= MOST[k]), "{sum:?}");
+    });
+}
+
+/// Each comparison is worth something only if it can fail.
+fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
+    let seeds = run.wide_seeds();
+    let exact_of = |settings: &Settings| soft::in_world(&run.data(), settings, &seeds).unwrap();
+    let exact = exact_of(&run.settings);
+    let with = |settings: &Settings, seeds: &[WideSeed]| examine(run, settings, seeds, &exact);
+    assert_eq!(with(&run.settings, &seeds), *right);
+    // Widths: other taps, another window, another factor, another bias.
+    let s = run.width_settings;
+    for (what, planted) in [
+        ("taps", seed_width::Settings { search_taps: 7, ..s }),
+        ("window", seed_width::Settings { window: SearchWindow::Near, ..s }),
+        ("beta", seed_width::Settings { beta: 1.02, ..s }),
+        ("bias", seed_width::Settings { depth_bias: 3.0, ..s }),
+        ("metric", seed_width::Settings { metric: Metric::World, ..s }),
+    ] {
+        let other = seed_width::widths(&run.data(), &planted, &run.seeds).unwrap();
+        let found = examine_widths(run, &other);
+        println!("planted in the widths: {what}: {} wrong of {}", found.wrong, widths.seeds);
+        assert!(found.wrong * 20 > widths.seeds, "{what}: {found:?}");
+    }
+    // A seed's point, shifted by a hundredth of its penumbra's width; its width; its cosine.
+    let used = run.labels.iter().find(|l| **l != NO_SEED).copied().unwrap();
+    let change = |by: &dyn Fn(&mut WideSeed)| {
+        let mut changed = seeds.clone();
+        by(changed.iter_mut().find(|s| s.0.label() == used).unwrap());
+        with(&run.settings, &changed).other_distance
+    };
+    assert!(change(&|s| s.0.point += s.0.normal.any_orthonormal_vector() * 0.01 * f64::from(s.1[0])) > 0, "shifted");
+    assert!(change(&|s| s.1[0] *= 1.01) > 0, "wider");
+    // A seed that is none.
+    let others: Vec<_> = seeds.iter().filter(|s| s.0.label() != used).copied().collect();
+    let error = soft::links(&run.data(), &run.settings, &others, &run.labels).err().unwrap().to_string();
+    assert!(error.contains("no seed"), "{error}");
+    // Another metric; another reach.
+    let along = Settings { metric: Metric::World, ..run.settings };
+    assert!(with(&along, &seeds).other_distance > right.penumbra / 4, "another metric");
+    let narrower = Settings { filter_width: 0.98 * run.settings.filter_width, ..run.settings };
+    assert!(with(&narrower, &seeds).off_surface > 0, "a shorter reach");
+    let wider = Settings { filter_width: 1.05 * run.settings.filter_width, ..run.settings };
+    assert!(examine(run, &run.settings, &seeds, &exact_of(&wider)).lost > right.in_reach / 200, "a longer reach");
+    // Hard shadows of which one edge's are all that counts; others.
+    let other =
+        |line_taps: u32| examine(&Run { line_taps, ..run.clone() }, &run.settings, &seeds, &exact).other_intensity;
+    let found = [0, 15].map(other);
+    println!("planted in the line: {found:?} of {}", right.penumbra);
+    assert!(found.iter().all(|n| *n > 10), "{found:?}");
+    // Distances a little larger and smaller than the exact ones.
+    let scaled =
+        |by: f64| -> Vec<Nearest> { exact.iter().map(|n| Nearest { range: n.range.map(|d| by * d), ..*n }).collect() };
+    assert!(examine(run, &run.settings, &seeds, &scaled(1.01)).too_small > right.penumbra / 2, "too small");
+    assert!(examine(run, &run.settings, &seeds, &scaled(0.9)).too_large > right.penumbra / 2, "too large");
+    // The filter: one width for all, another share.
+    let settings = run.filter_settings();
+    let agreement = |s: &mean_filter::Settings, widths: &[f32]| {
+        let mirror = mean_filter::visibility_by_widths(&run.data(), s, &run.intensity, widths).unwrap();
+        compare(&run.visibility, &mirror, 1e-4).wrong
+    };
+    assert_eq!(agreement(&settings, &run.pixel_width), 0);
+    let widest = run.pixel_width.iter().copied().fold(0.0, f32::max);
+    assert!(agreement(&settings, &vec![widest; run.pixel_width.len()]) > 10, "one width");
+    let share = mean_filter::Settings { filter_width: 1.05 * settings.filter_width, ..settings };
+    assert!(agreement(&share, &run.pixel_width) > 10, "another share");
+}
+
+/// The paper's choice of the nearest edge jumps where widths differ, the default does not.
+#[test]
+fn intensities_are_continuous_where_widths_meet() {
+    with_gpu(|host| {
+        for name in ["robot", "jenga"] {
+            let mut r = renderer(host, &shipped_scene(name), desc([480, 270], 1024));
+            let [weighted, nearest] = ["weighted", "nearest"].map(|meet| {
+                let run = Run::new(host, &mut r, "edtssm-star", &[("meet", meet), ("line_taps", "0")]);
+                jumps(&run)
+            });
+            println!("{name}: jumps beyond what the widths explain, weighted {weighted:?}, nearest {nearest:?}");
+            // Of pairs of neighbours in a penumbra: how many, and by how much at most.
+            assert!(weighted[0] * 400 <= weighted[1] && nearest[0] > 4 * weighted[0].max(5), "{name}");
+        }
+    });
+}
+
+/// Pairs of neighbouring pixels in a penumbra on one surface and side whose intensities differ by more than the step
+/// between them is a share of the narrower penumbra; and all such pairs.
+fn jumps(run: &Run) -> [usize; 2] {
+    let w = run.size[0] as usize;
+    let seeds = run.wide_seeds();
+    let links = soft::links(&run.data(), &run.settings, &seeds, &run.labels).unwrap();
+    let points = soft::points(&run.data()).unwrap();
+    let mut found = [0, 0];
+    for i in 0..run.labels.len() - w {
+        for j in [i + 1, i + w] {
+            let (Some(_), Some(_)) = (links[i], links[j]) else { continue };
+            let (Some((p, n)), Some((q, m))) = (points[i], points[j]) else { continue };
+            let one_surface = n.dot(m) > 0.999 && (q - p).normalize_or_zero().dot(n).abs() < 0.05;
+            if (j == i + 1 && j % w == 0) || run.hard[i] != run.hard[j] || !one_surface {
+                continue;
+            }
+            found[1] += 1;
+            // A step on the surface is never longer when it is measured.
+            let step = p.distance(q) / f64::from(run.pixel_width[i].min(run.pixel_width[j]));
+            let most = 1.5 * step + 0.02;
+            found[0] += usize::from(f64::from((run.intensity[i] - run.intensity[j]).abs()) > most);
+        }
+    }
+    found
+}
+
+/// A light without a size casts the hard shadows, bit for bit.
+#[test]
+fn a_light_without_size_is_hard() {
+    with_gpu(|host| {
+        for name in ["robot", "courtyard"] {
+            let scene = shipped_scene(name);
+            let mut r = renderer(host, &scene, desc(SIZE, MAP));
+            let light = crate::soft::enlarged(r.light(), 0.0);
+            r.set_light(&scene, light);
+            for id in ["edtssm", "edtssm-star"] {
+                let hard = hard(&mut r, id);
+                for meet in ["weighted", "nearest"] {
+                    let seen = visibility(&mut r, id, &[("meet", meet)]);
+                    assert_same_bits(&hard, &seen, &format!("{name} {id} {meet}"));
+                }
+            }
+            // And one with a size does not.
+            let light = crate::soft::enlarged(renderer(host, &scene, desc(SIZE, MAP)).light(), 1.0);
+            r.set_light(&scene, light);
+            let seen = visibility(&mut r, "edtssm-star", &[]);
+            assert!(seen.iter().filter(|v| **v > 0.0 && **v < 1.0).count() > 300, "{name}: no penumbra");
+        }
+    });
+}
