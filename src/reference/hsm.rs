@@ -45,7 +45,8 @@ impl Hsm {
         Self { levels, map_size: map_size.map(i64::from) }
     }
 
-    /// `hsmBounds`: smallest and largest depth of the cells over texels `first` to `last`, both included.
+    /// `hsmBounds`: smallest and largest depth of the cells over texels `first` to `last`, both included, of a window that
+    /// lies over the map at least in part.
     pub fn bounds(&self, first: [i64; 2], last: [i64; 2]) -> [f32; 2] {
         let clamped = |t: [i64; 2]| [t[0].clamp(0, self.map_size[0] - 1), t[1].clamp(0, self.map_size[1] - 1)];
         let (a, b) = (clamped(first), clamped(last));
@@ -86,12 +87,13 @@ mod tests {
     /// widened by itself.
     fn violations(hsm: &Hsm, map: &[f32], size: [u32; 2], random: &mut Pcg32) -> (usize, usize) {
         let (mut narrow, mut loose) = (0, 0);
-        for _ in 0..2000 {
+        for _ in 0..200 {
             let mut side = |i: usize| {
                 let n = i64::from(size[i]);
                 let wide = 1i64 << (random.next_u32() % (n.ilog2() + 2));
-                let first = i64::from(random.next_u32()) % (n + 10) - 5;
-                (first, first + i64::from(random.next_u32()) % wide)
+                // Over the map, at least in part.
+                let first = i64::from(random.next_u32()) % (n + 5) - 5;
+                (first, (first + i64::from(random.next_u32()) % wide).max(0))
             };
             let (x, y) = (side(0), side(1));
             let (first, last) = ([x.0, y.0], [x.1, y.1]);
@@ -113,11 +115,11 @@ mod tests {
             let hsm = Hsm::new(&map, size);
             assert_eq!(hsm.levels.last().unwrap().size, [1, 1], "{size:?}");
             assert_eq!(violations(&hsm, &map, size, &mut random), (0, 0), "{size:?}");
-            // Both can fail: a map that has changed since.
+            // Both can fail: maps that have changed since.
             let changed: Vec<f32> = map.iter().map(|d| 0.5 * d - 0.1).collect();
-            assert!(violations(&hsm, &changed, size, &mut random).0 > 100, "{size:?}");
-            let flat = vec![0.5; map.len()];
-            assert!(violations(&hsm, &flat, size, &mut random).1 > 100, "{size:?}");
+            assert!(violations(&hsm, &changed, size, &mut random).0 > 20, "{size:?}");
+            let empty = vec![1.0; map.len()];
+            assert!(violations(&hsm, &empty, size, &mut random).1 > 20, "{size:?}");
         }
     }
 }
