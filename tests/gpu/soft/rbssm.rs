@@ -61,7 +61,7 @@ fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) {
     compare(gpu, mirror, 1e-4).check(what, most_ties);
     let doubt = mirror.doubt.iter().sum::<f64>() / mirror.doubt.len() as f64;
     println!("{what:42} on average doubt {doubt:.1e}");
-    assert!(doubt < 0.01, "{what}: {doubt:.1e}");
+    assert!(doubt < 0.02, "{what}: {doubt:.1e}");
 }
 
 fn partly(values: &[f32]) -> usize {
@@ -71,24 +71,26 @@ fn partly(values: &[f32]) -> usize {
 #[test]
 fn it_equals_its_mirror_on_scenes() {
     with_gpu(|host| {
-        for (name, factor, map_size, normals) in [
+        let cases = [
             ("robot", 4.0, 1024, true),
             ("courtyard", 6.0, 512, true),
             ("jenga", 3.0, 333, false),
             ("fence", 1.0, 1024, true),
-        ] {
+        ];
+        for (k, (name, factor, map_size, normals)) in cases.into_iter().enumerate() {
             let scene = shipped_scene(name);
             let mut r = renderer(host, &scene, RenderDesc { normals, ..desc([160, 90], map_size) });
             let light = enlarged(r.light(), factor);
             r.set_light(&scene, light);
-            for set in FORMS {
+            // The first two forms on every other scene, the others on the rest.
+            for set in FORMS.into_iter().skip(k % 2 * 2).take(2) {
                 let gpu = visibility(&mut r, "rbssm", set);
                 let shot = Shot::of(host, &r, normals);
                 let mirror = |s: &Settings| rbssm::visibility(&shot.data(), s).unwrap();
                 let what = format!("rbssm {name} {map_size} {set:?}");
                 assert!(partly(&gpu) > 100, "{what}: {} pixels in penumbra", partly(&gpu));
                 let s = settings(set);
-                check(&gpu, &mirror(&s), &what, 0.4);
+                check(&gpu, &mirror(&s), &what, 0.05);
                 // Another number of taps is another image, and so is the other function.
                 let wrong = |s: &Settings| compare(&gpu, &mirror(s), 1e-4).wrong;
                 let taps = wrong(&Settings { filter_taps: s.filter_taps + 2, ..s });
@@ -107,7 +109,7 @@ fn it_equals_its_mirror_on_scenes() {
 #[test]
 fn it_equals_its_mirror_and_the_naive_form_on_noise() {
     with_gpu(|host| {
-        for set in FORMS {
+        for (f, set) in FORMS.into_iter().enumerate() {
             let with = |more: Set| on_ground(host, "rbssm", [set, more].concat().leak());
             let mut technique = with(&[]);
             let mut others = [
@@ -119,6 +121,7 @@ fn it_equals_its_mirror_and_the_naive_form_on_noise() {
                 [(true, 0.0, 0.0), (true, 0.5, 0.0), (true, 3.0, 0.3), (false, 0.02, 0.0), (false, 0.4, -0.2)]
                     .into_iter()
                     .enumerate()
+                    .filter(|(k, _)| (k + f) % 2 == 0)
             {
                 let ground = Ground::new(host, is_spot, size, tilt);
                 let texels = noise(&ground, k as u64);
@@ -134,7 +137,7 @@ fn it_equals_its_mirror_and_the_naive_form_on_noise() {
                     let constants = ground.constants(&map);
                     rbssm::visibility(&ground.data(&constants, &texels), s).unwrap()
                 };
-                check(&gpu, &mirror(&ground, &settings(set)), &what, 0.5);
+                check(&gpu, &mirror(&ground, &settings(set)), &what, 0.25);
                 // Another longest run is another image, and the light a little larger, unless it has no size.
                 let wrong = |m: &Mirror| compare(&gpu, m, 1e-4).wrong;
                 let shorter = wrong(&mirror(&ground, &Settings { max_distance: 1, ..settings(set) }));
@@ -154,7 +157,9 @@ fn it_is_the_naive_form_on_every_scene() {
     with_gpu(|host| {
         let (mut active, mut total) = (0, 0);
         for (k, scene) in every_shipped().enumerate() {
-            for (size, map_size, factor) in [([160, 90], 1024, 1.0), ([96, 54], 2048, 6.0), ([160, 90], 100, 10.0)] {
+            let cases = [([160, 90], 1024, 1.0), ([96, 54], 2048, 6.0), ([160, 90], 100, 10.0)];
+            // Two of the three: narrow windows, windows of more texels than fit, and such as leave the map.
+            for (size, map_size, factor) in [cases[k % 3], cases[(k + 1) % 3]] {
                 let set: Set = FORMS[k % 2];
                 let mut r = renderer(host, &scene, desc(size, map_size));
                 let light = enlarged(r.light(), factor);
@@ -187,7 +192,7 @@ fn a_light_without_size_is_the_hard_technique() {
                 assert_same_bits(&hard, &soft, &format!("{name}: {id}"));
                 let other = if word == "recovery" { "rbsm-star" } else { "rbsm" };
                 let other = visibility(&mut r, other, &[bias, &[("slack", "0")]].concat());
-                assert!(differing(&soft, &other, 0.5) > 100, "{name}: the other function goes unnoticed");
+                assert!(differing(&soft, &other, 0.5) > 30, "{name}: the other function goes unnoticed");
             }
         }
     });
