@@ -113,8 +113,8 @@ impl Search<'_> {
                 .fold(Decision::Yes, Decision::and),
             false => Decision::No,
         };
-        let by_taps = || self.from_blockers(&soft::find_blockers(self.view, self.r, self.light, window, n as i64));
-        let by_box = || self.from_blockers(&soft::find_blockers_box(self.view, self.r, self.light, texels));
+        let by_taps = || self.width_from(&soft::find_blockers(self.view, self.r, self.light, window, n as i64));
+        let by_box = || self.width_from(&soft::find_blockers_box(self.view, self.r, self.light, texels));
         let found = match is_box {
             Decision::Yes => by_box(),
             Decision::No => by_taps(),
@@ -125,7 +125,7 @@ impl Search<'_> {
         Width { none: found.none || all, umbra: sure, ..found }
     }
 
-    fn from_blockers(&self, found: &soft::Blockers) -> Width {
+    fn width_from(&self, found: &soft::Blockers) -> Width {
         let Some([low, high]) = found.range.or(found.z.map(|z| [z.value; 2])) else { return NONE };
         let error = found.z.map_or(ROUNDING * high, |z| z.error);
         let width = |z: f64, blocker: f64| self.light.penumbra_width(z, blocker);

@@ -249,6 +249,9 @@ pub(super) fn find_blockers(
     }
 }
 
+/// A texel that may block: its distance, the likely share of the window, the smallest and largest.
+type Share = (f64, f64, [f64; 2]);
+
 /// `findBlockersBox` of `penumbra_width.comp` over a half-width in texels.
 pub(super) fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight, half: Bounded<DVec2>) -> Blockers {
     let error = r.at.error + half.error + ROUNDING * (r.at.value.abs() + half.value);
@@ -261,8 +264,7 @@ pub(super) fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight
         let reach = half.value[axis] + error[axis];
         (r.at.value[axis] - reach).floor() as i64..=(r.at.value[axis] + reach).floor() as i64
     };
-    // Distance, likely weight, smallest and largest weight.
-    let mut found: Vec<(f64, f64, [f64; 2])> = vec![];
+    let mut found: Vec<Share> = vec![];
     for y in range(1) {
         for x in range(0) {
             let lit = r.test(view, [x, y]);
@@ -276,10 +278,10 @@ pub(super) fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let sum = |of: &dyn Fn(&(f64, f64, [f64; 2])) -> f64| found.iter().map(of).sum::<f64>();
+    let sum = |of: &dyn Fn(&Share) -> f64| found.iter().map(of).sum::<f64>();
     let (likely, least, most) = (sum(&|t| t.1), sum(&|t| t.2[0]), sum(&|t| t.2[1]));
     // Weights as large as they can be on the far side of the mean make it an extreme one.
-    let extreme = |order: &mut dyn Iterator<Item = &(f64, f64, [f64; 2])>, farther: fn(f64, f64) -> bool| {
+    let extreme = |order: &mut dyn Iterator<Item = &Share>, farther: fn(f64, f64) -> bool| {
         let (mut weighted, mut weight) = (sum(&|t| t.2[0] * t.0), least);
         for &(z, _, [least, most]) in order {
             if weight == 0.0 || farther(z, weighted / weight) {
