@@ -4,10 +4,11 @@
 mod limits;
 
 use crate::common::{Shot, assert_same_bits, desc, renderer, shipped_scene, visibility, with_gpu};
+use crate::made::{cuboid, moved, perspective, plane, scene, sun};
 use crate::mirrors::compare;
+use crate::soft::enlarged;
 use edgeshade::host::Host;
 use edgeshade::pass::edge_seeds::SurfaceTest;
-use edgeshade::pass::edt::NO_SEED;
 use edgeshade::pass::seed_width::{Meet, Metric};
 use edgeshade::pass::soft::SearchWindow;
 use edgeshade::reference::edge_seeds;
@@ -17,12 +18,14 @@ use edgeshade::reference::seed_width::{self, Width};
 use edgeshade::reference::{FrameData, mean_filter};
 use edgeshade::scene::Renderer;
 use edgeshade::technique::{self, OutputFormat, Params, Setup, find};
+use edgeshade::view::LightKind;
+use glam::{DAffine3, DVec3, dvec3};
 
 const SIZE: [u32; 2] = [256, 144];
 const MAP: u32 = 512;
 /// Shares: of the penumbra's pixels, with a distance more than a tenth too large; of those in an edge's reach, that have
 /// found none.
-const MOST: [f64; 2] = [0.09, 0.11];
+const MOST: [f64; 2] = [0.05, 0.02];
 /// Relative error of a few single-precision operations.
 const ROUNDING: f64 = 1e-6;
 
@@ -299,7 +302,11 @@ fn shipped_scenes_equal_the_mirrors() {
     with_gpu(|host| {
         let mut sum = Findings::default();
         for name in ["robot", "courtyard", "jenga", "fence"] {
-            let mut r = renderer(host, &shipped_scene(name), desc(SIZE, MAP));
+            let scene = shipped_scene(name);
+            let mut r = renderer(host, &scene, desc(SIZE, MAP));
+            // Penumbrae of many pixels.
+            let light = enlarged(r.light(), 4.0);
+            r.set_light(&scene, light);
             for (id, params) in [
                 ("edtssm-star", &[][..]),
                 ("edtssm", &[]),
@@ -349,15 +356,17 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
         println!("planted in the widths: {what}: {} wrong of {}", found.wrong, widths.seeds);
         assert!(found.wrong * 20 > widths.seeds, "{what}: {found:?}");
     }
-    // A seed's point, shifted by a hundredth of its penumbra's width; its width; its cosine.
-    let used = run.labels.iter().find(|l| **l != NO_SEED).copied().unwrap();
+    // A seed's point, shifted by a twentieth of its penumbra's width; its width.
+    let is_used = |s: &&WideSeed| run.labels.contains(&s.0.label());
+    let widest = seeds.iter().filter(is_used).max_by(|a, b| a.1[0].total_cmp(&b.1[0])).unwrap();
+    let used = widest.0.label();
     let change = |by: &dyn Fn(&mut WideSeed)| {
         let mut changed = seeds.clone();
         by(changed.iter_mut().find(|s| s.0.label() == used).unwrap());
         with(&run.settings, &changed).other_distance
     };
-    assert!(change(&|s| s.0.point += s.0.normal.any_orthonormal_vector() * 0.01 * f64::from(s.1[0])) > 0, "shifted");
-    assert!(change(&|s| s.1[0] *= 1.01) > 0, "wider");
+    assert!(change(&|s| s.0.point += s.0.normal.any_orthonormal_vector() * 0.05 * f64::from(s.1[0])) > 0, "shifted");
+    assert!(change(&|s| s.1[0] *= 1.05) > 0, "wider");
     // A seed that is none.
     let others: Vec<_> = seeds.iter().filter(|s| s.0.label() != used).copied().collect();
     let error = soft::links(&run.data(), &run.settings, &others, &run.labels).err().unwrap().to_string();
@@ -397,16 +406,29 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
 #[test]
 fn intensities_are_continuous_where_widths_meet() {
     with_gpu(|host| {
-        for name in ["robot", "jenga"] {
-            let mut r = renderer(host, &shipped_scene(name), desc([480, 270], 1024));
-            let [weighted, nearest] = ["weighted", "nearest"].map(|meet| {
+        // The shadows of slabs just above the ground and high above cross.
+        let slab = |place: DVec3| (cuboid(dvec3(3.0, 0.05, 0.4)), moved(place));
+        let across = (cuboid(dvec3(0.4, 0.05, 3.0)), moved(dvec3(0.0, 4.0, 0.0)));
+        let parts = vec![(plane(20.0), DAffine3::IDENTITY), slab(dvec3(0.0, 0.4, 0.0)), across];
+        let camera = perspective(dvec3(3.0, 9.0, 5.0), DVec3::ZERO, 0.1);
+        let crossing = scene(parts, camera, sun(dvec3(0.5, 1.0, 0.3)));
+        let mut sum = [[0; 2]; 2];
+        for (name, scene, factor) in [("robot", shipped_scene("robot"), 8.0), ("crossing", crossing, 0.0)] {
+            let mut r = renderer(host, &scene, desc([480, 270], 1024));
+            let mut light = enlarged(r.light(), factor);
+            if factor == 0.0 {
+                light.kind = LightKind::Directional { angle: 0.15 };
+            }
+            r.set_light(&scene, light);
+            for (k, meet) in ["weighted", "nearest"].into_iter().enumerate() {
                 let run = Run::new(host, &mut r, "edtssm-star", &[("meet", meet), ("line_taps", "0")]);
-                jumps(&run)
-            });
-            println!("{name}: jumps beyond what the widths explain, weighted {weighted:?}, nearest {nearest:?}");
-            // Of pairs of neighbours in a penumbra: how many, and by how much at most.
-            assert!(weighted[0] * 400 <= weighted[1] && nearest[0] > 4 * weighted[0].max(5), "{name}");
+                let [found, pairs] = jumps(&run);
+                println!("{name}, {meet}: {found} pairs of neighbours of {pairs} jump beyond what the widths explain");
+                sum[k] = [sum[k][0] + found, sum[k][1] + pairs];
+            }
         }
+        let [weighted, nearest] = sum;
+        assert!(weighted[0] * 1000 <= weighted[1] && nearest[0] >= 10 * weighted[0].max(1), "{sum:?}");
     });
 }
 
@@ -443,7 +465,7 @@ fn a_light_without_size_is_hard() {
         for name in ["robot", "courtyard"] {
             let scene = shipped_scene(name);
             let mut r = renderer(host, &scene, desc(SIZE, MAP));
-            let light = crate::soft::enlarged(r.light(), 0.0);
+            let light = enlarged(r.light(), 0.0);
             r.set_light(&scene, light);
             for id in ["edtssm", "edtssm-star"] {
                 let hard = hard(&mut r, id);
@@ -453,7 +475,7 @@ fn a_light_without_size_is_hard() {
                 }
             }
             // And one with a size does not.
-            let light = crate::soft::enlarged(renderer(host, &scene, desc(SIZE, MAP)).light(), 1.0);
+            let light = enlarged(renderer(host, &scene, desc(SIZE, MAP)).light(), 4.0);
             r.set_light(&scene, light);
             let seen = visibility(&mut r, "edtssm-star", &[]);
             assert!(seen.iter().filter(|v| **v > 0.0 && **v < 1.0).count() > 300, "{name}: no penumbra");
