@@ -14,7 +14,7 @@ use crate::view::LightKind;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
 pub(super) const SEARCH_TAPS: Param =
-    Param::odd("search_taps", 1, 63, 23, "taps", "taps of the blocker search along each axis");
+    Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis; 23 in the papers");
 pub(super) const SEARCH: Param = Param::choice(
     "search",
     &["near", "blockers"],

@@ -25,7 +25,7 @@ pub const INFO: Info = Info {
             "penumbrae",
             "standard deviation of the Gaussian, as a share of the penumbra; 0.29 is that of a box as wide",
         ),
-        screen_space::footprint(1),
+        screen_space::footprint(2),
         screen_space::BILATERAL,
         screen_space::SURFACES,
         screen_space::EDGE_THRESHOLD,

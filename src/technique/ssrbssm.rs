@@ -17,7 +17,7 @@ pub const INFO: Info = Info {
         Param::choice(
             "visibility",
             &["filtered", "star", "profile"],
-            0,
+            1,
             "hard shadows that are blurred: listing 5 as in the paper, RBSM*, or edge profiles",
         ),
         screen_space::SEARCH_TAPS,

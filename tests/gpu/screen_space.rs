@@ -24,7 +24,8 @@ const MODES: &[(&str, Pairs<'static>)] = &[
     ("ssabss", &[]),
     ("ssrbssm", &[("search", "near"), ("narrow", "taps"), ("search_taps", "7"), ("footprint", "plane")]),
     ("ssrbssm", &[("footprint", "screen"), ("surfaces", "depth"), ("bilateral", "second"), ("search_taps", "15")]),
-    ("ssabss", &[("footprint", "light"), ("filter_taps", "9")]),
+    ("ssrbssm", &[("visibility", "filtered"), ("search_taps", "23")]),
+    ("ssabss", &[("footprint", "plane"), ("filter_taps", "9")]),
 ];
 
 pub fn prepare(host: &Host, r: &Renderer<'_>, id: &str, params: Pairs<'_>, intermediates: bool) -> Box<dyn Technique> {
@@ -219,7 +220,7 @@ fn a_light_without_size_casts_hard_shadows() {
         for name in ["robot", "courtyard"] {
             let mut r = lit(host, &shipped_scene(name), SIZE, MAP, [0.0; 2]);
             for (id, params, hard) in [
-                ("ssrbssm", &[][..], "rbsm-filtered"),
+                ("ssrbssm", &[("visibility", "filtered")][..], "rbsm-filtered"),
                 ("ssrbssm", &[("visibility", "star")], "rbsm-star"),
                 ("ssabss", &[], "sm"),
             ] {
