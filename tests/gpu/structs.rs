@@ -71,7 +71,6 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
-    ("pass/seed_width.comp", |c| penumbra(c, "pass/seed_width.comp", &[&[0, 1, 0, 0, 0], &[1, 63, 1, 1, 1]])),
     ("pass/rbsm.comp", |c| {
         for constants in [[0, 16, 0, 0, 0], [1, 1, 1, 0, 1], [0, 64, 3, 2, 2]] {
             c.pipeline::<RbsmPush>("pass/rbsm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
@@ -107,6 +106,7 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
+    ("pass/seed_width.comp", |c| penumbra(c, "pass/seed_width.comp", &[&[0, 1, 0, 0, 0], &[1, 63, 1, 1, 1]])),
     ("pass/shade.comp", |c| c.pipeline::<ShadePush>("pass/shade.comp", &[])?.check_uniform::<ViewConstants>("view")),
     ("pass/sm.comp", |c| c.pipeline::<SmPush>("pass/sm.comp", &[])?.check_uniform::<ViewConstants>("view")),
 ];
