@@ -1,12 +1,10 @@
 //! Percentage-closer soft shadows: blocker search, width of the penumbra, filter.
 
 use crate::gpu::{Buffer, Image};
-use crate::pass::depth_bounds::DepthBounds;
-use crate::pass::hsm::Hsm;
 use crate::pass::pixels::{PixelPass, Step};
-use crate::pass::soft::{SearchWindow, SoftPush};
+use crate::pass::soft::{MapClasses, SearchWindow, SoftPush, check_taps};
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Error, Frame, Inputs, Result};
+use crate::{Bind, Context, Frame, Inputs, Result};
 
 /// What of the pass is fixed at its making.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +26,7 @@ pub struct PcssConfig {
 /// The pass with its pipelines, and what it skips by.
 pub struct Pcss {
     pass: PixelPass,
-    hsm: Option<Hsm>,
-    bounds: Option<DepthBounds>,
+    classes: MapClasses,
 }
 
 impl Pcss {
@@ -39,13 +36,7 @@ impl Pcss {
     /// [`Error::Parameter`] for numbers of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcssConfig) -> Result<Self> {
         let PcssConfig { search_taps, filter_taps, window, bilinear, exact_box, listed } = config;
-        for (what, taps) in [("search", search_taps), ("filter", filter_taps)] {
-            if taps % 2 == 0 || taps > 63 {
-                let problem =
-                    format!("{taps} taps along the side of the {what} are not possible: an odd number, 1 to 63");
-                return Err(Error::Parameter(problem));
-            }
-        }
+        check_taps(search_taps, filter_taps)?;
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "pcss pixels", extent, listed, |step: Step| {
             let constants = [search_taps, filter_taps, bilinear.into(), exact_box.into(), step as u32, narrow.into()];
@@ -53,17 +44,12 @@ impl Pcss {
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         })?;
-        Ok(Self {
-            pass,
-            hsm: if listed || narrow { Some(Hsm::new(context, map_size)?) } else { None },
-            bounds: if listed { Some(DepthBounds::new(context, map_size)?) } else { None },
-        })
+        Ok(Self { pass, classes: MapClasses::new(context, map_size, window, listed)? })
     }
 
     /// Bytes of images and lists.
     pub fn memory_bytes(&self) -> u64 {
-        let hsm = self.hsm.as_ref().map_or(0, |h| h.bounds().memory_bytes());
-        self.pass.memory_bytes() + hsm + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
+        self.pass.memory_bytes() + self.classes.memory_bytes()
     }
 
     /// Writes the visibility of every pixel into `output`.
@@ -75,14 +61,8 @@ impl Pcss {
         push: SoftPush,
         output: &Image,
     ) -> Result<()> {
-        if let Some(hsm) = &mut self.hsm {
-            hsm.record(frame, inputs)?;
-        }
-        if let Some(bounds) = &mut self.bounds {
-            bounds.record(frame, inputs)?;
-        }
-        // What the shader does not read, its binding still wants.
-        let unread = Bind::Input(&inputs.depth);
+        self.classes.record(frame, inputs)?;
+        let [hsm, blocks] = self.classes.bind(inputs);
         let bind = &[
             Bind::Buffer(view),
             Bind::Input(&inputs.depth),
@@ -90,8 +70,8 @@ impl Pcss {
             Bind::Input(&inputs.shadow_map),
             Bind::Image(output),
             self.pass.list(),
-            self.hsm.as_ref().map_or(unread, |h| Bind::Image(h.bounds())),
-            self.bounds.as_ref().map_or(unread, |b| Bind::Image(b.blocks())),
+            hsm,
+            blocks,
         ];
         self.pass.record(frame, ["pcss classify", "pcss"], bind, bytemuck::bytes_of(&push), output)
     }

@@ -1,11 +1,9 @@
 //! Revectorization-based soft shadow mapping: blocker search, width of the penumbra, mean of revectorized visibility.
 
 use crate::gpu::{Buffer, Image};
-use crate::pass::depth_bounds::DepthBounds;
-use crate::pass::hsm::Hsm;
 use crate::pass::pixels::{PixelPass, Step};
 use crate::pass::rbsm::{RbsmPush, check_max_distance};
-use crate::pass::soft::SearchWindow;
+use crate::pass::soft::{MapClasses, SearchWindow, check_taps};
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Result};
 
@@ -43,8 +41,7 @@ pub struct RbssmConfig {
 /// The pass with its pipelines, and what it skips by.
 pub struct Rbssm {
     pass: PixelPass,
-    hsm: Option<Hsm>,
-    bounds: Option<DepthBounds>,
+    classes: MapClasses,
 }
 
 impl Rbssm {
@@ -56,13 +53,7 @@ impl Rbssm {
         let RbssmConfig { search_taps, filter_taps, window, visibility, least_width, max_distance, reuse, listed } =
             config;
         check_max_distance(max_distance)?;
-        for (what, taps) in [("search", search_taps), ("filter", filter_taps)] {
-            if taps % 2 == 0 || taps > 63 {
-                let problem =
-                    format!("{taps} taps along the side of the {what} are not possible: an odd number, 1 to 63");
-                return Err(Error::Parameter(problem));
-            }
-        }
+        check_taps(search_taps, filter_taps)?;
         if !(0.0..=8.0).contains(&least_width) {
             return Err(Error::Parameter(format!("a least width of {least_width} texels is not possible: 0 to 8")));
         }
@@ -85,17 +76,12 @@ impl Rbssm {
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         })?;
-        Ok(Self {
-            pass,
-            hsm: if listed || narrow { Some(Hsm::new(context, map_size)?) } else { None },
-            bounds: if listed { Some(DepthBounds::new(context, map_size)?) } else { None },
-        })
+        Ok(Self { pass, classes: MapClasses::new(context, map_size, window, listed)? })
     }
 
     /// Bytes of images and lists.
     pub fn memory_bytes(&self) -> u64 {
-        let hsm = self.hsm.as_ref().map_or(0, |h| h.bounds().memory_bytes());
-        self.pass.memory_bytes() + hsm + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
+        self.pass.memory_bytes() + self.classes.memory_bytes()
     }
 
     /// Writes the visibility of every pixel into `output`.
@@ -107,14 +93,8 @@ impl Rbssm {
         push: RbsmPush,
         output: &Image,
     ) -> Result<()> {
-        if let Some(hsm) = &mut self.hsm {
-            hsm.record(frame, inputs)?;
-        }
-        if let Some(bounds) = &mut self.bounds {
-            bounds.record(frame, inputs)?;
-        }
-        // What the shader does not read, its binding still wants.
-        let unread = Bind::Input(&inputs.depth);
+        self.classes.record(frame, inputs)?;
+        let [hsm, blocks] = self.classes.bind(inputs);
         let bind = &[
             Bind::Buffer(view),
             Bind::Input(&inputs.depth),
@@ -122,8 +102,8 @@ impl Rbssm {
             Bind::Input(&inputs.shadow_map),
             Bind::Image(output),
             self.pass.list(),
-            self.hsm.as_ref().map_or(unread, |h| Bind::Image(h.bounds())),
-            self.bounds.as_ref().map_or(unread, |b| Bind::Image(b.blocks())),
+            hsm,
+            blocks,
         ];
         self.pass.record(frame, ["rbssm classify", "rbssm"], bind, bytemuck::bytes_of(&push), output)
     }
