@@ -33,7 +33,7 @@ impl Pcss {
     /// Allocates for a camera image and a shadow map.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for numbers of taps out of range.
+    /// [`crate::Error::Parameter`] for numbers of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcssConfig) -> Result<Self> {
         let PcssConfig { search_taps, filter_taps, window, bilinear, exact_box, listed } = config;
         check_taps(search_taps, filter_taps)?;
