@@ -76,8 +76,8 @@ float squaredShare(Nearest nearest) {
 
 bool onSurface(Place at, vec3 apart, uvec4 seed, ivec2 pixels) {
   if (!PLANES) return sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
-  // Never less than half a pixel, where the edge passes the pixel itself.
-  float between = max(length(vec2(pixels)), 0.5);
+  // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
+  float between = max(length(vec2(pixels)), 1.0);
   return nearPlane(at.p.normal, apart, between, at.width, push.tolerance) &&
          nearPlane(seedNormal(seed), apart, between, at.width, push.tolerance);
 }

@@ -27,6 +27,8 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("ssrbssm", &[]),
     ("ssabss", &[("skip", "off")]),
     ("edtssm-star", &[]),
+    ("edtsm", &[]),
+    ("edtsm-star", &[]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.

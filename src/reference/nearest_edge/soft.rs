@@ -294,7 +294,7 @@ impl Line<'_> {
         }
         let away = [0, 1].map(|i| self.pixel[i].abs_diff(tap[i]) as f64);
         let width = self.view.pixel_width(self.p.position, self.p.position_error);
-        let pixels = away[0].hypot(away[1]).max(0.5);
+        let pixels = away[0].hypot(away[1]).max(1.0);
         near_plane((self.p.normal, self.p.normal_error), &Apart { vector, error }, pixels, width, tolerance)
     }
 }
