@@ -49,7 +49,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
             let r = SoftReceiver::new(&view, &light, &open);
-            let Some(windows) = r.search_windows(&light, &view, hsm.as_ref()) else {
+            let Some(windows) = r.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
                 return open.with_doubts(ANYTHING);
             };
             let verdicts = windows.into_iter().map(|window| {

@@ -67,7 +67,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
             let pixel = Pixel::new(&view, &light, &open, settings);
-            let Some(windows) = pixel.soft.search_windows(&light, &view, hsm.as_ref()) else {
+            let Some(windows) = pixel.soft.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
                 return open.with_doubts(ANYTHING);
             };
             let verdicts = windows.into_iter().map(|window| pixel.search_and_filter(pixel.at_least(window)));

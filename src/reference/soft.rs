@@ -114,24 +114,36 @@ impl SoftReceiver {
     }
 
     /// `searchWindow`, in uv: every window that rounding may lead to, the most likely first; `None` where places are in
-    /// doubt by more than [`MOST_DOUBTED`].
-    pub fn search_windows(&self, a: &AreaLight, view: &View<'_>, hsm: Option<&Hsm>) -> Option<Vec<Bounded<DVec2>>> {
+    /// doubt by more than [`MOST_DOUBTED`]. `reach` is the filter's, penumbra half-widths.
+    pub fn search_windows(
+        &self,
+        a: &AreaLight,
+        view: &View<'_>,
+        hsm: Option<&Hsm>,
+        reach: f64,
+    ) -> Option<Vec<Bounded<DVec2>>> {
         let near = a.near();
         let near = Bounded { value: near, error: ROUNDING * near };
-        let mut windows = vec![half_width(a, self.z, near)];
+        let window = |z_nearest| {
+            let w = half_width(a, self.z, z_nearest);
+            // A product with 1 is not rounded.
+            let rounding = if reach == 1.0 { 0.0 } else { ROUNDING };
+            Bounded { value: w.value * reach, error: w.error * reach + rounding * reach * w.value }
+        };
+        let mut windows = vec![window(near)];
         if !is_followed(self.at.error) {
             return None;
         }
         let Some(hsm) = hsm else { return Some(windows) };
         for _ in 0..2 {
             let mut next: Vec<Bounded<DVec2>> = vec![];
-            for window in windows {
-                for [first, last] in self.ranges(texels(view, window))? {
+            for wide in windows {
+                for [first, last] in self.ranges(texels(view, wide))? {
                     let nearest = distance(a, hsm.bounds(first, last)[0].into(), 0.0);
                     let nearest = if nearest.value < near.value { near } else { nearest };
-                    let window = half_width(a, self.z, nearest);
-                    if !next.contains(&window) {
-                        next.push(window);
+                    let narrow = window(nearest);
+                    if !next.contains(&narrow) {
+                        next.push(narrow);
                     }
                 }
             }
