@@ -147,7 +147,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
 fn with_penumbrae(casters: &[Bounds], angle: f64, depths: impl Fn(&[Plane]) -> Option<[f64; 2]>) -> Bounds {
     let bare = casters.iter().copied().fold(Bounds::EMPTY, Bounds::union);
     let slope = (0.5 * angle).tan();
-    if !(slope > 0.0) {
+    if slope <= 0.0 {
         return bare;
     }
     // Receivers in a penumbra lie within the casters' box as it widens away from the sun.
