@@ -8,6 +8,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("edge_list", Some("rbsm")),
     ("edge_marks", Some("edge_seeds")),
     ("edge_pixels", Some("edge_seeds")),
+    ("edge_place", Some("edge_seeds")),
     ("edge_tiles", Some("edge_seeds")),
     ("edt_columns", Some("edt")),
     ("edt_envelope", Some("edt")),

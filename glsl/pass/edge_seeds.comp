@@ -1,6 +1,6 @@
 #version 460
-// Finds the shadow edges among the listed pixels: pixels that differ from one of their 8 neighbours on the same surface, and
-// the points half-way to those neighbours, through which the edge runs. Marks all tiles that a penumbra around them may reach;
+// Finds the shadow edges among the listed pixels: pixels that differ from one of their neighbours on the same surface, and
+// the points half-way to those neighbours; edge_place.comp looks for the edge between. Marks all tiles that a penumbra around them may reach;
 // where its width is the seed's own (SOFT), seed_width.comp does.
 // Macedo, Apolinario (2018), algorithm 1; the paper takes neighbours on any surface (ANY_SURFACE), and the pixels' own
 // centres on both sides for the edge (AT_PIXELS), which leaves a plateau two pixels wide.
@@ -33,7 +33,7 @@ bool onSameSurface(Receiver p, ivec2 pixel, Receiver q, ivec2 other) {
 }
 
 // False if the pixel is no seed.
-bool findSeed(ivec2 pixel, out vec3 point, out vec3 normal) {
+bool findSeed(ivec2 pixel, out vec3 point, out vec3 normal, out float nearest_depth) {
   if (!isSurface(pixel)) return false;
   uint differing = edgeNeighbours(pixel);
   Receiver p = receiverAt(pixel);
@@ -53,19 +53,22 @@ bool findSeed(ivec2 pixel, out vec3 point, out vec3 normal) {
   // The middle of the middles: on a straight edge it lies on the line through them.
   float half_way = AT_PIXELS ? 0.0 : 0.5 / float(count);
   point = p.position + half_way * apart;
+  // Of what the edge may be found at: to its end the way is as long again.
+  nearest_depth = min(eyeDepth(p.position), eyeDepth(p.position + 2.0 * half_way * apart));
   normal = p.normal;
   return true;
 }
 
 void workOn(ivec2 pixel) {
   vec3 point, normal;
-  if (!findSeed(pixel, point, normal)) return;
+  float nearest_depth;
+  if (!findSeed(pixel, point, normal, nearest_depth)) return;
   imageStore(seeds, pixel, packSeed(point, normal));
   atomicOr(seed_bits[pixel.x + view.size.x * (pixel.y / 32)], 1u << (pixel.y & 31));
   if (SOFT) return;
   // The filter reads half its width beyond what it changes.
   ivec2 first, last;
-  tilesInReach(pixel, penumbraReach() + 0.5 * push.filter_width, eyeDepth(point), first, last);
+  tilesInReach(pixel, penumbraReach() + 0.5 * push.filter_width, nearest_depth, first, last);
   mark(first, last);
 }
 

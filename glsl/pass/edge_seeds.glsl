@@ -3,19 +3,13 @@
 #define EDGESHADE_EDGE_SEEDS
 #include "lib/penumbra.glsl"
 #include "receiver.glsl"
+#include "seed_format.glsl"
 #include "tiles.glsl"
 
 const int TILE = 8, TILE_PIXELS = TILE * TILE;
 const uint NO_SEED = 0xffffffffu; // else x + 65536 y of a seed's pixel
 
 layout(constant_id = 0) const bool PLANES = true; // tell surfaces apart by planes; false: by depth, as the paper
-
-// In the image of seeds, at their own pixels: a point of the edge in camera view space, and the normal there.
-uvec4 packSeed(vec3 point, vec3 normal) {
-  return uvec4(floatBitsToUint(point), packSnorm2x16(octahedralEncode(normal)));
-}
-vec3 seedPoint(uvec4 seed) { return uintBitsToFloat(seed.xyz); }
-vec3 seedNormal(uvec4 seed) { return octahedralDecode(unpackSnorm2x16(seed.w)); }
 
 // Where every seed has a penumbra width of its own, that width is the unit of lengths: `penumbra` is 1.
 layout(push_constant, scalar) uniform Push {
@@ -40,7 +34,7 @@ int tileIndex(ivec2 tile) { return tile.y * tileCount().x + tile.x; }
 
 // First and last tile with anything within `radius` of a point at eye depth `depth` that is seen in a pixel.
 void tilesInReach(ivec2 pixel, float radius, float depth, out ivec2 first, out ivec2 last) {
-  // A point of an edge lies up to half a pixel off its own pixel's centre.
+  // A point of an edge lies up to a pixel off its own pixel's centre.
   int reach = int(ceil(pixelReach(radius, depth, view.pixel_size, view.off_axis))) + 2;
   first = max((pixel - reach) >> 3, 0);
   last = min((pixel + reach) >> 3, tileCount() - 1);

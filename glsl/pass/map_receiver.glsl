@@ -12,9 +12,8 @@ struct MapReceiver {
 
 // True where no shadow-map texel is needed; then `decided` is the visibility. `normal_offset` in multiples of what a
 // plane needs, `depth_bias` a fraction of the plane's slope a texel along both axes.
-bool mapReceiver(ivec2 pixel, float normal_offset, float depth_bias, out MapReceiver m, out float decided) {
+bool mapReceiver(Receiver r, float normal_offset, float depth_bias, out MapReceiver m, out float decided) {
   decided = 1.0;
-  Receiver r = receiverAt(pixel);
   if (!r.surface) return true;
   if (dot(r.normal, towardsLight(r.position, 0)) <= 0.0) {
     decided = 0.0;

@@ -33,13 +33,20 @@ layout(binding = 14) writeonly uniform image2D pixel_widths; // if SOFT the penu
 
 shared bool wanted;
 
+// How far aside a pixel's own search looks: about as far as the penumbra reaches, past things thinner than that. Where every
+// seed has a width of its own, as far as usual ones do.
+int pixelsAside(Place at) {
+  float reach = SOFT ? 17.0 : penumbraReach() / at.width;
+  return int(clamp(0.7 * reach, 1.0, 8192.0) + 0.5);
+}
+
 // The pixel's own label, those aside and of the quads around, and then the places next to the seed found.
 Nearest findNearest(ivec2 pixel, Receiver p) {
   Nearest nearest = nothing();
   Place at = placeAt(pixel, p);
   consider(texelFetch(labels, pixel, 0).x, at, nearest);
   if (!WORLD) return nearest;
-  considerAside(labels, 32, 1, at, nearest);
+  considerAside(labels, pixelsAside(at), 1, at, nearest);
   // The own quad and the three on the pixel's side of it.
   ivec2 quad = pixel / QUAD, side = 2 * (pixel & 1) - 1;
   for (int i = 0; i < 4; ++i) {

@@ -26,29 +26,38 @@ struct Place {
   ivec2 pixel;
   Receiver p;
   float width; // of a pixel there, world units
-  vec3 axis;   // ALONG_LIGHT: of the light's view, from the light
-  vec3 ray;    // ALONG_LIGHT: along the light's ray, as far as its axis says 1
+  // ALONG_LIGHT:
+  vec3 axis;    // of the light's view, from the light
+  vec3 ray;     // along the light's ray, as far as its axis says 1
+  vec3 sides[2]; // of the light's square: the map's axes, unit
 };
 
 Place placeAt(ivec2 pixel, Receiver p) {
-  Place at = Place(pixel, p, pixelWidth(p.position), vec3(0.0), vec3(0.0));
+  Place at = Place(pixel, p, pixelWidth(p.position), vec3(0.0), vec3(0.0), vec3[2](vec3(0.0), vec3(0.0)));
   if (SOFT && ALONG_LIGHT) {
     mat4 m = view.light_clip_from_view[0];
     vec3 ray = -towardsLight(p.position, 0);
     at.axis = view.light_position_view[0].w == 0.0 ? ray : normalize(vec3(m[0][3], m[1][3], m[2][3]));
     // Beside and behind the light all is lit; only numbers are wanted there.
     at.ray = ray / max(dot(ray, at.axis), 0.05);
+    for (int i = 0; i < 2; ++i) {
+      vec3 side = vec3(m[0][i], m[1][i], m[2][i]);
+      at.sides[i] = normalize(side - dot(side, at.axis) * at.axis);
+    }
   }
   return at;
 }
 
-// Squared distance to what lies `apart`, as it is measured for a seed. Never less than `cosine` of it, so that no edge
-// reaches out of the tiles marked for it.
+// Squared distance to what lies `apart`, as it is measured for a seed. Along the light by the larger of both axes: a square
+// light shows through an edge aslant to it over a wider range than through one along its side, by just the factor by which
+// the nearest point of the edge is nearer in this measure. Never less than `cosine` of it, so that no edge reaches out of the
+// tiles marked for it.
 float squaredDistance(Place at, vec3 apart, float cosine) {
   float squared = dot(apart, apart);
   if (!(SOFT && ALONG_LIGHT)) return squared;
   vec3 across = apart - dot(apart, at.axis) * at.ray;
-  return max(dot(across, across), squared * (cosine * cosine));
+  float larger = max(abs(dot(across, at.sides[0])), abs(dot(across, at.sides[1])));
+  return max(larger * larger, squared * (cosine * cosine));
 }
 
 // Squared distances within which an edge counts.
@@ -76,8 +85,8 @@ float squaredShare(Nearest nearest) {
 
 bool onSurface(Place at, vec3 apart, uvec4 seed, ivec2 pixels) {
   if (!PLANES) return sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
-  // Never less than half a pixel, where the edge passes the pixel itself.
-  float between = max(length(vec2(pixels)), 0.5);
+  // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
+  float between = max(length(vec2(pixels)), 1.0);
   return nearPlane(at.p.normal, apart, between, at.width, push.tolerance) &&
          nearPlane(seedNormal(seed), apart, between, at.width, push.tolerance);
 }

@@ -12,7 +12,7 @@ layout(push_constant, scalar) uniform Push {
 // True where no shadow-map texel is needed; then `decided` is the visibility.
 bool pcfReceiver(ivec2 pixel, int w, out PcfKernel kernel, out float decided) {
   MapReceiver m;
-  if (mapReceiver(pixel, push.normal_offset, push.depth_bias, m, decided)) return true;
+  if (mapReceiver(receiverAt(pixel), push.normal_offset, push.depth_bias, m, decided)) return true;
   kernel = pcfKernel(m.uv, m.depth, m.plane, w, vec2(view.map_size));
   return false;
 }

@@ -31,14 +31,16 @@ uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
 }
 
 // True where no shadow-map texel is needed; then `decided` is the visibility.
-bool rbsmReceiver(ivec2 pixel, out ShadowPoint p, out float decided) {
+bool rbsmReceiver(Receiver r, out ShadowPoint p, out float decided) {
   MapReceiver m;
-  if (mapReceiver(pixel, push.normal_offset, push.depth_bias, m, decided)) return true;
+  if (mapReceiver(r, push.normal_offset, push.depth_bias, m, decided)) return true;
   vec2 map_size = vec2(view.map_size);
   if (FIXED) p = shadowPoint(m.uv * map_size, m.depth, vec2(0.0), 0.0);
   else p = shadowPoint(m.uv * map_size, m.depth, m.plane / map_size, push.slack * m.texel_depth);
   return false;
 }
+
+bool rbsmReceiver(ivec2 pixel, out ShadowPoint p, out float decided) { return rbsmReceiver(receiverAt(pixel), p, decided); }
 
 // The texel's own test and, in `N`, those of its neighbours (listing 2's computeN).
 float testNeighbourhood(ShadowPoint p, out vec4 N) {

@@ -4,7 +4,8 @@
 //
 // Departures: what blockers.glsl says of the search. The width is that on a receiver parallel to the map; the paper
 // measures distances along the surface all the same, as if every receiver were. ALONG_LIGHT takes them to such a plane
-// instead, along the light's rays, so a penumbra on a tilted receiver is as much longer as it should be.
+// instead, along the light's rays, so a penumbra on a tilted receiver is as much longer as it should be, and by the light's
+// own shape: that of an edge along a square's diagonal is 1.41 widths wide.
 #extension GL_GOOGLE_include_directive : require
 #include "blockers.glsl"
 #include "edge_marks.glsl"
@@ -35,6 +36,8 @@ const float NARROWEST_SEARCH = 1.5;
 const float NARROWEST_WIDTH = 1e-3;
 // Towards the light's horizon penumbrae get no longer than by the inverse of this.
 const float LEAST_COSINE = 0.1;
+// The larger of two axes is no less than this of a length.
+const float DIAGONAL = 0.70710678;
 
 float widthAt(ivec2 pixel) {
   AreaLight a = areaLight();
@@ -56,7 +59,7 @@ void workOn(ivec2 pixel) {
   vec3 point = seedPoint(seed);
   float width = widthAt(pixel);
   if (!(width >= NARROWEST_WIDTH * pixelWidth(point))) width = 0.0;
-  float cosine = ALONG_LIGHT ? max(dot(seedNormal(seed), towardsLight(point, 0)), LEAST_COSINE) : 1.0;
+  float cosine = ALONG_LIGHT ? DIAGONAL * max(dot(seedNormal(seed), towardsLight(point, 0)), LEAST_COSINE) : 1.0;
   imageStore(widths, pixel, vec4(width, cosine, 0.0, 0.0));
   if (width == 0.0) {
     if (!KEEP_CONTACTS) atomicAnd(seed_bits[word], ~bit);

@@ -15,7 +15,7 @@ AreaLight areaLight() { return areaLight(view.light_area[0], view.light_depth_sc
 
 // True where no shadow-map texel is needed; then `decided` is the visibility. The settings are mapReceiver's.
 bool softReceiver(ivec2 pixel, AreaLight a, float normal_offset, float depth_bias, out SoftReceiver r, out float decided) {
-  if (mapReceiver(pixel, normal_offset, depth_bias, r.map, decided)) return true;
+  if (mapReceiver(receiverAt(pixel), normal_offset, depth_bias, r.map, decided)) return true;
   precise vec2 at = r.map.uv * vec2(view.map_size);
   precise vec2 slope = r.map.plane / vec2(view.map_size);
   r.at = at;

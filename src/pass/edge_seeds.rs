@@ -1,6 +1,8 @@
 //! Shadow edges found in an image of hard shadows, and the tiles within their reach.
 
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, shader_struct};
+use crate::pass::edge_place::EdgePlace;
+use crate::pass::rbsm::{RbsmConfig, RbsmPush};
 use crate::pass::seed_width::{SeedWidth, Seeds, WidthConfig};
 use crate::pass::tiles::{TILE, TileList, indirect_list};
 use crate::pass::view::ViewConstants;
@@ -62,6 +64,17 @@ impl SurfaceTest {
     }
 }
 
+/// Where the edge runs that a pixel is a seed of.
+#[derive(Clone, Copy, Debug)]
+pub enum EdgePoints {
+    /// Through the pixel's own centre, as in the paper.
+    Pixels,
+    /// Half-way to the neighbours that differ.
+    Between,
+    /// Where the hard shadow ends on the way there: by the function that it is made by.
+    Traced(RbsmConfig),
+}
+
 /// What of the passes is fixed at their making.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeConfig {
@@ -69,8 +82,8 @@ pub struct EdgeConfig {
     pub surfaces: SurfaceTest,
     /// A neighbour on any surface makes a seed, as in the paper: outlines of objects become edges too.
     pub any_surface: bool,
-    /// Edges run through the seeds' own centres, as in the paper, not half-way to the neighbour that differs.
-    pub at_pixels: bool,
+    /// Where edges run.
+    pub points: EdgePoints,
     /// Only tiles within reach of a seed are listed; otherwise all.
     pub skip: bool,
     /// Penumbrae as wide as the area light makes them; none: of one width.
@@ -82,6 +95,7 @@ pub struct EdgeSeeds {
     detect: Arc<ComputePipeline>,
     pixels: Arc<ComputePipeline>,
     find: Arc<ComputePipeline>,
+    place: Option<EdgePlace>,
     widths: Option<SeedWidth>,
     no_widths: Image,
     list: Arc<ComputePipeline>,
@@ -101,7 +115,8 @@ impl EdgeSeeds {
     /// More pixels than a storage buffer of the device may list; no memory; what [`SeedWidth::new`] refuses.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: EdgeConfig) -> Result<Self> {
         let device = context.device();
-        let EdgeConfig { surfaces, any_surface, at_pixels, skip, widths } = config;
+        let EdgeConfig { surfaces, any_surface, points, skip, widths } = config;
+        let at_pixels = matches!(points, EdgePoints::Pixels);
         let constants = [surfaces == SurfaceTest::Planes, any_surface, at_pixels, widths.is_some()].map(u32::from);
         let pipeline = |shader: &str, constants: &[u32]| {
             let pipeline = context.pipeline::<PenumbraPush>(shader, constants)?;
@@ -124,6 +139,10 @@ impl EdgeSeeds {
             detect: pipeline("pass/edge_tiles.comp", &constants[..1])?,
             pixels: pipeline("pass/edge_pixels.comp", &constants[..3])?,
             find: pipeline("pass/edge_seeds.comp", &constants)?,
+            place: match points {
+                EdgePoints::Traced(hard) => Some(EdgePlace::new(context, hard)?),
+                _ => None,
+            },
             widths: match widths {
                 Some(widths) => Some(SeedWidth::new(context, extent, map_size, config, widths)?),
                 None => None,
@@ -174,13 +193,13 @@ impl EdgeSeeds {
     }
 
     /// Finds the seeds in `hard`, an image of visibility 0 and 1, sets their bits in `seed_bits` (see
-    /// [`crate::pass::edt::Edt::seed_bits`]) and lists the tiles in their reach.
+    /// [`crate::pass::edt::Edt::seed_bits`]) and lists the tiles in their reach. `hard_push` is what `hard` was made with.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         view_buffer: &Buffer,
         inputs: &Inputs<'_>,
-        push: PenumbraPush,
+        (push, hard_push): (PenumbraPush, RbsmPush),
         (hard, seed_bits): (&Image, &Buffer),
     ) -> Result<()> {
         let tiles = hard.extent().map(|n| n.div_ceil(TILE));
@@ -217,6 +236,9 @@ impl EdgeSeeds {
             push,
             threads: Threads::Indirect(&self.edge_pixels, 0),
         })?;
+        if let Some(place) = &self.place {
+            place.record(frame, view_buffer, inputs, hard_push, (&self.edge_pixels, &self.seeds, seed_bits))?;
+        }
         if let Some(widths) = &mut self.widths {
             let (pixels, seeds, marks) = (&self.edge_pixels, &self.seeds, &self.marks);
             widths.record(

@@ -2,6 +2,7 @@
 
 pub mod accumulate;
 pub mod depth_bounds;
+pub mod edge_place;
 pub mod edge_seeds;
 pub mod edt;
 pub mod hsm;

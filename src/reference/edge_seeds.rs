@@ -1,6 +1,7 @@
-//! Mirror of `glsl/pass/edge_tiles.comp`, `edge_seeds.comp` and `marked_tiles.comp`: the shadow edges in an image of hard
-//! shadows, and the tiles in their reach.
+//! Mirror of `glsl/pass/edge_tiles.comp`, `edge_seeds.comp`, `edge_place.comp` and `marked_tiles.comp`: the shadow edges in an
+//! image of hard shadows, and the tiles in their reach.
 
+use super::rbsm;
 use super::view::{Decision, FrameData, ROUNDING, Receiver, View};
 use crate::pass::edge_seeds::SurfaceTest;
 use crate::pass::tiles::TILE;
@@ -20,8 +21,30 @@ pub struct Settings {
     pub tolerance: f32,
     /// Neighbours on any surface count.
     pub any_surface: bool,
-    /// Edges run through the pixels' own centres, and pixels on both sides are seeds.
-    pub at_pixels: bool,
+    /// Where edges run.
+    pub points: Points,
+}
+
+/// Where the edge runs that a pixel is a seed of.
+#[derive(Clone, Copy, Debug)]
+pub enum Points {
+    /// Through the pixels' own centres; pixels on both sides are seeds.
+    Pixels,
+    /// Half-way between pixels.
+    Between,
+    /// Where the hard shadow ends between them.
+    Traced {
+        /// What the hard shadows are made by.
+        hard: rbsm::Settings,
+        /// Bisections of the way from pixel to pixel.
+        steps: u32,
+    },
+}
+
+impl Points {
+    fn at_pixels(self) -> bool {
+        matches!(self, Self::Pixels)
+    }
 }
 
 /// A seed: a pixel next to a shadow edge.
@@ -143,17 +166,18 @@ fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixel
 fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Option<Seed> {
     let own = hard[view.index(pixel)];
     // The points of both sides are the same.
-    if own < 0.5 && !s.at_pixels {
+    if own < 0.5 && !s.points.at_pixels() {
         return None;
     }
     let p = view.receiver(pixel)?;
     // Neighbours that differ: how they lie to the pixel, and whether they count.
     let mut pairs: Vec<(Apart, Decision)> = vec![];
+    let mut other_error = DVec3::ZERO;
     for y in pixel[1].saturating_sub(1)..(pixel[1] + 2).min(view.size[1]) {
         for x in pixel[0].saturating_sub(1)..(pixel[0] + 2).min(view.size[0]) {
             let steps = x.abs_diff(pixel[0]) + y.abs_diff(pixel[1]);
             // Between pixels those across a corner do not count.
-            if hard[view.index([x, y])] == own || (steps == 2 && !s.at_pixels) {
+            if hard[view.index([x, y])] == own || (steps == 2 && !s.points.at_pixels()) {
                 continue;
             }
             let Some(q) = view.receiver([x, y]) else { continue };
@@ -161,6 +185,7 @@ fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Op
             let counts = if s.any_surface { Decision::Yes } else { same_surface(view, s, &p, &q, pixels) };
             if counts != Decision::No {
                 let vector = q.position - p.position;
+                other_error = other_error.max(q.position_error);
                 pairs.push((Apart { vector, error: q.position_error.length() }, counts));
             }
         }
@@ -172,15 +197,53 @@ fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Op
     let farthest = pairs.iter().map(|pair| pair.0.vector.length()).fold(0.0, f64::max);
     let mut error = p.position_error.length() + ROUNDING * p.position.length();
     let mut point = p.position;
-    if !s.at_pixels {
+    if !s.points.at_pixels() {
         let taken: Vec<_> = pairs.iter().filter(|pair| pair.1.is_yes()).collect();
         let sum: DVec3 = taken.iter().map(|pair| pair.0.vector).sum();
         point += 0.5 / taken.len().max(1) as f64 * sum;
         error += pairs.iter().map(|pair| pair.0.error).fold(0.0, f64::max) + ROUNDING * farthest;
         // Whichever count, the point lies within half the farthest of the pixel.
         error += if sure { 0.0 } else { farthest };
+        if let Points::Traced { hard, steps } = s.points {
+            let (along, off) = trace(view, &p, 2.0 * (point - p.position), other_error, (&hard, steps));
+            (point, error) = (p.position + along, error + off);
+        }
     }
     // At a pixel only whether there is any matters.
-    let sure = sure || (s.at_pixels && pairs.iter().any(|pair| pair.1 == Decision::Yes));
+    let sure = sure || (s.points.at_pixels() && pairs.iter().any(|pair| pair.1 == Decision::Yes));
     Some(Seed { pixel, point, error, normal: p.normal, normal_error: p.normal_error + NORMAL_STEP, sure })
+}
+
+/// How far from `p` along `across` the hard shadow ends, and how far off single precision may put that. Where there is none
+/// at the end of `across`, half of it. `error` is that of the other end.
+fn trace(
+    view: &View<'_>,
+    p: &Receiver,
+    across: DVec3,
+    error: DVec3,
+    (hard, steps): (&rbsm::Settings, u32),
+) -> (DVec3, f64) {
+    let at = |share: f64| {
+        let position = p.position + share * across;
+        let position_error = p.position_error.lerp(error, share) + ROUNDING * position.abs();
+        let r = Receiver { position, position_error, ..*p };
+        rbsm::visibility_at(view, &r, hard)
+    };
+    let (mut lit, mut dark, mut doubt) = (0.0, 1.0, 0.0f64);
+    let end = at(1.0);
+    if end.doubt > 0.0 {
+        doubt = 1.0;
+    }
+    if end.visibility > 0.5 {
+        return (0.5 * across, 0.5 * doubt * across.length());
+    }
+    for _ in 0..steps {
+        let middle = 0.5 * (lit + dark);
+        let found = at(middle);
+        if found.doubt > 0.0 {
+            doubt = doubt.max(dark - lit);
+        }
+        *if found.visibility > 0.5 { &mut lit } else { &mut dark } = middle;
+    }
+    (0.5 * (lit + dark) * across, doubt * across.length())
 }

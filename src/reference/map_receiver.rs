@@ -35,13 +35,20 @@ impl OpenReceiver {
     }
 }
 
-/// `mapReceiver`, with its two settings.
+/// `mapReceiver` of a pixel, with its two settings.
 pub(super) fn receive(view: &View<'_>, at: [usize; 2], normal_offset: f32, depth_bias: f32) -> MapReceiver {
+    match view.receiver(at) {
+        Some(r) => receive_point(view, &r, normal_offset, depth_bias),
+        None => MapReceiver::Decided(Verdict::sure(1.0)),
+    }
+}
+
+/// `mapReceiver` of any point on a surface.
+pub(super) fn receive_point(view: &View<'_>, r: &Receiver, normal_offset: f32, depth_bias: f32) -> MapReceiver {
     let decided = |v| MapReceiver::Decided(Verdict::sure(v));
     let doubtful = |v: f64| MapReceiver::Decided(Verdict::sure(v).or(1.0 - v));
-    let Some(r) = view.receiver(at) else { return decided(1.0) };
     let mut otherwise = None;
-    match view.faces_light(&r) {
+    match view.faces_light(r) {
         Decision::No => return decided(0.0),
         Decision::Doubtful(false) => return doubtful(0.0),
         Decision::Doubtful(true) => otherwise = Some(0.0),
@@ -54,7 +61,7 @@ pub(super) fn receive(view: &View<'_>, at: [usize; 2], normal_offset: f32, depth
         Decision::Doubtful(true) => otherwise = Some(otherwise.unwrap_or(1.0)),
         Decision::Yes => {}
     }
-    let (p, error) = view.offset(&r, &first, normal_offset.into());
+    let (p, error) = view.offset(r, &first, normal_offset.into());
     let light = view.light_point(p, error);
     match light.inside {
         Decision::No => return decided(1.0),
@@ -62,7 +69,7 @@ pub(super) fn receive(view: &View<'_>, at: [usize; 2], normal_offset: f32, depth
         Decision::Doubtful(true) => otherwise = Some(otherwise.unwrap_or(1.0)),
         Decision::Yes => {}
     }
-    let plane = view.receiver_plane(&light, &Receiver { position: p, position_error: error, ..r });
+    let plane = view.receiver_plane(&light, &Receiver { position: p, position_error: error, ..*r });
     let (slope, slope_error) = (plane.slope / view.map_extent(), plane.error / view.map_extent());
     let factor = f64::from(depth_bias);
     MapReceiver::Open(OpenReceiver {

@@ -181,8 +181,8 @@ fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, se
         return same_depth(p.position.z, seed.point.z, error, tolerance);
     }
     let away = [0, 1].map(|i| pixel[i].abs_diff(seed.pixel[i]) as f64);
-    // Never less than half a pixel, where the edge passes the pixel itself.
-    let pixels = away[0].hypot(away[1]).max(0.5);
+    // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
+    let pixels = away[0].hypot(away[1]).max(1.0);
     let (apart, width) = (Apart { vector, error }, view.pixel_width(p.position, p.position_error));
     let planes = [(p.normal, p.normal_error), (seed.normal, seed.normal_error)];
     let [here, there] = planes.map(|plane| near_plane(plane, &apart, pixels, width, tolerance));

@@ -1,8 +1,8 @@
 //! Mirror of `glsl/pass/rbsm.comp`: the functions of [`super::revectorize`] over the tests on a receiver's plane.
 
-use super::map_receiver::{MapReceiver, OpenReceiver, receive};
+use super::map_receiver::{MapReceiver, OpenReceiver, receive, receive_point};
 use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};
-use super::view::{FrameData, Mirror, ROUNDING, Verdict, View, shadow_test};
+use super::view::{FrameData, Mirror, ROUNDING, Receiver, Verdict, View, shadow_test};
 use crate::Result;
 use glam::{DVec2, dvec2};
 use std::cell::RefCell;
@@ -36,11 +36,23 @@ pub(super) const PLACE_ROUNDING: f64 = 40.0 * ROUNDING;
 /// Images that do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
-    let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
-        MapReceiver::Decided(verdict) => verdict,
-        MapReceiver::Open(r) => r.with_doubts(look_up(&Tests::new(&view, &r, settings), settings)),
+    let pixels = view.every_pixel(|p| {
+        let receiver = receive(&view, p, settings.normal_offset, settings.depth_bias);
+        verdict(&view, receiver, settings)
     });
     Ok(Mirror::collect(pixels))
+}
+
+fn verdict(view: &View<'_>, receiver: MapReceiver, settings: &Settings) -> Verdict {
+    match receiver {
+        MapReceiver::Decided(verdict) => verdict,
+        MapReceiver::Open(r) => r.with_doubts(look_up(&Tests::new(view, &r, settings), settings)),
+    }
+}
+
+/// The visibility of any point on a surface.
+pub(super) fn visibility_at(view: &View<'_>, r: &Receiver, settings: &Settings) -> Verdict {
+    verdict(view, receive_point(view, r, settings.normal_offset, settings.depth_bias), settings)
 }
 
 /// The tests of a pixel.

@@ -223,6 +223,11 @@ impl<'a> View<'a> {
         self.row(3).normalize_or_zero()
     }
 
+    /// The map's axes: directions in which its `x` and `y` grow, and more.
+    pub fn light_sides(&self) -> [DVec3; 2] {
+        [0, 1].map(|i| self.row(i))
+    }
+
     pub fn index(&self, pixel: [usize; 2]) -> usize {
         pixel[1] * self.size[0] + pixel[0]
     }

@@ -4,7 +4,7 @@
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use super::{Info, PENUMBRA, Param, Setup, Technique, visibility_image};
 use crate::gpu::Image;
-use crate::pass::edge_seeds::{EdgeConfig, EdgeSeeds, PenumbraPush, SurfaceTest};
+use crate::pass::edge_seeds::{EdgeConfig, EdgePoints, EdgeSeeds, PenumbraPush, SurfaceTest};
 use crate::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
 use crate::pass::mean_filter::MeanFilter;
 use crate::pass::nearest_edge::{Nearest, NearestEdge, Viewed};
@@ -52,9 +52,9 @@ const EDT: Param = Param::choice(
 );
 const EDGE: Param = Param::choice(
     "edge",
-    &["between", "pixel"],
+    &["traced", "between", "pixel"],
     0,
-    "edges run between the pixels of a pair, or through both as in the paper",
+    "edges run where the hard shadow ends between two pixels, half-way between them, or through both as in the paper",
 );
 const SKIP: Param = Param::choice(
     "skip",
@@ -200,8 +200,13 @@ fn prepare_either(
     // To be looked at, all tiles have to be there.
     let skip = p.word("skip") != "off" && !setup.intermediates;
     let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
-    let (any_surface, at_pixels) = (p.word("seeds") == "any", p.word("edge") == "pixel");
-    let edges = EdgeConfig { surfaces, any_surface, at_pixels, skip, widths };
+    let hard = revectorized::config(setup, revectorization, skip);
+    let points = match p.word("edge") {
+        "traced" => EdgePoints::Traced(hard),
+        "between" => EdgePoints::Between,
+        _ => EdgePoints::Pixels,
+    };
+    let edges = EdgeConfig { surfaces, any_surface: p.word("seeds") == "any", points, skip, widths };
     let nearest = if p.word("nearest") == "world" { Nearest::World } else { Nearest::Pixel };
     let method: EdtMethod = p.word("edt").parse()?;
     let edt = EdtConfig {
@@ -221,7 +226,7 @@ fn prepare_either(
     Ok(Box::new(Euclidean {
         info,
         view: ViewBuffer::new(context.device())?,
-        hard: Rbsm::new(context, extent, revectorized::config(setup, revectorization, skip))?,
+        hard: Rbsm::new(context, extent, hard)?,
         seeds: EdgeSeeds::new(context, extent, setup.map_size, edges)?,
         edt: Edt::new(context, extent, edt)?,
         nearest: NearestEdge::new(context, extent, edges, nearest, setup.intermediates)?,
@@ -256,7 +261,7 @@ impl Technique for Euclidean {
         frame.begin_group(self.info.title);
         let view = self.view.update(frame, inputs);
         self.hard.record(frame, view, inputs, self.push, visibility)?;
-        self.seeds.record(frame, view, inputs, push, (visibility, self.edt.seed_bits()))?;
+        self.seeds.record(frame, view, inputs, (push, self.push), (visibility, self.edt.seed_bits()))?;
         self.edt.record_packed(frame)?;
         self.nearest.record(frame, view, inputs, push, (&self.seeds, self.edt.labels(), visibility))?;
         self.filter.record(frame, view, inputs, push, (&self.seeds, &self.nearest), visibility)?;

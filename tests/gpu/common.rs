@@ -2,8 +2,12 @@
 
 use edgeshade::gpu::Image;
 use edgeshade::host::{Host, HostDesc};
+use edgeshade::pass::edge_place::STEPS;
+use edgeshade::pass::edge_seeds::SurfaceTest;
 use edgeshade::pass::view::ViewConstants;
-use edgeshade::reference::FrameData;
+use edgeshade::reference::edge_seeds::Points;
+use edgeshade::reference::revectorize::Function;
+use edgeshade::reference::{FrameData, edge_seeds, rbsm};
 use edgeshade::scene::{Camera, Light, RenderDesc, Renderer, Scene, fit, load_bytes, shipped};
 use edgeshade::technique::{OutputFormat, Params, Technique, find};
 use edgeshade::timing::FrameTiming;
@@ -168,5 +172,31 @@ pub fn assert_same_bits(a: &[f32], b: &[f32], what: &str) {
     let bad: Vec<_> = (0..a.len()).filter(|&i| a[i].to_bits() != b[i].to_bits()).collect();
     if let Some(&i) = bad.first() {
         panic!("{what}: {} of {} pixels differ, pixel {i} first: {} and {}", bad.len(), a.len(), a[i], b[i]);
+    }
+}
+
+/// Those of the mirror of a technique with edges.
+pub fn seed_settings(id: &str, p: &Params) -> edge_seeds::Settings {
+    let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
+    let hard = rbsm::Settings {
+        function: if id.ends_with("-star") { Function::Star } else { Function::Silhouette },
+        fixed_depth: p.word("receiver") == "fixed",
+        max_distance: p.int("max_distance"),
+        normal_offset: p.float("normal_offset"),
+        depth_bias: p.float("depth_bias"),
+        slack: p.float("slack"),
+    };
+    edge_seeds::Settings {
+        surfaces,
+        tolerance: match p.float("edge_threshold") {
+            0.0 => surfaces.usual_tolerance(),
+            given => given,
+        },
+        any_surface: p.word("seeds") == "any",
+        points: match p.word("edge") {
+            "traced" => Points::Traced { hard, steps: STEPS },
+            "between" => Points::Between,
+            _ => Points::Pixels,
+        },
     }
 }

@@ -4,10 +4,9 @@ mod limits;
 mod profile;
 mod tilted;
 
-use crate::common::{Shot, assert_same_bits, camera_of, light_of, shipped_scene, with_gpu};
+use crate::common::{Shot, assert_same_bits, camera_of, light_of, seed_settings, shipped_scene, with_gpu};
 use crate::mirrors::compare;
 use edgeshade::host::Host;
-use edgeshade::pass::edge_seeds::SurfaceTest;
 use edgeshade::pass::edt::NO_SEED;
 use edgeshade::pass::penumbra::penumbra_width;
 use edgeshade::reference::edge_seeds::{self, Seed};
@@ -80,13 +79,7 @@ impl Run {
 
         let hard = hard(host, r, id);
         let p = Params::parse(find(id).unwrap(), params.iter().copied()).unwrap();
-        let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
-        let tolerance = match p.float("edge_threshold") {
-            0.0 => surfaces.usual_tolerance(),
-            given => given,
-        };
-        let (any_surface, at_pixels) = (p.word("seeds") == "any", p.word("edge") == "pixel");
-        let seed_settings = edge_seeds::Settings { surfaces, tolerance, any_surface, at_pixels };
+        let seed_settings = seed_settings(id, &p);
         let penumbra = penumbra_width(p.get("penumbra"), r.light());
         let filter_width = (p.get("filter_width") * penumbra) as f32;
         let settings = Settings { seeds: seed_settings, penumbra: penumbra as f32, filter_width };
@@ -217,7 +210,8 @@ fn check(run: &Run, what: &str) -> Findings {
     let found = examine(run, &run.settings, &run.seeds, &run.in_world(&run.settings));
     found.print(what);
     assert_eq!(found.wrong(), 0, "{what}: {found:?}");
-    assert!(found.doubtful * 100 <= found.in_reach, "{what}: {found:?}");
+    // To be traced, a seed asks four tests of the map, and a tie in one of them leaves its place in doubt.
+    assert!(found.doubtful * 50 <= found.in_reach, "{what}: {found:?}");
     let mirror = mean_filter::visibility(&run.data(), &run.filter_settings(), &run.intensity).unwrap();
     compare(&run.visibility, &mirror, 1e-4).check(&format!("{what}, filter"), 0.01);
     found
@@ -348,6 +342,11 @@ fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, r
     let mut off = run.visibility.clone();
     off[SIZE[0] as usize * 3 + 5] -= 3e-4;
     assert_eq!(agreement(&settings, &off).wrong, 1, "a pixel");
+    // Edges half-way between pixels on the GPU.
+    let between = Run::new(host, r, "edtsm", &[("edge", "between"), WIDE]);
+    let found = examine(&between, &run.settings, &run.seeds, &exact);
+    println!("planted: edges half-way between pixels: {} other distances", found.other_distance);
+    assert!(found.other_distance > 100, "{found:?}");
     // No surface test on the GPU: pixels take edges of other surfaces.
     let loose = Run::new(host, r, "edtsm", &[("edge_threshold", "8"), WIDE]);
     let strict = Run { settings: run.settings, shot: Shot::of(host, r, true), seeds: run.seeds.clone(), ..loose };

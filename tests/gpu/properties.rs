@@ -27,6 +27,8 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("ssrbssm", &[]),
     ("ssabss", &[("skip", "off")]),
     ("edtssm-star", &[]),
+    ("edtsm", &[]),
+    ("edtsm-star", &[]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.
@@ -176,8 +178,10 @@ fn a_light_that_looks_away_shadows_only_what_faces_away() {
             .map(|h| h.map_or(1.0, |h| h.normal.dot((light - h.position).normalize())))
             .collect();
         every_mode(&mut r, "light looks away", |values, what| {
+            // Where bodies turn from the light is an edge too, and penumbrae of a fixed width lie around it.
+            let edge = if what.contains("edtsm") { 0.2 } else { 1e-2 };
             let wrong =
-                values.iter().zip(&facing).filter(|(v, f)| f.abs() > 1e-2 && **v != if **f > 0.0 { 1.0 } else { 0.0 });
+                values.iter().zip(&facing).filter(|(v, f)| f.abs() > edge && **v != if **f > 0.0 { 1.0 } else { 0.0 });
             // Edge pixels may show the other of two surfaces.
             let wrong = wrong.count();
             assert!(wrong * 500 <= values.len(), "{what}: {wrong} pixels");
@@ -304,7 +308,9 @@ fn a_mirrored_scene_gives_the_mirror_image() {
                 // plane touches the surface in many texels, where the map's precision decides single taps.
                 let off = differing(&straight, &back, 0.05);
                 println!("mirrored {:10} {id:4} {off:4} of {} pixels differ", scene.name, straight.len());
-                assert!(off * 200 <= straight.len(), "{}: {id} {settings:?}: {off} pixels", scene.name);
+                // The search for edges is not exact where many surfaces meet, and its blocks of pixels lie otherwise.
+                let most = if id.starts_with("edtsm") { straight.len() / 80 } else { straight.len() / 200 };
+                assert!(off <= most, "{}: {id} {settings:?}: {off} pixels", scene.name);
                 assert!(differing(&straight, &turned, 0.5) > straight.len() / 50, "the image is its own mirror image");
             }
         }

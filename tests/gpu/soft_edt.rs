@@ -3,12 +3,11 @@
 
 mod limits;
 
-use crate::common::{Shot, assert_same_bits, desc, renderer, shipped_scene, visibility, with_gpu};
+use crate::common::{Shot, assert_same_bits, desc, renderer, seed_settings, shipped_scene, visibility, with_gpu};
 use crate::made::{cuboid, moved, perspective, plane, scene, sun};
 use crate::mirrors::compare;
 use crate::soft::enlarged;
 use edgeshade::host::Host;
-use edgeshade::pass::edge_seeds::SurfaceTest;
 use edgeshade::pass::seed_width::{Meet, Metric};
 use edgeshade::pass::soft::SearchWindow;
 use edgeshade::reference::edge_seeds;
@@ -70,13 +69,7 @@ impl Run {
         let shot = Shot::of(host, r, true);
         let hard = hard(r, id);
 
-        let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
-        let tolerance = match p.float("edge_threshold") {
-            0.0 => surfaces.usual_tolerance(),
-            given => given,
-        };
-        let (any_surface, at_pixels) = (p.word("seeds") == "any", p.word("edge") == "pixel");
-        let seed_settings = edge_seeds::Settings { surfaces, tolerance, any_surface, at_pixels };
+        let seed_settings = seed_settings(id, &p);
         let metric = if p.word("metric") == "light" { Metric::Light } else { Metric::World };
         let meet = if p.word("meet") == "weighted" { Meet::Weighted } else { Meet::Nearest };
         let settings = Settings { seeds: seed_settings, meet, metric, filter_width: p.float("filter_width") };
@@ -428,7 +421,7 @@ fn intensities_are_continuous_where_widths_meet() {
             }
         }
         let [weighted, nearest] = sum;
-        assert!(weighted[0] * 1000 <= weighted[1] && nearest[0] >= 10 * weighted[0].max(1), "{sum:?}");
+        assert!(weighted[0] * 1000 <= weighted[1] && nearest[0] >= 5 * weighted[0].max(1), "{sum:?}");
     });
 }
 

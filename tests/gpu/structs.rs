@@ -32,6 +32,9 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
     ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
     ("pass/edge_pixels.comp", |c| penumbra(c, "pass/edge_pixels.comp", &[&[1, 0, 0]])),
+    ("pass/edge_place.comp", |c| {
+        c.pipeline::<RbsmPush>("pass/edge_place.comp", &[0, 16, 2, 0, 3])?.check_uniform::<ViewConstants>("view")
+    }),
     ("pass/edge_seeds.comp", |c| penumbra(c, "pass/edge_seeds.comp", &[&[1, 0, 0, 0], &[0, 1, 1, 1]])),
     ("pass/edge_tiles.comp", |c| penumbra(c, "pass/edge_tiles.comp", &[&[1]])),
     ("pass/edt_columns.comp", |c| c.pipeline::<EdtPush>("pass/edt_columns.comp", &[]).map(drop)),

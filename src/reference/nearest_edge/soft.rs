@@ -48,6 +48,7 @@ struct Place {
     axis: DVec3,
     ray: DVec3,
     ray_error: f64,
+    sides: [DVec3; 2],
 }
 
 impl Place {
@@ -59,7 +60,8 @@ impl Place {
         };
         let facing = (-towards).dot(axis).max(0.05);
         let ray_error = (error + 2.0 * ROUNDING) * 2.0 / (facing * facing);
-        Self { p, axis, ray: -towards / facing, ray_error }
+        let sides = view.light_sides().map(|side| (side - side.dot(axis) * axis).normalize_or_zero());
+        Self { p, axis, ray: -towards / facing, ray_error, sides }
     }
 
     fn measure(&self, s: &Settings, (seed, [_, cosine]): &WideSeed) -> Measured {
@@ -71,9 +73,10 @@ impl Place {
         }
         let across = apart - apart.dot(self.axis) * self.ray;
         let stretch = 1.0 + self.ray.length();
-        let across_error = error * stretch + length * (self.ray_error + 2.0 * ROUNDING * stretch);
+        let across_error = error * stretch + length * (self.ray_error + 6.0 * ROUNDING * stretch);
         let cosine = f64::from(*cosine);
-        Measured(across.length().max(length * cosine), across_error.max(error * cosine))
+        let larger = self.sides.map(|side| across.dot(side).abs()).into_iter().fold(0.0, f64::max);
+        Measured(larger.max(length * cosine), across_error.max(error * cosine))
     }
 }
 

@@ -1,8 +1,9 @@
 //! A straight shadow edge: its penumbra is as wide everywhere as it is asked to be.
 
-use super::{prepare, renderer};
+use super::{Pairs, prepare, renderer};
 use crate::common::with_gpu;
 use crate::made::{self, cuboid, moved, plane, sun};
+use edgeshade::host::Host;
 use edgeshade::scene::{Camera, Projection, Renderer, Scene};
 use edgeshade::view::look_at;
 use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
@@ -188,6 +189,47 @@ fn penumbrae_are_as_wide_as_asked_for_at_every_distance() {
             }
             let (off, fall) = steps(&lines(&places, &visibility, along_z));
             assert!(has_seam(off) && fall > 2e-3, "{what}: a planted seam, {off:?}");
+        }
+    });
+}
+
+/// How far the places at which lines reach a half wander while the camera moves by eighths of a pixel along the image's axis
+/// that crosses the edge: the largest spread, in widths of a pixel on the plane.
+fn wander(host: &Host, along_z: bool, settings: Pairs<'_>) -> f64 {
+    let mut scene = scene(along_z, 0.9);
+    let start = scene.cameras[0].world_from_camera;
+    let mut r = renderer(host, &scene, SIZE, MAP);
+    let settings = [&[("penumbra", "0.5")], settings].concat();
+    let mut technique = prepare(host, SIZE, MAP, "edtsm-star", &settings, false);
+    let pixel = 2.0 * (0.5 * FOV).tan() / f64::from(SIZE[1]) * start.translation.length();
+    let mut places_of_half: Vec<Vec<(f64, f64)>> = vec![];
+    for step in 0..8 {
+        let moved = f64::from(step) / 8.0 * pixel * if along_z { DVec3::X } else { DVec3::Y };
+        scene.cameras[0].world_from_camera = start * DAffine3::from_translation(moved);
+        r.set_camera(&scene, scene.cameras[0].view(SIZE)).unwrap();
+        r.frame(technique.as_mut()).unwrap();
+        let visibility = r.visibility(technique.as_ref()).unwrap();
+        let lines = lines(&places(&r), &visibility, along_z);
+        places_of_half.push(lines.iter().map(|l| (l.reaches(0.5), l.pixel * l.stretch)).collect());
+    }
+    let count = places_of_half.iter().map(Vec::len).min().unwrap();
+    assert!(count > 100, "{count} lines");
+    let spread = |k: usize| {
+        let at = places_of_half.iter().map(|lines| lines[k].0);
+        let [least, most] = [at.clone().fold(f64::INFINITY, f64::min), at.fold(f64::NEG_INFINITY, f64::max)];
+        (most - least) / places_of_half[0][k].1
+    };
+    (0..count).map(spread).fold(0.0, f64::max)
+}
+
+#[test]
+fn penumbrae_stay_where_they_are_while_the_camera_moves() {
+    with_gpu(|host| {
+        for along_z in [false, true] {
+            let [traced, between] = ["traced", "between"].map(|edge| wander(host, along_z, &[("edge", edge)]));
+            println!("receding {along_z}: traced {traced:.3}, between {between:.3} of a pixel");
+            assert!(traced < 0.2, "{traced}");
+            assert!(between > 0.4, "half-way between pixels it jumps: {between}");
         }
     });
 }

@@ -1,0 +1,43 @@
+// The revectorized visibility of a point in the shadow map by its function: silhouette recovery, filtering, RBSM* and the edge
+// profile; see lib/rbsm*.glsl. The includer defines MAXDIST before.
+#ifndef EDGESHADE_RBSM_FUNCTION
+#define EDGESHADE_RBSM_FUNCTION
+#include "rbsm_visibility.glsl"
+#include "lib/rbsm_profile.glsl"
+#include "lib/rbsm_star.glsl"
+
+const int SILHOUETTE = 0, FILTERED = 1, STAR = 2, PROFILE = 3;
+layout(constant_id = 2) const int FUNCTION = SILHOUETTE;
+layout(constant_id = 3) const int QUALITY = 0; // of the profile: run, neighbours, line
+
+bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v) {
+  v = s;
+  if (d.x == 0.0 && d.y == 0.0) return true;
+  switch (FUNCTION) {
+    case SILHOUETTE:
+      if (s == 0.0) return true;
+      v = 0.0;
+      return d.x == 0.75 || d.y == 0.75;
+    case FILTERED:
+      v = d.z;
+      return d.x == 0.75 && d.y == 0.75;
+    case STAR:
+      return d.x == 0.75 || d.y == 0.75;
+    default:
+      return !any(sidesInReach(p, d, QUALITY));
+  }
+}
+
+float revectorize(ShadowPoint p, vec3 d) {
+  switch (FUNCTION) {
+    case SILHOUETTE:
+    case FILTERED:
+      return revectorizeShadowEdge(p, d, FUNCTION == SILHOUETTE);
+    case STAR:
+      return revectorizeStar(p, d);
+    default:
+      return revectorizeProfile(p, d, QUALITY);
+  }
+}
+
+#endif
