@@ -212,3 +212,13 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
 fn visibility_image(device: &Arc<Device>, name: &str, setup: &Setup) -> Result<Image> {
     Image::new(device, &ImageDesc::storage(name, setup.output.format(), setup.extent))
 }
+
+/// What pixels are classified as, for viewing, where they are classified at all.
+fn classes_view(context: &Context, setup: &Setup, classified: bool) -> Result<Option<Image>> {
+    if !setup.intermediates || !classified {
+        return Ok(None);
+    }
+    let desc = ImageDesc::storage("classes", OutputFormat::R32.format(), setup.extent);
+    let usage = desc.usage | vk::ImageUsageFlags::TRANSFER_DST;
+    Ok(Some(Image::new(context.device(), &ImageDesc { usage, ..desc })?))
+}

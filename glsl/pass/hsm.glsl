@@ -74,16 +74,22 @@ int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, f
 
 // Half-width, uv, of the window to search for blockers. The papers' reaches up to the near plane. With `nearest_blocker` the
 // smallest depth in it tells how near to the light a blocker can be at all, which leaves a smaller window, and that one's
-// once more: denser taps, and every blocker still in reach.
-vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker) {
-  vec2 half_width = searchHalfWidth(a, r.z, a.near);
+// once more: denser taps, and every blocker still in reach. `reach` is how far the filter that is to come looks, penumbra
+// half-widths: 1 or more, and the window as many times as wide.
+vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker, float reach) {
+  precise vec2 half_width = searchHalfWidth(a, r.z, a.near) * reach;
   for (int i = 0; i < (nearest_blocker ? 2 : 0); ++i) {
     ivec2 first, last;
     windowRange(r, half_width, 0.0, first, last);
     float nearest = lightDistance(a, hsmBounds(hsm, first, last).x);
-    half_width = searchHalfWidth(a, r.z, max(nearest, a.near));
+    half_width = searchHalfWidth(a, r.z, max(nearest, a.near)) * reach;
   }
   return half_width;
+}
+
+// Of a filter as wide as the penumbra.
+vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker) {
+  return searchWindow(hsm, r, a, nearest_blocker, 1.0);
 }
 
 #endif

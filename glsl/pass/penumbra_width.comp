@@ -57,7 +57,7 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
 bool decide(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 search, out float v) {
   search = vec2(0.0);
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
-  search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER) * push.reach, NARROWEST_SEARCH / vec2(view.map_size));
+  search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER, push.reach), NARROWEST_SEARCH / vec2(view.map_size));
   if (STEP == LISTED) return false;
   int found = classify(hsm, blocks, r, search, 0.5);
   v = float(found);

@@ -62,8 +62,34 @@ impl Pcss {
         output: &Image,
     ) -> Result<()> {
         self.classes.record(frame, inputs)?;
+        let bind = &self.bind(view, inputs, output);
+        self.pass.record(frame, ["pcss classify", "pcss"], bind, bytemuck::bytes_of(&push), output)
+    }
+
+    /// Whether pixels are classified before.
+    pub fn is_listed(&self) -> bool {
+        self.pass.is_listed()
+    }
+
+    /// Writes what the classification says of every pixel into an image of one `f32`: 1 lit, 0 in shadow, 0.5 to be searched
+    /// and filtered. To be looked at; made with `TRANSFER_DST`, and only where pixels are classified.
+    pub fn record_classes(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: SoftPush,
+        classes: &Image,
+    ) -> Result<()> {
+        self.classes.record(frame, inputs)?;
+        frame.fill_image("open classes", classes, 0.5f32.to_bits());
+        let bind = &self.bind(view, inputs, classes);
+        self.pass.record_decided(frame, "pcss classes", bind, bytemuck::bytes_of(&push), classes)
+    }
+
+    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> [Bind<'a>; 8] {
         let [hsm, blocks] = self.classes.bind(inputs);
-        let bind = &[
+        [
             Bind::Buffer(view),
             Bind::Input(&inputs.depth),
             Bind::Input(inputs.normal_or_depth()),
@@ -72,7 +98,6 @@ impl Pcss {
             self.pass.list(),
             hsm,
             blocks,
-        ];
-        self.pass.record(frame, ["pcss classify", "pcss"], bind, bytemuck::bytes_of(&push), output)
+        ]
     }
 }

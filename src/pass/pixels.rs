@@ -75,11 +75,11 @@ impl PixelPass {
         self.listed.is_some()
     }
 
-    /// Writes every pixel of `output`; `names` are those of the two dispatches.
-    pub(crate) fn record(
+    /// Writes into `output` what the first dispatch decides, and leaves the other pixels.
+    pub(crate) fn record_decided(
         &self,
         frame: &mut Frame<'_>,
-        names: [&str; 2],
+        name: &str,
         bind: &[Bind<'_>],
         push: &[u8],
         output: &Image,
@@ -90,7 +90,19 @@ impl PixelPass {
             frame.update(&self.list, bytemuck::bytes_of(&header));
         }
         let threads = Threads::Count([width, height, 1]);
-        frame.dispatch(&Pass { name: names[0], pipeline: &self.pixels, bind, push, threads })?;
+        frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads })
+    }
+
+    /// Writes every pixel of `output`; `names` are those of the two dispatches.
+    pub(crate) fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        names: [&str; 2],
+        bind: &[Bind<'_>],
+        push: &[u8],
+        output: &Image,
+    ) -> Result<()> {
+        self.record_decided(frame, names[0], bind, push, output)?;
         if let Some(listed) = &self.listed {
             let threads = Threads::Indirect(&self.list, 0);
             frame.dispatch(&Pass { name: names[1], pipeline: listed, bind, push, threads })?;

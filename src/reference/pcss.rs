@@ -4,6 +4,7 @@ use super::area_light::AreaLight;
 use super::hsm::Hsm;
 use super::map_receiver::{MapReceiver, receive};
 use super::soft::{self, Bounded, SoftReceiver};
+pub use super::soft::{Class, Classified, MapClasses};
 use super::view::{Decision, FrameData, Mirror, ROUNDING, Verdict, View};
 use crate::Result;
 use crate::pass::soft::SearchWindow;
@@ -49,7 +50,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
             let r = SoftReceiver::new(&view, &light, &open);
-            let Some(windows) = r.search_windows(&light, &view, hsm.as_ref()) else {
+            let Some(windows) = r.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
                 return open.with_doubts(ANYTHING);
             };
             let verdicts = windows.into_iter().map(|window| {
@@ -61,6 +62,31 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         }
     });
     Ok(Mirror::collect(pixels))
+}
+
+/// The class of every pixel by what the map is classified by.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> Result<Vec<Classified>> {
+    let view = View::new(data)?;
+    let light = AreaLight::of(data.constants, 0);
+    let hsm = (settings.window == SearchWindow::Blockers).then_some(&map.hsm);
+    Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) => Classified::decided(verdict),
+        MapReceiver::Open(open) => {
+            let r = SoftReceiver::new(&view, &light, &open);
+            let least = NARROWEST[1] / view.map_extent();
+            match r.search_windows(&light, &view, hsm, 1.0) {
+                Some(windows) if !open.is_doubtful() => {
+                    let windows: Vec<_> =
+                        windows.into_iter().map(|w| Bounded { value: w.value.max(least), ..w }).collect();
+                    r.classify(&view, map, &windows, 0.5)
+                }
+                _ => Classified::OPEN,
+            }
+        }
+    }))
 }
 
 fn search_and_filter(

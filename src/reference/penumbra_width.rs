@@ -79,11 +79,11 @@ pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
         MapReceiver::Open(open) => {
             let r = SoftReceiver::new(&view, &light, &open);
             let least = NARROWEST / view.map_extent();
-            let Some(windows) = r.search_windows(&light, &view, hsm.as_ref()) else { return ANY };
+            let Some(windows) = r.search_windows(&light, &view, hsm.as_ref(), settings.reach.into()) else {
+                return ANY;
+            };
             let found = windows.into_iter().map(|w| {
-                let reach = f64::from(settings.reach);
-                let wide = w.value * reach;
-                let window = Bounded { value: wide.max(least), error: w.error * reach + ROUNDING * wide };
+                let window = Bounded { value: w.value.max(least), ..w };
                 Search { view: &view, light: &light, r: &r, settings }.width(window)
             });
             let found = found.reduce(Width::or).unwrap_or(NONE);

@@ -6,6 +6,7 @@ use super::map_receiver::{MapReceiver, OpenReceiver, receive};
 use super::rbsm::{self, PLACE_ROUNDING, Tests};
 use super::revectorize::{self, Function, Outcome};
 use super::soft::{self, Bounded, SoftReceiver, floors};
+pub use super::soft::{Class, Classified, MapClasses};
 use super::view::{FrameData, Mirror, ROUNDING, Verdict, View};
 use crate::Result;
 use crate::pass::rbssm::RbssmVisibility;
@@ -67,7 +68,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
             let pixel = Pixel::new(&view, &light, &open, settings);
-            let Some(windows) = pixel.soft.search_windows(&light, &view, hsm.as_ref()) else {
+            let Some(windows) = pixel.soft.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
                 return open.with_doubts(ANYTHING);
             };
             let verdicts = windows.into_iter().map(|window| pixel.search_and_filter(pixel.at_least(window)));
@@ -75,6 +76,30 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         }
     });
     Ok(Mirror::collect(pixels))
+}
+
+/// The class of every pixel by what the map is classified by.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> Result<Vec<Classified>> {
+    let view = View::new(data)?;
+    let light = AreaLight::of(data.constants, 0);
+    let hsm = (settings.window == SearchWindow::Blockers).then_some(&map.hsm);
+    Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) => Classified::decided(verdict),
+        MapReceiver::Open(open) => {
+            let pixel = Pixel::new(&view, &light, &open, settings);
+            match pixel.soft.search_windows(&light, &view, hsm, 1.0) {
+                Some(windows) if !open.is_doubtful() => {
+                    let windows: Vec<_> = windows.into_iter().map(|w| pixel.at_least(w)).collect();
+                    // With the ring around it, by which edges are known.
+                    pixel.soft.classify(&view, map, &windows, 1.0)
+                }
+                _ => Classified::OPEN,
+            }
+        }
+    }))
 }
 
 struct Pixel<'a> {

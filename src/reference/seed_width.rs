@@ -101,7 +101,7 @@ fn width_at(view: &View<'_>, light: &AreaLight, hsm: Option<&Hsm>, s: &Settings,
         }
         (likely.value, if found.doubtful { [0.0, range[1]] } else { range })
     };
-    let Some(windows) = r.search_windows(light, view, hsm) else { return (0.0, ANYTHING) };
+    let Some(windows) = r.search_windows(light, view, hsm, 1.0) else { return (0.0, ANYTHING) };
     let mut windows = windows.into_iter().map(of_window);
     let (mut width, mut range) = windows.next().unwrap_or((0.0, [0.0; 2]));
     for (_, other) in windows {

@@ -2,7 +2,7 @@
 
 use super::{Bounds, Instance, Light, LightShape, Mesh, Scene};
 use crate::view::LightView;
-use glam::{DVec3, Vec3, dvec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3, dvec2, dvec3};
 
 /// Spot frusta wider than this waste most of the map; points beyond it count as lit.
 const MAX_SPOT_FOV: f64 = 160.0 * std::f64::consts::PI / 180.0;
@@ -12,6 +12,8 @@ const MIN_NEAR: f64 = 1e-3;
 const DEFAULT_ANGLE: f64 = 1.5 * std::f64::consts::PI / 180.0;
 /// Full width of a spot that does not say, as a fraction of its distance to the scene's middle.
 const DEFAULT_SIZE: f64 = 0.03;
+/// How far penumbrae beside a sun's casters widen its map at most, diagonals of all casters' box.
+const MOST_PENUMBRA: f64 = 2.0;
 /// Meshes up to this many triangles are tested for convexity.
 const CONVEX_LIMIT: usize = 256;
 
@@ -20,7 +22,8 @@ const CONVEX_LIMIT: usize = 256;
 /// A spot keeps its cone; its near and far planes enclose what of the scene lies in it. The depth of a map is as
 /// fine as its near plane is far: a ground that passes under the light must not pull the plane to the light. A directional light gets the box of
 /// everything that can cast a shadow on anything: the ground below all other things does not count,
-/// however far it reaches, and what lies beside the casters is lit without a look at the map.
+/// however far it reaches, and what lies beside the casters is lit without a look at the map. A sun with a size
+/// throws penumbrae beside its casters, so that its box is wider by as much as the farthest of them reaches.
 pub fn light_view(scene: &Scene, light: &Light) -> LightView {
     let bounds = scene.bounds();
     match light.shape {
@@ -28,7 +31,12 @@ pub fn light_view(scene: &Scene, light: &Light) -> LightView {
             let distance = (bounds.center() - light.world_from_light.translation).length();
             let size = size.unwrap_or(DEFAULT_SIZE * distance);
             let fov = (2.0 * outer).min(MAX_SPOT_FOV);
-            let lit = depth_range(scene, light, (0.5 * fov).tan(), 0.5 * size);
+            // The sides, and what is behind the light: the light looks along its -Z.
+            let slope = (0.5 * fov).tan();
+            let side = |x: f64, y: f64| (dvec3(x, y, -slope), 0.5 * size);
+            let planes = [side(1.0, 0.0), side(-1.0, 0.0), side(0.0, 1.0), side(0.0, -1.0), (DVec3::NEG_Z, 0.0)];
+            let view_from_world = light.world_from_light.inverse();
+            let lit = depth_range(scene, |i| view_from_world * i.world_from_object, &planes);
             let far = lit.map_or(0.0, |[_, far]| far * 1.001);
             let far = if far > 0.0 { far } else { bounds.radius().max(f64::MIN_POSITIVE.sqrt()) };
             let near = lit.map_or(far, |[near, _]| near * 0.999).clamp(far * MIN_NEAR, far * 0.5);
@@ -38,13 +46,12 @@ pub fn light_view(scene: &Scene, light: &Light) -> LightView {
     }
 }
 
-/// Smallest and largest distance along the light's axis of what lies in its frustum: `slope` is the tangent of half
-/// its angle, `margin` what its sides are moved outwards by. `None` if nothing does.
-fn depth_range(scene: &Scene, light: &Light, slope: f64, margin: f64) -> Option<[f64; 2]> {
-    // The sides, and what is behind the light: (normal, offset), positive inside. The light looks along its -Z.
-    let side = |x: f64, y: f64| (dvec3(x, y, -slope), margin);
-    let planes = [side(1.0, 0.0), side(-1.0, 0.0), side(0.0, 1.0), side(0.0, -1.0), (DVec3::NEG_Z, 0.0)];
-    let view_from_world = light.world_from_light.inverse();
+/// A plane: normal and offset, positive inside.
+type Plane = (DVec3, f64);
+
+/// Smallest and largest distance along the light's axis of what lies inside all planes, these and the instances' transforms
+/// in a view that looks along -Z. `None` if nothing does.
+fn depth_range(scene: &Scene, view_from_object: impl Fn(&Instance) -> DAffine3, planes: &[Plane]) -> Option<[f64; 2]> {
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
     let mut polygon = vec![];
     let mut clipped = vec![];
@@ -53,7 +60,7 @@ fn depth_range(scene: &Scene, light: &Light, slope: f64, margin: f64) -> Option<
         if mesh.bounds.is_empty() {
             continue;
         }
-        let view_from_object = view_from_world * instance.world_from_object;
+        let view_from_object = view_from_object(instance);
         let corners = mesh.bounds.corners().map(|c| view_from_object.transform_point3(c));
         if !may_widen(range, &corners) || planes.iter().any(|&(n, o)| corners.iter().all(|&c| n.dot(c) + o < 0.0)) {
             continue;
@@ -66,7 +73,7 @@ fn depth_range(scene: &Scene, light: &Light, slope: f64, margin: f64) -> Option<
             }
             polygon.clear();
             polygon.extend(triangle);
-            for &(normal, offset) in &planes {
+            for &(normal, offset) in planes {
                 clip(&polygon, |p| normal.dot(p) + offset, &mut clipped);
                 std::mem::swap(&mut polygon, &mut clipped);
             }
@@ -104,12 +111,12 @@ fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
     // Box in the light's axes but around the scene's own middle, so that it holds far from the origin.
     let bounds = scene.bounds();
     let center = bounds.center();
-    let around = |i: &Instance| {
+    let view_from_object = |i: &Instance| {
         let mut moved = i.world_from_object;
         moved.translation -= center;
-        let view_from_object = glam::DAffine3 { matrix3: rotation, translation: DVec3::ZERO } * moved;
-        scene.meshes[i.mesh].bounds.transformed(&view_from_object)
+        DAffine3 { matrix3: rotation, translation: DVec3::ZERO } * moved
     };
+    let around = |i: &Instance| scene.meshes[i.mesh].bounds.transformed(&view_from_object(i));
     let all = scene.instances.iter().map(around).fold(Bounds::EMPTY, Bounds::union);
     if all.is_empty() {
         return LightView::directional(world_from_view, [1.0; 2], 0.0, 1.0, angle);
@@ -119,8 +126,12 @@ fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
     let convex: Vec<bool> = scene.meshes.iter().map(is_convex).collect();
     let slack = 1e-6 * bounds.radius();
     let casting = scene.instances.iter().filter(|i| !convex[i.mesh] || can_shadow(scene, i, towards, slack));
-    let casters = casting.map(around).fold(Bounds::EMPTY, Bounds::union);
-    let sides = if casters.is_empty() { all } else { casters };
+    let casters: Vec<Bounds> = casting.map(around).filter(|b| !b.is_empty()).collect();
+    let sides = if casters.is_empty() {
+        all
+    } else {
+        with_penumbrae(&casters, angle, |planes| depth_range(scene, view_from_object, planes))
+    };
     // A little air: nothing lies exactly on the border, and a single point still has a box.
     let air = 1e-3 * (sides.max - sides.min).max_element() + 1e-6 * all.radius().max(1e-30);
     let half = 0.5 * (sides.max - sides.min) + air;
@@ -129,6 +140,37 @@ fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
     world_from_view.translation = center + world_from_view.matrix3 * dvec3(middle.x, middle.y, all.max.z + depth_air);
     let far = all.max.z - all.min.z + 2.0 * depth_air;
     LightView::directional(world_from_view, [half.x, half.y], 0.0, far, angle)
+}
+
+/// What encloses the casters, in a sun's axes, and across them the penumbrae that they throw: one of a point at height `z` is
+/// wider by `tan(angle / 2)` on each side for each unit that the receiver lies below. `depths` is [`depth_range`].
+fn with_penumbrae(casters: &[Bounds], angle: f64, depths: impl Fn(&[Plane]) -> Option<[f64; 2]>) -> Bounds {
+    let bare = casters.iter().copied().fold(Bounds::EMPTY, Bounds::union);
+    let slope = (0.5 * angle).tan();
+    if slope <= 0.0 {
+        return bare;
+    }
+    // Receivers in a penumbra lie within the casters' box as it widens away from the sun.
+    let top = slope * bare.max.z;
+    let planes = [
+        (dvec3(-1.0, 0.0, -slope), bare.max.x + top),
+        (dvec3(1.0, 0.0, -slope), top - bare.min.x),
+        (dvec3(0.0, -1.0, -slope), bare.max.y + top),
+        (dvec3(0.0, 1.0, -slope), top - bare.min.y),
+    ];
+    let lowest = depths(&planes).map_or(bare.min.z, |[_, farthest]| -farthest);
+    let mut wide = bare;
+    for caster in casters {
+        let reach = DVec2::splat((slope * (caster.max.z - lowest)).max(0.0)).extend(0.0);
+        wide = wide.union(Bounds { min: caster.min - reach, max: caster.max + reach });
+    }
+    // A sun that is setting throws them over all of the ground.
+    let most = MOST_PENUMBRA * (bare.max - bare.min).length();
+    let clamped = |w: f64, b: f64| w.clamp(b - most, b + most);
+    Bounds {
+        min: dvec2(clamped(wide.min.x, bare.min.x), clamped(wide.min.y, bare.min.y)).extend(bare.min.z),
+        max: dvec2(clamped(wide.max.x, bare.max.x), clamped(wide.max.y, bare.max.y)).extend(bare.max.z),
+    }
 }
 
 /// False only where an instance of a convex mesh surely casts no shadow on anything: all other instances lie
@@ -237,5 +279,86 @@ mod tests {
                 assert!(far < 20.0 * near, "{}: {near} to {far}", shipped.name);
             }
         }
+    }
+
+    /// A square of half width `half` at height `y`, front up.
+    fn square(half: f32, y: f32) -> Mesh {
+        let positions = vec![[-half, y, -half], [-half, y, half], [half, y, half], [half, y, -half]];
+        let mut mesh = Mesh { positions, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() };
+        mesh.compute_bounds();
+        mesh
+    }
+
+    /// A square of half width 1 at height 4 over a ground of half width `ground`, under a sun at an elevation, radians.
+    fn floating(ground: f32, elevation: f64, angle: f64) -> (Scene, Light) {
+        let meshes = vec![square(ground, 0.0), square(1.0, 4.0)];
+        let instances = (0..2).map(|mesh| Instance { mesh, world_from_object: DAffine3::IDENTITY }).collect();
+        let scene = Scene { meshes, materials: vec![Material::default()], instances, ..Scene::default() };
+        let light = Light {
+            name: String::new(),
+            world_from_light: look_at(50.0 * dvec3(elevation.cos(), elevation.sin(), 0.0), DVec3::ZERO),
+            shape: LightShape::Directional { angle: Some(angle) },
+            color: [1.0; 3],
+        };
+        (scene, light)
+    }
+
+    /// Half extents of a parallel light's map.
+    fn half(view: &LightView) -> DVec2 {
+        dvec2(view.clip_from_view.x_axis.x, view.clip_from_view.y_axis.y).abs().recip()
+    }
+
+    #[test]
+    fn a_sun_encloses_its_penumbrae() {
+        for elevation in [90.0f64, 60.0, 25.0].map(f64::to_radians) {
+            for angle in [0.0, 0.01, 0.1, 0.4] {
+                let (scene, light) = floating(40.0, elevation, angle);
+                let view = light_view(&scene, &light);
+                let bare = half(&light_view(&scene, &floating(40.0, elevation, 0.0).1));
+                // Through the square's corners along all directions of the sun's square, onto the ground.
+                let axes = light.world_from_light.matrix3;
+                let (mut outside, mut reach) = (0, DVec2::ZERO);
+                for corner in
+                    [dvec3(-1.0, 4.0, -1.0), dvec3(-1.0, 4.0, 1.0), dvec3(1.0, 4.0, -1.0), dvec3(1.0, 4.0, 1.0)]
+                {
+                    for (u, v) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                        let towards = axes * (dvec2(u, v) * (0.5f64 * angle).tan()).extend(1.0);
+                        let on_ground = corner - towards * (corner.y / towards.y);
+                        let p = view.world_from_view.inverse().transform_point3(on_ground);
+                        let q = view.clip_from_view * p.extend(1.0);
+                        outside += usize::from(q.x.abs().max(q.y.abs()) > 1.0);
+                        reach = reach.max(p.truncate().abs());
+                    }
+                }
+                assert_eq!(outside, 0, "elevation {elevation}, angle {angle}");
+                // No wider than that needs, but for the air and that all sides are moved as far as the farthest.
+                let needed = reach + 2.0 * (reach - bare).max(DVec2::ZERO) + 0.01;
+                let got = half(&view);
+                assert!(got.cmple(needed).all(), "elevation {elevation}, angle {angle}: {got} for {reach}");
+                // The map of the casters alone does not hold them.
+                assert_eq!(angle > 0.0, reach.cmpgt(bare).any(), "elevation {elevation}, angle {angle}");
+            }
+        }
+        // A sun that is half set over a wide plain.
+        let (scene, light) = floating(1e5, 1f64.to_radians(), 0.1);
+        let bare = half(&light_view(&scene, &floating(1e5, 1f64.to_radians(), 0.0).1));
+        assert!(half(&light_view(&scene, &light)).max_element() < bare.max_element() + 6.0);
+    }
+
+    #[test]
+    fn shipped_suns_keep_their_texels() {
+        let mut suns = 0;
+        for shipped in shipped::ALL {
+            let scene = (shipped.stage)();
+            let light = &scene.lights[0];
+            let LightShape::Directional { angle } = light.shape else { continue };
+            let point = Light { shape: LightShape::Directional { angle: Some(0.0) }, ..light.clone() };
+            let [soft, hard] = [light, &point].map(|l| half(&light_view(&scene, l)));
+            let wider = soft / hard;
+            println!("{}: angle {angle:?}, map wider by {:.4} and {:.4}", shipped.name, wider.x, wider.y);
+            assert!(wider.min_element() >= 1.0 && wider.max_element() < 1.15, "{}: {wider}", shipped.name);
+            suns += 1;
+        }
+        assert!(suns > 0);
     }
 }

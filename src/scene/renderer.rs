@@ -1,7 +1,7 @@
 //! A scene, a camera, a light and a technique: rendered off screen, with the time of every pass.
 
 use super::cull::DrawList;
-use super::{CasterOptions, GBuffer, GpuScene, Light, Scene, Shade, ShadeOptions, ShadowMap, light_view};
+use super::{CasterOptions, GBuffer, GpuScene, Light, LightShape, Scene, Shade, ShadeOptions, ShadowMap, light_view};
 use crate::gpu::{Image, ImageDesc};
 use crate::host::Host;
 use crate::pass::accumulate::Accumulate;
@@ -301,6 +301,8 @@ fn light_sample(light: &Light, view: &LightView, point: [f64; 2]) -> Light {
         LightKind::Spot { size } => sample.world_from_light.translation += on_square(0.5 * size),
         LightKind::Directional { angle } => {
             let towards = axes.z_axis + on_square((0.5 * angle).tan());
+            // Of a point there is no penumbra to make room for.
+            sample.shape = LightShape::Directional { angle: Some(0.0) };
             sample.world_from_light = look_along(light.world_from_light.translation, -towards.normalize());
         }
     }

@@ -1,6 +1,6 @@
 //! Percentage-closer soft shadows.
 
-use super::{Info, Kind, Param, Setup, Technique, sm, visibility_image};
+use super::{Info, Kind, Param, Setup, Technique, classes_view, sm, visibility_image};
 use crate::gpu::Image;
 use crate::pass::pcss::{Pcss, PcssConfig};
 use crate::pass::soft::{SearchWindow, SoftPush};
@@ -54,6 +54,8 @@ struct SoftShadows {
     push: SoftPush,
     map_size: [u32; 2],
     visibility: Image,
+    /// To be looked at.
+    classes_view: Option<Image>,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
@@ -66,9 +68,11 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         exact_box: p.word("narrow") == "box",
         listed: p.word("skip") == "auto",
     };
+    let pcss = Pcss::new(context, setup.extent, setup.map_size, config)?;
     Ok(Box::new(SoftShadows {
         view: ViewBuffer::new(context.device())?,
-        pcss: Pcss::new(context, setup.extent, setup.map_size, config)?,
+        classes_view: classes_view(context, setup, pcss.is_listed())?,
+        pcss,
         push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "pcss visibility", setup)?,
@@ -81,6 +85,9 @@ impl Technique for SoftShadows {
         inputs.check(INFO.id, visibility.extent(), self.map_size)?;
         frame.begin_group(INFO.title);
         let view = self.view.update(frame, inputs);
+        if let Some(image) = &self.classes_view {
+            self.pcss.record_classes(frame, view, inputs, self.push, image)?;
+        }
         self.pcss.record(frame, view, inputs, self.push, visibility)?;
         frame.end_group();
         Ok(visibility.as_ref())
@@ -90,7 +97,12 @@ impl Technique for SoftShadows {
         &self.visibility
     }
 
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.classes_view.iter().map(|image| ("classes", image)).collect()
+    }
+
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.pcss.memory_bytes()
+        let viewed = self.classes_view.as_ref().map_or(0, Image::memory_bytes);
+        self.visibility.memory_bytes() + self.pcss.memory_bytes() + viewed
     }
 }

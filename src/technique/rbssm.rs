@@ -1,7 +1,7 @@
 //! Revectorization-based soft shadow mapping.
 
 use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
-use super::{Info, Kind, Param, Setup, Technique, visibility_image};
+use super::{Info, Kind, Param, Setup, Technique, classes_view, visibility_image};
 use crate::gpu::Image;
 use crate::pass::rbsm::RbsmPush;
 use crate::pass::rbssm::{Rbssm, RbssmConfig, RbssmVisibility};
@@ -75,6 +75,8 @@ struct SoftShadows {
     push: RbsmPush,
     map_size: [u32; 2],
     visibility: Image,
+    /// To be looked at.
+    classes_view: Option<Image>,
 }
 
 /// Makes the technique with or without its two accelerations.
@@ -99,10 +101,12 @@ pub(super) fn prepare(
         reuse,
         listed,
     };
+    let rbssm = Rbssm::new(context, setup.extent, setup.map_size, config)?;
     Ok(Box::new(SoftShadows {
         info,
         view: ViewBuffer::new(context.device())?,
-        rbssm: Rbssm::new(context, setup.extent, setup.map_size, config)?,
+        classes_view: classes_view(context, setup, rbssm.is_listed())?,
+        rbssm,
         push: RbsmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias"), slack: 0.0 },
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "rbssm visibility", setup)?,
@@ -115,6 +119,9 @@ impl Technique for SoftShadows {
         inputs.check(self.info.id, visibility.extent(), self.map_size)?;
         frame.begin_group(self.info.title);
         let view = self.view.update(frame, inputs);
+        if let Some(image) = &self.classes_view {
+            self.rbssm.record_classes(frame, view, inputs, self.push, image)?;
+        }
         self.rbssm.record(frame, view, inputs, self.push, visibility)?;
         frame.end_group();
         Ok(visibility.as_ref())
@@ -124,7 +131,12 @@ impl Technique for SoftShadows {
         &self.visibility
     }
 
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.classes_view.iter().map(|image| ("classes", image)).collect()
+    }
+
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.rbssm.memory_bytes()
+        let viewed = self.classes_view.as_ref().map_or(0, Image::memory_bytes);
+        self.visibility.memory_bytes() + self.rbssm.memory_bytes() + viewed
     }
 }

@@ -26,6 +26,7 @@ mod shapes;
 mod soft;
 mod soft_analytic;
 mod soft_edt;
+mod soft_stability;
 mod stability;
 mod structs;
 mod validation;

@@ -156,7 +156,10 @@ fn shipped_scenes_equal_the_mirrors() {
                     "{what}: {penumbra} pixels in penumbrae, {unexplained} wrong; {skipped} of {umbra} in the umbra skipped"
                 );
                 assert_eq!(unexplained, 0, "{what}");
-                assert!(penumbra > 1000 && (skipped * 2 >= umbra || run.search.window == SearchWindow::Near), "{what}");
+                // A Gaussian looks farther than a penumbra is wide: its windows hold more that the map's bounds can't tell apart.
+                let most = if run.search.reach > 1.0 { 3 } else { 2 };
+                let skips = skipped * most >= umbra || run.search.window == SearchWindow::Near;
+                assert!(penumbra > 1000 && skips, "{what}: {skipped} of {umbra} skipped");
 
                 let mirror = screen_filter::visibility(&run.shot.data(), &run.filter, &run.hard, &run.widths).unwrap();
                 compare(&run.visibility, &mirror, 1e-5).check(&what, 0.35);

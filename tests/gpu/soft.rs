@@ -1,5 +1,7 @@
 //! Penumbrae of an area light: the shared passes and the techniques made of them.
 
+mod classes;
+mod fit;
 mod ground;
 mod hsm;
 mod pcss;

@@ -26,7 +26,7 @@ fn params(set: Set) -> Params {
     Params::parse(find("pcss").unwrap(), set.iter().copied()).unwrap()
 }
 
-fn settings(set: Set) -> Settings {
+pub fn settings(set: Set) -> Settings {
     let p = params(set);
     Settings {
         search_taps: p.int("search_taps"),

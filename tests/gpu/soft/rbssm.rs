@@ -28,7 +28,7 @@ fn params(id: &str, set: Set) -> Params {
     Params::parse(find(id).unwrap(), set.iter().copied()).unwrap()
 }
 
-fn settings(set: Set) -> Settings {
+pub fn settings(set: Set) -> Settings {
     let p = params("rbssm", set);
     Settings {
         search_taps: p.int("search_taps"),

@@ -1,0 +1,99 @@
+//! Which pixels are searched and filtered, against the mirror of the classification.
+
+use super::{enlarged, pcss as pcss_tests, rbssm as rbssm_tests};
+use crate::common::{Shot, desc, prepare, renderer, shipped_scene, with_gpu};
+use edgeshade::host::Host;
+use edgeshade::reference::pcss::{Class, Classified, MapClasses};
+use edgeshade::reference::{FrameData, pcss, rbssm};
+use edgeshade::scene::{RenderDesc, Renderer};
+
+type Set = &'static [(&'static str, &'static str)];
+
+/// Techniques that classify, with their two windows.
+const FORMS: [(&str, Set); 4] =
+    [("pcss", &[]), ("pcss", &[("search", "near")]), ("rbssm", &[]), ("rbssm", &[("search", "near")])];
+
+/// As the GPU classifies.
+fn drawn(host: &Host, r: &mut Renderer<'_>, id: &str, set: Set) -> Vec<Class> {
+    let mut technique = prepare(r, id, set);
+    r.frame(technique.as_mut()).unwrap();
+    let images = technique.intermediates();
+    let (_, image) = images.iter().find(|(name, _)| *name == "classes").unwrap();
+    let class = |v: f32| match v {
+        0.0 => Class::Umbra,
+        1.0 => Class::Lit,
+        0.5 => Class::Penumbra,
+        _ => panic!("{id}: class {v}"),
+    };
+    host.read_values(image).unwrap().into_iter().map(class).collect()
+}
+
+fn mirrored(data: &FrameData<'_>, id: &str, set: Set, map: &MapClasses) -> Vec<Classified> {
+    match id {
+        "pcss" => pcss::classes(data, &pcss_tests::settings(set), map),
+        _ => rbssm::classes(data, &rbssm_tests::settings(set), map),
+    }
+    .unwrap()
+}
+
+/// Pixels of a class that the mirror does not explain.
+fn wrong(drawn: &[Class], mirror: &[Classified]) -> usize {
+    assert_eq!(drawn.len(), mirror.len());
+    drawn.iter().zip(mirror).filter(|(class, m)| !m.explains(**class)).count()
+}
+
+/// The same with cells that hold a quarter of what they should: of each level, those of the finer one.
+fn one_level_off(map: &MapClasses) -> MapClasses {
+    let mut planted = map.clone();
+    for l in 1..map.hsm.levels.len() {
+        let finer = &map.hsm.levels[l - 1];
+        let level = &mut planted.hsm.levels[l];
+        for (i, bounds) in level.bounds.iter_mut().enumerate() {
+            let at = [2 * (i % level.size[0]), 2 * (i / level.size[0])];
+            *bounds = finer.bounds[at[1].min(finer.size[1] - 1) * finer.size[0] + at[0].min(finer.size[0] - 1)];
+        }
+    }
+    planted
+}
+
+#[test]
+fn classes_are_those_of_the_mirror() {
+    with_gpu(|host| {
+        // By form: pixels that the mirror of a planted pyramid, and of planted blocks, does not explain.
+        let mut noticed = [[0; 2]; FORMS.len()];
+        for (name, factor, map_size, normals) in
+            [("robot", 4.0, 1024, true), ("courtyard", 6.0, 512, true), ("jenga", 3.0, 333, false)]
+        {
+            let scene = shipped_scene(name);
+            let mut r =
+                renderer(host, &scene, RenderDesc { normals, intermediates: true, ..desc([160, 90], map_size) });
+            let light = enlarged(r.light(), factor);
+            r.set_light(&scene, light);
+            for ((id, set), noticed) in FORMS.into_iter().zip(&mut noticed) {
+                let drawn = drawn(host, &mut r, id, set);
+                let shot = Shot::of(host, &r, normals);
+                let data = shot.data();
+                let map = MapClasses::new(&shot.map, [map_size; 2]);
+                let mirror = mirrored(&data, id, set, &map);
+                let what = format!("{id} {name} {map_size} {set:?}");
+                let count = |class| drawn.iter().filter(|c| **c == class).count();
+                let counts = [Class::Umbra, Class::Lit, Class::Penumbra].map(count);
+                let ties = mirror.iter().filter(|m| m.is_doubtful()).count();
+                let other = drawn.iter().zip(&mirror).filter(|(c, m)| **c != m.likely).count();
+                println!("{what:42} in shadow, lit, open: {counts:?}; {ties} ties, {other} of them the other way");
+                assert!(counts.iter().all(|n| *n > 100), "{what}: {counts:?}");
+                assert_eq!(wrong(&drawn, &mirror), 0, "{what}");
+                assert!(ties * 50 < drawn.len(), "{what}: {ties} ties");
+
+                noticed[0] += wrong(&drawn, &mirrored(&data, id, set, &one_level_off(&map)));
+                let mut flat = map.clone();
+                for bounds in flat.blocks.iter_mut().flat_map(|level| &mut level.bounds) {
+                    bounds.high = bounds.low;
+                }
+                noticed[1] += wrong(&drawn, &mirrored(&data, id, set, &flat));
+            }
+        }
+        println!("noticed of a pyramid one level off, and of blocks without depth, by form: {noticed:?}");
+        assert!(noticed.iter().flatten().all(|n| *n > 20), "{noticed:?}");
+    });
+}
