@@ -48,16 +48,21 @@ Place placeAt(ivec2 pixel, Receiver p) {
   return at;
 }
 
-// Squared distance to what lies `apart`, as it is measured for a seed. Along the light by the larger of both axes: a square
-// light shows through an edge aslant to it over a wider range than through one along its side, by just the factor by which
-// the nearest point of the edge is nearer in this measure. Never less than `cosine` of it, so that no edge reaches out of the
-// tiles marked for it.
+// ALONG_LIGHT: how much of the measure is the plain distance, by the larger of both axes.
+const float ROUNDED = 0.5;
+
+// Squared distance to what lies `apart`, as it is measured for a seed. A square light shows through an edge aslant to it over
+// a wider range than through one along its side, by just the factor by which the edge's nearest point is nearer by the larger
+// of both axes. By that alone all points of an edge along an axis would be equally near for a while, and where widths
+// grow along an edge the widest would count: so the measure is rounded off, and finds 1.24 of the width along the diagonal
+// where 1.41 is right. Never less than `cosine` of the distance, so that no edge reaches out of the tiles marked for it.
 float squaredDistance(Place at, vec3 apart, float cosine) {
   float squared = dot(apart, apart);
   if (!(SOFT && ALONG_LIGHT)) return squared;
   vec3 across = apart - dot(apart, at.axis) * at.ray;
   float larger = max(abs(dot(across, at.sides[0])), abs(dot(across, at.sides[1])));
-  return max(larger * larger, squared * (cosine * cosine));
+  float rounded = (larger + ROUNDED * length(across)) / (1.0 + ROUNDED);
+  return max(rounded * rounded, squared * (cosine * cosine));
 }
 
 // Squared distances within which an edge counts.

@@ -5,7 +5,7 @@
 // Departures: what blockers.glsl says of the search. The width is that on a receiver parallel to the map; the paper
 // measures distances along the surface all the same, as if every receiver were. ALONG_LIGHT takes them to such a plane
 // instead, along the light's rays, so a penumbra on a tilted receiver is as much longer as it should be, and by the light's
-// own shape: that of an edge along a square's diagonal is 1.41 widths wide.
+// own shape, for which see nearest_edge.glsl.
 #extension GL_GOOGLE_include_directive : require
 #include "blockers.glsl"
 #include "edge_marks.glsl"
@@ -36,8 +36,8 @@ const float NARROWEST_SEARCH = 1.5;
 const float NARROWEST_WIDTH = 1e-3;
 // Towards the light's horizon penumbrae get no longer than by the inverse of this.
 const float LEAST_COSINE = 0.1;
-// The larger of two axes is no less than this of a length.
-const float DIAGONAL = 0.70710678;
+// The measure of nearest_edge.glsl is no less than this of a length: along the diagonal of the light's square.
+const float DIAGONAL = 0.804737;
 
 float widthAt(ivec2 pixel) {
   AreaLight a = areaLight();

@@ -23,8 +23,8 @@ pub enum Meet {
 pub enum Metric {
     /// Along the surface, as in the paper.
     World,
-    /// On a plane parallel to the shadow map, taken there along the light's ray, as the width is; by the larger of the
-    /// map's axes, since the light is a square along them.
+    /// On a plane parallel to the shadow map, taken there along the light's ray, as the width is; longer
+    /// along the map's axes than aslant to them, since the light is a square along them.
     Light,
 }
 

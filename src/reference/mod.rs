@@ -1,8 +1,8 @@
 //! The CPU side of every claim: exact visibility by ray tracing, and a mirror in `f64` of each pass.
 //!
 //! A mirror has its shader's stem. These share one: `pcf` covers `pcf_classify.comp`, `pcf_bounds.glsl` and
-//! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_receiver.glsl`, `edge_list.glsl`,
-//! `pixel_list.glsl` and `pixel_steps.glsl`; `edt` covers `edt_*`; `edge_seeds` covers `edge_seeds.glsl`,
+//! `pcf_receiver.glsl`; `rbsm` covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_receiver.glsl`, `rbsm_function.glsl`, `rbsm_visibility.glsl`, `edge_list.glsl`,
+//! `pixel_list.glsl` and `pixel_steps.glsl`; `edt` covers `edt_*`; `edge_seeds` covers `edge_seeds.glsl`, `seed_format.glsl`,
 //! `edge_marks.glsl`, `edge_pixels.*`, `edge_place.comp`, `edge_tiles.comp` and `marked_tiles.comp`; `nearest_edge` covers
 //! `nearest_edge.glsl`, `nearest_block.comp` and `nearest_quad.comp`; `view` covers `receiver.glsl` and `view.glsl`; `soft`
 //! covers `soft_receiver.glsl`, `soft_filter.glsl` and `blockers.glsl`. `tiles.glsl` is exempt: it only packs numbers of

@@ -17,7 +17,7 @@ const NARROWEST_SEARCH: f64 = 1.5;
 const NARROWEST_WIDTH: f64 = 1e-3;
 const LEAST_COSINE: f64 = 0.1;
 /// `DIAGONAL`.
-const DIAGONAL: f64 = 0.70710678;
+const DIAGONAL: f64 = 0.804737;
 
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +65,9 @@ pub fn widths(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Resu
         let (towards, error) = view.towards_light(seed.point, DVec3::splat(seed.error));
         let (cosine, cosine_error) = match settings.metric {
             Metric::World => (1.0, 0.0),
-            Metric::Light => (DIAGONAL * seed.normal.dot(towards).max(LEAST_COSINE), seed.normal_error + error + ROUNDING),
+            Metric::Light => {
+                (DIAGONAL * seed.normal.dot(towards).max(LEAST_COSINE), seed.normal_error + error + ROUNDING)
+            }
         };
         Width { width, range, cosine, cosine_error }
     };

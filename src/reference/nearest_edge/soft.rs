@@ -39,6 +39,9 @@ impl Settings {
 /// A seed with the penumbra's width and the cosine that it was given.
 pub type WideSeed = (Seed, [f32; 2]);
 
+/// `ROUNDED` of `glsl/pass/nearest_edge.glsl`.
+const ROUNDED: f64 = 0.5;
+
 /// A distance as it is measured, in world units, and the bound of its error.
 struct Measured(f64, f64);
 
@@ -76,7 +79,8 @@ impl Place {
         let across_error = error * stretch + length * (self.ray_error + 6.0 * ROUNDING * stretch);
         let cosine = f64::from(*cosine);
         let larger = self.sides.map(|side| across.dot(side).abs()).into_iter().fold(0.0, f64::max);
-        Measured(larger.max(length * cosine), across_error.max(error * cosine))
+        let rounded = (larger + ROUNDED * across.length()) / (1.0 + ROUNDED);
+        Measured(rounded.max(length * cosine), across_error.max(error * cosine))
     }
 }
 
