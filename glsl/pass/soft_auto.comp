@@ -4,9 +4,11 @@
 //
 // Blockers are searched for and give the width of the filter, as in rbssm.comp. Where the filter's own window turns out lit or
 // in shadow, that is the pixel's visibility; the others go onto one of three lists:
-// * hard: the filter is narrower on the screen than push.hard_pixels. Revectorized without any filter (rbsm.comp).
-// * kernel: the filter is narrower than push.kernel_texels of the map. Revectorized under every tap (rbssm.comp).
-// * wide: the others. Texels are tested as they are (pcss.comp).
+// * hard: the filter is narrower on the screen than HARD_PIXELS. Revectorized without any filter (rbsm.comp).
+// * kernel: the filter is narrower than KERNEL_TEXELS of the map, and no texel beside the pixel's lies between two that differ
+//   from it. Revectorized under every tap (rbssm.comp).
+// * wide: the others. Texels are tested as they are (pcss.comp). Of bars and gaps one texel wide revectorization knows no more
+//   than the texels, and leaves them hard.
 #extension GL_GOOGLE_include_directive : require
 #include "edge_blockers.glsl"
 #include "hsm.glsl"
@@ -17,8 +19,9 @@ layout(constant_id = 1) const int SEARCH_TAPS = 9;         // by axis
 layout(constant_id = 2) const bool CLASSIFY = true;        // decide windows that are lit or in shadow all over
 layout(constant_id = 3) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker allows
 layout(constant_id = 5) const float LEAST_WIDTH = 1.0;     // of the filter, texels
-layout(constant_id = 6) const float HARD_PIXELS = 1.0;
-layout(constant_id = 7) const float KERNEL_TEXELS = 8.0;
+layout(constant_id = 6) const float HARD_PIXELS = 0.5;
+layout(constant_id = 7) const float KERNEL_TEXELS = 2.0;
+layout(constant_id = 8) const bool AVOID_THIN = true; // false: revectorize bars and gaps one texel wide as well
 
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or CLASSIFY
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if CLASSIFY
@@ -68,6 +71,26 @@ float widthOnScreen(ivec2 pixel, SoftReceiver r, AreaLight a, vec2 half_texels) 
   return pixels;
 }
 
+// Whether among the texel and the eight around it there is one between two, along either axis, that both differ from it.
+bool isThin(ShadowPoint p) {
+  // Tests of 6 x 6 texels from the one two before, a bit each.
+  uint rows[6];
+  for (int j = 0; j < 6; j += 2) {
+    rows[j] = rows[j + 1] = 0u;
+    for (int i = 0; i < 6; i += 2) {
+      uint tests = shadowTest2x2(p, p.texel - 2 + ivec2(i, j));
+      rows[j] |= (tests & 3u) << i;
+      rows[j + 1] |= tests >> 2 << i;
+    }
+  }
+  uint thin = 0u;
+  for (int j = 1; j <= 3; ++j) {
+    uint row = rows[j];
+    thin |= (row ^ row << 1) & (row ^ row >> 1) | (row ^ rows[j - 1]) & (row ^ rows[j + 1]);
+  }
+  return (thin & 14u) != 0u;
+}
+
 bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
@@ -82,11 +105,13 @@ bool visibilityAt(ivec2 pixel, out float v) {
     return found != HSM_PENUMBRA;
   }
   Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS);
-  if (isRevectorized() && b.count == 0) b = neighbouringBlockers(shadowPoint(r.at, r.map.depth, r.slope, 0.0), a);
+  ShadowPoint p = shadowPoint(r.at, r.map.depth, r.slope, 0.0);
+  if (isRevectorized() && b.count == 0) b = neighbouringBlockers(p, a);
   v = 1.0;
   if (b.count == 0) return true;
   precise vec2 narrow = edgeHalfTexels(r, a, b.z, least, search);
   bool is_kernel = 2.0 * max(narrow.x, narrow.y) < KERNEL_TEXELS;
+  if (KERNEL_TEXELS > 0.0 && AVOID_THIN) is_kernel = is_kernel && !isThin(p);
   precise vec2 half_texels = is_kernel ? narrow : softHalfTexels(r, a, b.z, search);
   if (CLASSIFY) found = classify(hsm, blocks, r, half_texels / vec2(view.map_size), 1.0);
   v = float(found);

@@ -32,6 +32,8 @@ pub struct SoftAutoConfig {
     pub hard_pixels: f32,
     /// Filters that are narrower in the map, texels, average revectorized visibility; wider ones plain tests. 0: none.
     pub kernel_texels: f32,
+    /// Beside bars and gaps one texel wide plain tests are averaged, however narrow the filter.
+    pub avoid_thin: bool,
     /// Pixels are decided by the depths under their window, before the search and after it.
     pub classify: bool,
 }
@@ -194,6 +196,7 @@ fn pipeline(context: &Context, config: SoftAutoConfig, step: Step) -> Result<Arc
         config.least_width.to_bits(),
         config.hard_pixels.to_bits(),
         config.kernel_texels.to_bits(),
+        config.avoid_thin.into(),
     ];
     let pipeline = context.pipeline::<RbsmPush>("pass/soft_auto.comp", &constants)?;
     pipeline.check_uniform::<ViewConstants>("view")?;

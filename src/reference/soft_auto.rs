@@ -31,6 +31,8 @@ pub struct Settings {
     pub hard_pixels: f32,
     /// Filters that are narrower in the map, texels, average revectorized visibility.
     pub kernel_texels: f32,
+    /// Not beside bars and gaps one texel wide.
+    pub avoid_thin: bool,
 }
 
 impl Settings {
@@ -97,6 +99,18 @@ fn either(decision: Decision, yes: impl Fn() -> Verdict, no: impl Fn() -> Verdic
     }
 }
 
+/// Whether a test differs from both others.
+fn is_between(middle: Decision, ends: [Decision; 2]) -> Decision {
+    let may_be = |d: Decision, lit: bool| d.is_yes() == lit || d.is_doubtful();
+    let possible = [false, true].iter().any(|&lit| may_be(middle, lit) && ends.iter().all(|&e| may_be(e, !lit)));
+    let likely = ends.iter().all(|e| e.is_yes() != middle.is_yes());
+    match (possible, ends.iter().chain([&middle]).any(|d| d.is_doubtful())) {
+        (false, _) => Decision::No,
+        (true, true) => Decision::Doubtful(likely),
+        (true, false) => Decision::Yes,
+    }
+}
+
 impl Pixel<'_> {
     fn search(&self, window: Bounded<DVec2>) -> Verdict {
         let revectorized = self.settings.is_revectorized();
@@ -136,9 +150,38 @@ impl Pixel<'_> {
     }
 
     fn is_kernel(&self, half: Bounded<DVec2>) -> Decision {
-        match f64::from(self.settings.kernel_texels) {
+        let most = f64::from(self.settings.kernel_texels);
+        let narrow = match most {
             0.0 => Decision::No,
             most => Decision::positive(most - 2.0 * half.value.max_element(), 2.0 * half.error.max_element()),
+        };
+        match narrow {
+            Decision::No => narrow,
+            _ if self.settings.avoid_thin => narrow.and(self.is_thick()),
+            _ => narrow,
+        }
+    }
+
+    /// Not `isThin`.
+    fn is_thick(&self) -> Decision {
+        let tests = &self.narrow.tests;
+        let around = |own: [i64; 2]| {
+            let test = |x: i64, y: i64| tests.test(own, [own[0] + x, own[1] + y]);
+            let mut thick = Decision::Yes;
+            for (x, y) in (-1..=1).flat_map(|y| (-1..=1).map(move |x| (x, y))) {
+                let middle = test(x, y);
+                for ends in [[test(x - 1, y), test(x + 1, y)], [test(x, y - 1), test(x, y + 1)]] {
+                    thick = thick.and(is_between(middle, ends).opposite());
+                }
+            }
+            thick
+        };
+        let found: Vec<_> = tests.texels().into_iter().map(around).collect();
+        // The texel itself may be in doubt; there is at least the exact one.
+        match found[..] {
+            [first, ref others @ ..] if others.iter().any(|o| *o != first) => Decision::Doubtful(first.is_yes()),
+            [first, ..] => first,
+            [] => Decision::Doubtful(true),
         }
     }
 

@@ -39,7 +39,7 @@ pub const INFO: Info = Info {
             "hard_pixels",
             0.0,
             64.0,
-            1.0,
+            0.5,
             "pixels",
             "penumbrae that are narrower on the screen are hard edges; 0 = none",
         ),
@@ -47,9 +47,15 @@ pub const INFO: Info = Info {
             "kernel_texels",
             0.0,
             1e6,
-            8.0,
+            2.0,
             "texels",
             "penumbrae that are narrower in the map average revectorized visibility, wider ones plain tests; 0 = all of these",
+        ),
+        Param::choice(
+            "thin",
+            &["filter", "kernel"],
+            0,
+            "beside bars and gaps one texel wide: plain tests however narrow the penumbra, or as elsewhere",
         ),
         VISIBILITY,
         LEAST_WIDTH,
@@ -89,6 +95,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         max_distance: p.int("max_distance"),
         hard_pixels: p.float("hard_pixels"),
         kernel_texels: p.float("kernel_texels"),
+        avoid_thin: p.word("thin") == "filter",
         classify: p.word("skip") == "auto",
     };
     Ok(Box::new(Hybrid {

