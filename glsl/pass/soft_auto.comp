@@ -5,10 +5,11 @@
 // Blockers are searched for and give the width of the filter, as in rbssm.comp. Where the filter's own window turns out lit or
 // in shadow, that is the pixel's visibility; the others go onto one of three lists:
 // * hard: the filter is narrower on the screen than HARD_PIXELS. Revectorized without any filter (rbsm.comp).
-// * kernel: the filter is narrower than KERNEL_TEXELS of the map, and no texel beside the pixel's lies between two that differ
+// * kernel: the filter is narrower than KERNEL_TEXELS of the map, and beside the pixel there is no texel between two that differ
 //   from it. Revectorized under every tap (rbssm.comp).
 // * wide: the others. Texels are tested as they are (pcss.comp). Of bars and gaps one texel wide revectorization knows no more
-//   than the texels, and leaves them hard.
+//   than the texels, and leaves them hard. But where what blocks is within THIN_DISTANCE of the receiver, they are noise of
+//   the receiver's own depth, which plain tests would spread.
 #extension GL_GOOGLE_include_directive : require
 #include "edge_blockers.glsl"
 #include "hsm.glsl"
@@ -21,7 +22,7 @@ layout(constant_id = 3) const bool NEAREST_BLOCKER = true; // search only as far
 layout(constant_id = 5) const float LEAST_WIDTH = 1.0;     // of the filter, texels
 layout(constant_id = 6) const float HARD_PIXELS = 0.5;
 layout(constant_id = 7) const float KERNEL_TEXELS = 2.0;
-layout(constant_id = 8) const bool AVOID_THIN = true; // false: revectorize bars and gaps one texel wide as well
+layout(constant_id = 8) const float THIN_DISTANCE = 8.0;
 
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or CLASSIFY
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if CLASSIFY
@@ -91,6 +92,13 @@ bool isThin(ShadowPoint p) {
   return (thin & 14u) != 0u;
 }
 
+// How far blockers are from the receiver along the light, widths of a texel there.
+float blockerDistance(SoftReceiver r, AreaLight a, float z_blocker) {
+  precise float depth = a.depth_scale > 0.0 ? a.depth_offset - a.depth_scale / z_blocker : z_blocker / a.depth_offset;
+  precise float texels = (r.map.depth - depth) / r.map.texel_depth;
+  return texels;
+}
+
 bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
@@ -111,7 +119,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
   if (b.count == 0) return true;
   precise vec2 narrow = edgeHalfTexels(r, a, b.z, least, search);
   bool is_kernel = 2.0 * max(narrow.x, narrow.y) < KERNEL_TEXELS;
-  if (KERNEL_TEXELS > 0.0 && AVOID_THIN) is_kernel = is_kernel && !isThin(p);
+  if (KERNEL_TEXELS > 0.0) is_kernel = is_kernel && (blockerDistance(r, a, b.z) <= THIN_DISTANCE || !isThin(p));
   precise vec2 half_texels = is_kernel ? narrow : softHalfTexels(r, a, b.z, search);
   if (CLASSIFY) found = classify(hsm, blocks, r, half_texels / vec2(view.map_size), 1.0);
   v = float(found);

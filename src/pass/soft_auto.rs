@@ -32,8 +32,9 @@ pub struct SoftAutoConfig {
     pub hard_pixels: f32,
     /// Filters that are narrower in the map, texels, average revectorized visibility; wider ones plain tests. 0: none.
     pub kernel_texels: f32,
-    /// Beside bars and gaps one texel wide plain tests are averaged, however narrow the filter.
-    pub avoid_thin: bool,
+    /// Beside bars and gaps one texel wide plain tests are averaged, however narrow the filter, if these are farther from the
+    /// receiver, widths of a texel.
+    pub thin_distance: f32,
     /// Pixels are decided by the depths under their window, before the search and after it.
     pub classify: bool,
 }
@@ -42,9 +43,11 @@ impl SoftAutoConfig {
     fn check(&self) -> Result<()> {
         check_taps(self.search_taps, self.filter_taps)?;
         check_least_width(self.least_width)?;
-        for (what, n, unit) in
-            [("hard_pixels", self.hard_pixels, "pixels"), ("kernel_texels", self.kernel_texels, "texels")]
-        {
+        for (what, n, unit) in [
+            ("hard_pixels", self.hard_pixels, "pixels"),
+            ("kernel_texels", self.kernel_texels, "texels"),
+            ("thin_distance", self.thin_distance, "texels"),
+        ] {
             if n.is_nan() || n < 0.0 {
                 return Err(Error::Parameter(format!("{what} {n} is not possible: 0 {unit} or more")));
             }
@@ -196,7 +199,7 @@ fn pipeline(context: &Context, config: SoftAutoConfig, step: Step) -> Result<Arc
         config.least_width.to_bits(),
         config.hard_pixels.to_bits(),
         config.kernel_texels.to_bits(),
-        config.avoid_thin.into(),
+        config.thin_distance.to_bits(),
     ];
     let pipeline = context.pipeline::<RbsmPush>("pass/soft_auto.comp", &constants)?;
     pipeline.check_uniform::<ViewConstants>("view")?;

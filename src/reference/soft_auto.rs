@@ -31,8 +31,8 @@ pub struct Settings {
     pub hard_pixels: f32,
     /// Filters that are narrower in the map, texels, average revectorized visibility.
     pub kernel_texels: f32,
-    /// Not beside bars and gaps one texel wide.
-    pub avoid_thin: bool,
+    /// Not beside bars and gaps one texel wide that are farther from the receiver, widths of a texel.
+    pub thin_distance: f32,
 }
 
 impl Settings {
@@ -71,7 +71,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
         };
         let Some(receiver) = view.receiver(p) else { return ANYTHING };
         let narrow = rbssm::Pixel::new(&view, &light, &open, &settings.kernel);
-        let pixel = Pixel { view: &view, light: &light, settings, receiver, narrow };
+        let pixel = Pixel { view: &view, light: &light, settings, receiver, texel_depth: open.texel_depth, narrow };
         let Some(windows) = pixel.narrow.soft.search_windows(&light, &view, hsm.as_ref()) else {
             return open.with_doubts(ANYTHING);
         };
@@ -86,6 +86,8 @@ struct Pixel<'a> {
     light: &'a AreaLight,
     settings: &'a Settings,
     receiver: Receiver,
+    /// Depth over a texel's world size.
+    texel_depth: f64,
     narrow: rbssm::Pixel<'a>,
 }
 
@@ -140,26 +142,46 @@ impl Pixel<'_> {
     /// What the blockers' distance makes of the pixel.
     fn filter(&self, window: Bounded<DVec2>, z: Bounded<f64>, range: Option<[f64; 2]>) -> Verdict {
         let width = self.narrow.width_for(window, z, range);
+        let apart = range.map_or(0.0, |[a, b]| (a - z.value).abs().max((b - z.value).abs()));
+        let z_any = Bounded { error: z.error + apart, ..z };
         let wide = || {
             let settings = self.settings.wide();
             pcss::filter_for(self.view, self.light, &self.narrow.soft, window, (z, range), &settings)
         };
         let kernel = || self.narrow.filter_for(window, z, range);
         let hard = || rbsm::look_up(&self.narrow.tests, &self.settings.kernel.hard());
-        either(self.is_hard(width), hard, || either(self.is_kernel(width), kernel, wide))
+        either(self.is_hard(width), hard, || either(self.is_kernel(width, z_any), kernel, wide))
     }
 
-    fn is_kernel(&self, half: Bounded<DVec2>) -> Decision {
+    fn is_kernel(&self, half: Bounded<DVec2>, z_blocker: Bounded<f64>) -> Decision {
         let most = f64::from(self.settings.kernel_texels);
         let narrow = match most {
             0.0 => Decision::No,
             most => Decision::positive(most - 2.0 * half.value.max_element(), 2.0 * half.error.max_element()),
         };
-        match narrow {
-            Decision::No => narrow,
-            _ if self.settings.avoid_thin => narrow.and(self.is_thick()),
-            _ => narrow,
+        let far = self.is_far(z_blocker);
+        match (narrow, far) {
+            (Decision::No, _) | (_, Decision::No) => narrow,
+            _ => narrow.and(far.and(self.is_thick().opposite()).opposite()),
         }
+    }
+
+    /// Whether `blockerDistance` is more than the threshold.
+    fn is_far(&self, z: Bounded<f64>) -> Decision {
+        let (light, r) = (self.light, &self.narrow.soft);
+        let (depth, error) = match light.depth_scale > 0.0 {
+            true => {
+                let below = light.depth_scale / z.value;
+                (light.depth_offset - below, below / z.value * z.error + ROUNDING * (light.depth_offset + below))
+            }
+            false => {
+                (z.value / light.depth_offset, z.error / light.depth_offset + ROUNDING * z.value / light.depth_offset)
+            }
+        };
+        let between = r.depth.value - depth;
+        let texels = between / self.texel_depth;
+        let error = (error + r.depth.error) / self.texel_depth + 8.0 * ROUNDING * texels.abs();
+        Decision::positive(texels - f64::from(self.settings.thin_distance), error)
     }
 
     /// Not `isThin`.

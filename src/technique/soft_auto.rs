@@ -51,11 +51,13 @@ pub const INFO: Info = Info {
             "texels",
             "penumbrae that are narrower in the map average revectorized visibility, wider ones plain tests; 0 = all of these",
         ),
-        Param::choice(
-            "thin",
-            &["filter", "kernel"],
-            0,
-            "beside bars and gaps one texel wide: plain tests however narrow the penumbra, or as elsewhere",
+        Param::float(
+            "thin_distance",
+            0.0,
+            1e6,
+            8.0,
+            "texels",
+            "bars and gaps one texel wide that far from the receiver or farther: plain tests however narrow the penumbra",
         ),
         VISIBILITY,
         LEAST_WIDTH,
@@ -95,7 +97,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         max_distance: p.int("max_distance"),
         hard_pixels: p.float("hard_pixels"),
         kernel_texels: p.float("kernel_texels"),
-        avoid_thin: p.word("thin") == "filter",
+        thin_distance: p.float("thin_distance"),
         classify: p.word("skip") == "auto",
     };
     Ok(Box::new(Hybrid {

@@ -112,7 +112,9 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/shade.comp", |c| c.pipeline::<ShadePush>("pass/shade.comp", &[])?.check_uniform::<ViewConstants>("view")),
     ("pass/sm.comp", |c| c.pipeline::<SmPush>("pass/sm.comp", &[])?.check_uniform::<ViewConstants>("view")),
     ("pass/soft_auto.comp", |c| {
-        for constants in [[0, 9, 1, 1, 1, 0x3f80_0000, 0x3f00_0000, 0x4000_0000, 1], [0, 63, 0, 0, 2, 0, 0, 0, 0]] {
+        for constants in
+            [[0, 9, 1, 1, 1, 0x3f80_0000, 0x3f00_0000, 0x4000_0000, 0x4100_0000], [0, 63, 0, 0, 2, 0, 0, 0, 0]]
+        {
             c.pipeline::<RbsmPush>("pass/soft_auto.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())

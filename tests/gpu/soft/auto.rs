@@ -19,7 +19,7 @@ type Set = &'static [(&'static str, &'static str)];
 /// Default; much of each kind of filter; as in the papers, with few taps; nothing but plain tests.
 const FORMS: [Set; 4] = [
     &[],
-    &[("hard_pixels", "4"), ("kernel_texels", "5"), ("max_distance", "7"), ("thin", "kernel")],
+    &[("hard_pixels", "4"), ("kernel_texels", "5"), ("max_distance", "7"), ("thin_distance", "0")],
     &[("search", "near"), ("visibility", "recovery"), ("kernel_taps", "5"), ("filter_taps", "7"), ("least_width", "0")],
     &[("hard_pixels", "0"), ("kernel_texels", "0"), ("search_taps", "3")],
 ];
@@ -47,7 +47,7 @@ fn settings(set: Set) -> Settings {
         filter_taps: p.int("filter_taps"),
         hard_pixels: p.float("hard_pixels"),
         kernel_texels: p.float("kernel_texels"),
-        avoid_thin: p.word("thin") == "filter",
+        thin_distance: p.float("thin_distance"),
     }
 }
 
@@ -96,7 +96,7 @@ fn it_equals_its_mirror_on_scenes() {
                     ("taps", wrong(Settings { filter_taps: 1, ..s })),
                 ];
                 if s.kernel_texels > 0.0 {
-                    others.push(("thin", wrong(Settings { avoid_thin: !s.avoid_thin, ..s })));
+                    others.push(("thin", wrong(Settings { thin_distance: s.thin_distance + 1e3, ..s })));
                 }
                 println!("{what}: wrong with other {others:?}");
                 assert!(others.iter().all(|(_, wrong)| *wrong > 5), "{what}: goes unnoticed, {others:?}");
@@ -157,7 +157,7 @@ fn its_ends_are_pcss_and_rbssm() {
                 let end = visibility(
                     &mut r,
                     "soft-auto",
-                    &[BIAS, &[("hard_pixels", "0"), ("kernel_texels", texels), ("thin", "kernel")]].concat(),
+                    &[BIAS, &[("hard_pixels", "0"), ("kernel_texels", texels), ("thin_distance", "1e6")]].concat(),
                 );
                 let whole = visibility(&mut r, id, BIAS);
                 assert_same_bits(&whole, &end, &format!("{what}: {id}"));
@@ -192,7 +192,7 @@ fn a_light_without_size_is_the_hard_technique() {
     with_gpu(|host| {
         for (name, set) in [
             ("robot", &[][..]),
-            ("jenga", &[("hard_pixels", "0"), ("thin", "kernel")]),
+            ("jenga", &[("hard_pixels", "0"), ("thin_distance", "1e6")]),
             ("courtyard", &[("skip", "off")]),
         ] {
             let scene = shipped_scene(name);
