@@ -22,7 +22,7 @@ layout(constant_id = 3) const bool NEAREST_BLOCKER = true; // search only as far
 layout(constant_id = 5) const float LEAST_WIDTH = 1.0;     // of the filter, texels
 layout(constant_id = 6) const float HARD_PIXELS = 0.5;
 layout(constant_id = 7) const float KERNEL_TEXELS = 2.0;
-layout(constant_id = 8) const float THIN_DISTANCE = 8.0;
+layout(constant_id = 8) const float THIN_DISTANCE = 16.0;
 
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or CLASSIFY
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if CLASSIFY

@@ -55,7 +55,7 @@ pub const INFO: Info = Info {
             "thin_distance",
             0.0,
             1e6,
-            8.0,
+            16.0,
             "texels",
             "bars and gaps one texel wide that far from the receiver or farther: plain tests however narrow the penumbra",
         ),
