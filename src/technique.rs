@@ -19,6 +19,7 @@ mod revectorized;
 pub mod rpcf;
 mod screen_space;
 pub mod sm;
+pub mod soft_auto;
 pub mod ssabss;
 pub mod ssrbssm;
 
@@ -144,6 +145,7 @@ pub const ALL: &[Info] = &[
     ssrbssm::INFO,
     edtssm::INFO,
     edtssm_star::INFO,
+    soft_auto::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

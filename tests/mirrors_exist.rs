@@ -5,6 +5,7 @@ use std::path::Path;
 /// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
 const COVERED: &[(&str, Option<&str>)] = &[
     ("blockers", Some("soft")),
+    ("edge_blockers", Some("rbssm")),
     ("edge_list", Some("rbsm")),
     ("edge_marks", Some("edge_seeds")),
     ("edge_pixels", Some("edge_seeds")),
@@ -35,6 +36,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("rbsm_view", Some("rbsm")),
     ("rbsm_visibility", Some("rbsm")),
     ("receiver", Some("view")),
+    ("revectorized_filter", Some("rbssm")),
     ("seed_format", Some("edge_seeds")),
     ("soft_filter", Some("soft")),
     ("soft_receiver", Some("soft")),

@@ -24,36 +24,37 @@ layout(constant_id = 5) const bool NEAREST_BLOCKER = true; // search only as far
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or STEP is LIST
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if STEP is LIST
+layout(binding = 8) uniform sampler2D half_widths; // soft_auto.comp: of the filter, texels; read if STEP is MEASURED
 
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs
   float depth_bias;    // fraction of a texel's slope, along both axes
 } push;
 
-// Half-widths of the narrowest windows, texels: that of the filter makes an edge as wide as a bilinear test, and the search
-// reaches what that one reads.
-const float NARROWEST_FILTER = 0.5, NARROWEST_SEARCH = 1.0;
+float filterAny(SoftReceiver r, vec2 half_texels) {
+  bool box = BOX && all(lessThanEqual(2.0 * half_texels, vec2(FILTER_TAPS)));
+  float v;
+  if (box) v = filterBox(shadow_map, r, half_texels);
+  else v = filterTaps(shadow_map, r, half_texels, FILTER_TAPS, BILINEAR);
+  return v;
+}
 
 bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
-  vec2 map_size = vec2(view.map_size);
-  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / map_size);
+  if (STEP == MEASURED) {
+    v = filterAny(r, texelFetch(half_widths, pixel, 0).xy);
+    return true;
+  }
+  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / vec2(view.map_size));
   if (STEP == LIST) {
     int found = classify(hsm, blocks, r, search, 0.5);
     v = float(found);
     return found != HSM_PENUMBRA;
   }
   Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS);
-  // Rounding must not carry the filter out of what was searched and classified.
-  vec2 texels = windowTexels(min(filterHalfWidth(a, r.z, b.z), search));
-  texels = max(texels, vec2(NARROWEST_FILTER));
-  bool box = BOX && all(lessThanEqual(2.0 * texels, vec2(FILTER_TAPS)));
   v = 1.0;
-  if (b.count > 0) {
-    if (box) v = filterBox(shadow_map, r, texels);
-    else v = filterTaps(shadow_map, r, texels, FILTER_TAPS, BILINEAR);
-  }
+  if (b.count > 0) v = filterAny(r, softHalfTexels(r, a, b.z, search));
   return true;
 }

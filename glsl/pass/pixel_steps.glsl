@@ -1,11 +1,11 @@
 // How a pass goes over the image that decides most pixels cheaply: the others are worked on at once, or listed by one
-// dispatch and worked on by a second, of which every thread then has work: the same image. The includer defines the function
-// declared here, and includes view.glsl before.
+// dispatch and worked on by a second, of which every thread then has work: the same image. MEASURED is the second for a list
+// of which another pass knows more already. The includer defines the function declared here, and includes view.glsl before.
 #ifndef EDGESHADE_PIXEL_STEPS
 #define EDGESHADE_PIXEL_STEPS
 #include "tiles.glsl"
 
-const int AT_ONCE = 0, LIST = 1, LISTED = 2;
+const int AT_ONCE = 0, LIST = 1, LISTED = 2, MEASURED = 3;
 layout(constant_id = 4) const int STEP = AT_ONCE;
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -25,7 +25,7 @@ shared uint open;
 shared uint first;
 
 void main() {
-  if (STEP == LISTED) {
+  if (STEP == LISTED || STEP == MEASURED) {
     uint threads = 64 * gl_NumWorkGroups.x;
     for (uint i = 64 * gl_WorkGroupID.x + gl_LocalInvocationIndex; i < list.count; i += threads) {
       ivec2 pixel = unpackTile(list.pixels[i]);

@@ -4,6 +4,16 @@
 #include "lib/shadow_test.glsl"
 #include "soft_receiver.glsl"
 
+// Half-widths of the narrowest windows, texels: that of the filter makes an edge as wide as a bilinear test, and the search
+// reaches what that one reads.
+const float NARROWEST_FILTER = 0.5, NARROWEST_SEARCH = 1.0;
+
+// Half-width of the filter, texels. Rounding must not carry it out of what was searched and classified.
+vec2 softHalfTexels(SoftReceiver r, AreaLight a, float z_blocker, vec2 search) {
+  precise vec2 half_texels = windowTexels(min(filterHalfWidth(a, r.z, z_blocker), search));
+  return max(half_texels, vec2(NARROWEST_FILTER));
+}
+
 // Shadow tests of 2 x 2 texels by one gather at their common corner, where no rounding of coordinates can pick another block.
 // Gather order: (0, 1), (1, 1), (1, 0), (0, 0). The sampler's border is white: outside the map all is lit.
 vec4 softTest2x2(sampler2DArray shadow_map, SoftReceiver r, ivec2 first) {

@@ -21,5 +21,6 @@ pub mod screen_filter;
 pub mod seed_width;
 pub mod sm;
 pub mod soft;
+pub mod soft_auto;
 pub mod tiles;
 pub mod view;

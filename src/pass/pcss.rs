@@ -1,10 +1,11 @@
 //! Percentage-closer soft shadows: blocker search, width of the penumbra, filter.
 
-use crate::gpu::{Buffer, Image};
-use crate::pass::pixels::{PixelPass, Step};
-use crate::pass::soft::{MapClasses, SearchWindow, SoftPush, check_taps};
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::pass::pixels::{PixelList, PixelPass, Step};
+use crate::pass::soft::{MapClasses, SearchWindow, SoftPush, check_taps, measured_bind};
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
+use std::sync::Arc;
 
 /// What of the pass is fixed at its making.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +24,49 @@ pub struct PcssConfig {
     pub listed: bool,
 }
 
+fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<ComputePipeline>> {
+    let PcssConfig { search_taps, filter_taps, window, bilinear, exact_box, .. } = config;
+    check_taps(search_taps, filter_taps)?;
+    let narrow = window == SearchWindow::Blockers;
+    let constants = [search_taps, filter_taps, bilinear.into(), exact_box.into(), step as u32, narrow.into()];
+    let pipeline = context.pipeline::<SoftPush>("pass/pcss.comp", &constants)?;
+    pipeline.check_uniform::<ViewConstants>("view")?;
+    Ok(pipeline)
+}
+
+/// The filter alone, over pixels that another pass lists, as wide as it says.
+pub(crate) struct PcssFilter {
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl PcssFilter {
+    /// Makes the pipeline; of the search nothing matters.
+    pub(crate) fn new(context: &Context, config: PcssConfig) -> Result<Self> {
+        Ok(Self { pipeline: pipeline(context, config, Step::Measured)? })
+    }
+
+    /// Writes the visibility of the listed pixels into `output`, filtered over their half-widths in texels.
+    pub(crate) fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: SoftPush,
+        (list, half_widths): (&PixelList, &Image),
+        output: &Image,
+    ) -> Result<()> {
+        frame.dispatch(&Pass {
+            name: "filter wide penumbrae",
+            pipeline: &self.pipeline,
+            bind: &measured_bind(view, inputs, (list, half_widths), output),
+            push: bytemuck::bytes_of(&push),
+            threads: list.threads(),
+        })?;
+        list.count(frame);
+        Ok(())
+    }
+}
+
 /// The pass with its pipelines, and what it skips by.
 pub struct Pcss {
     pass: PixelPass,
@@ -35,15 +79,8 @@ impl Pcss {
     /// # Errors
     /// [`crate::Error::Parameter`] for numbers of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcssConfig) -> Result<Self> {
-        let PcssConfig { search_taps, filter_taps, window, bilinear, exact_box, listed } = config;
-        check_taps(search_taps, filter_taps)?;
-        let narrow = window == SearchWindow::Blockers;
-        let pass = PixelPass::new(context, "pcss pixels", extent, listed, |step: Step| {
-            let constants = [search_taps, filter_taps, bilinear.into(), exact_box.into(), step as u32, narrow.into()];
-            let pipeline = context.pipeline::<SoftPush>("pass/pcss.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
-        })?;
+        let PcssConfig { window, listed, .. } = config;
+        let pass = PixelPass::new(context, "pcss pixels", extent, listed, |step| pipeline(context, config, step))?;
         Ok(Self { pass, classes: MapClasses::new(context, map_size, window, listed)? })
     }
 
@@ -87,7 +124,7 @@ impl Pcss {
         self.pass.record_decided(frame, "pcss classes", bind, bytemuck::bytes_of(&push), classes)
     }
 
-    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> [Bind<'a>; 8] {
+    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> [Bind<'a>; 9] {
         let [hsm, blocks] = self.classes.bind(inputs);
         [
             Bind::Buffer(view),
@@ -98,6 +135,7 @@ impl Pcss {
             self.pass.list(),
             hsm,
             blocks,
+            Bind::Input(&inputs.depth), // not read
         ]
     }
 }

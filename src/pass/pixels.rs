@@ -3,7 +3,7 @@
 
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::pass::tiles::{TILE, indirect_list};
-use crate::{Bind, Context, Frame, Pass, Result, Threads};
+use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// Bytes before the pixels: the dispatch arguments, the count of pixels, that of tiles with any.
@@ -17,6 +17,8 @@ pub(crate) enum Step {
     AtOnce,
     List,
     Listed,
+    /// Works on a list of which another pass knows more already.
+    Measured,
 }
 
 /// The pipelines of such a pass with their list; 4 bytes a pixel.
@@ -26,6 +28,68 @@ pub struct PixelPass {
     listed: Option<Arc<ComputePipeline>>,
     list: Buffer,
     tiles_total: u32,
+}
+
+/// Pixels that one pass lists for another: `PixelList` of `glsl/pass/pixel_steps.glsl`, 4 bytes a pixel.
+pub(crate) struct PixelList {
+    buffer: Buffer,
+    tiles_total: u32,
+}
+
+impl PixelList {
+    /// Room for every pixel of an image.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an image with more pixels than a storage buffer may have entries.
+    pub(crate) fn new(context: &Context, name: &str, extent: [u32; 2]) -> Result<Self> {
+        let [width, height] = extent;
+        let entries = u64::from(width) * u64::from(height);
+        if !fits(context, entries) {
+            let problem = format!(
+                "a list of the pixels of a {width}x{height} image is larger than a storage buffer of this device"
+            );
+            return Err(Error::Parameter(problem));
+        }
+        let buffer = indirect_list(context.device(), name, HEADER, entries)?;
+        Ok(Self { buffer, tiles_total: tiles(extent) })
+    }
+
+    pub(crate) fn memory_bytes(&self) -> u64 {
+        self.buffer.size()
+    }
+
+    /// Empties the list.
+    pub(crate) fn clear(&self, frame: &mut Frame<'_>) {
+        clear(frame, &self.buffer);
+    }
+
+    /// For binding.
+    pub(crate) fn bind(&self) -> Bind<'_> {
+        Bind::Buffer(&self.buffer)
+    }
+
+    /// A thread for each pixel, in groups of 64.
+    pub(crate) fn threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.buffer, 0)
+    }
+
+    /// Notes how many tiles' worth of pixels the pass recorded last worked on.
+    pub(crate) fn count(&self, frame: &mut Frame<'_>) {
+        frame.count_tiles(self.tiles_total, &self.buffer, 0);
+    }
+}
+
+fn fits(context: &Context, entries: u64) -> bool {
+    HEADER + 4 * entries <= u64::from(context.device().limits.max_storage_buffer_range)
+}
+
+fn tiles([width, height]: [u32; 2]) -> u32 {
+    width.div_ceil(TILE) * height.div_ceil(TILE)
+}
+
+fn clear(frame: &mut Frame<'_>, list: &Buffer) {
+    let header: [u32; 5] = [0, 1, 1, 0, 0];
+    frame.update(list, bytemuck::bytes_of(&header));
 }
 
 /// A list of nothing, for passes that may work off one but have none.
@@ -44,15 +108,14 @@ impl PixelPass {
         pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
     ) -> Result<Self> {
         let entries = u64::from(extent[0]) * u64::from(extent[1]);
-        let fits = HEADER + 4 * entries <= u64::from(context.device().limits.max_storage_buffer_range);
-        let listed = listed && fits;
+        let listed = listed && fits(context, entries);
         let (pixels, edges) = match listed {
             true => (pipeline(Step::List)?, Some(pipeline(Step::Listed)?)),
             false => (pipeline(Step::AtOnce)?, None),
         };
         // Where nothing is listed the shader's binding still wants a buffer.
         let list = indirect_list(context.device(), name, HEADER, if listed { entries } else { 0 })?;
-        Ok(Self { pixels, listed: edges, list, tiles_total: extent[0].div_ceil(TILE) * extent[1].div_ceil(TILE) })
+        Ok(Self { pixels, listed: edges, list, tiles_total: tiles(extent) })
     }
 
     /// Bytes of device memory that the list holds.
@@ -86,8 +149,7 @@ impl PixelPass {
     ) -> Result<()> {
         let [width, height] = output.extent();
         if self.listed.is_some() {
-            let header: [u32; 5] = [0, 1, 1, 0, 0];
-            frame.update(&self.list, bytemuck::bytes_of(&header));
+            clear(frame, &self.list);
         }
         let threads = Threads::Count([width, height, 1]);
         frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads })

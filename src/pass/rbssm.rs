@@ -1,11 +1,12 @@
 //! Revectorization-based soft shadow mapping: blocker search, width of the penumbra, mean of revectorized visibility.
 
-use crate::gpu::{Buffer, Image};
-use crate::pass::pixels::{PixelPass, Step};
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::pass::pixels::{PixelList, PixelPass, Step};
 use crate::pass::rbsm::{RbsmPush, check_max_distance};
-use crate::pass::soft::{MapClasses, SearchWindow, check_taps};
+use crate::pass::soft::{MapClasses, SearchWindow, check_taps, measured_bind};
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Error, Frame, Inputs, Result};
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use std::sync::Arc;
 
 /// What is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +39,69 @@ pub struct RbssmConfig {
     pub listed: bool,
 }
 
+fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
+    let RbssmConfig { search_taps, filter_taps, window, visibility, least_width, max_distance, reuse, .. } = config;
+    check_max_distance(max_distance)?;
+    check_taps(search_taps, filter_taps)?;
+    check_least_width(least_width)?;
+    let constants = [
+        // `FIXED` of `glsl/pass/rbsm_receiver.glsl` is not for this pass.
+        0,
+        max_distance,
+        search_taps,
+        filter_taps,
+        step as u32,
+        (visibility == RbssmVisibility::Improved).into(),
+        (window == SearchWindow::Blockers).into(),
+        least_width.to_bits(),
+        reuse.into(),
+    ];
+    let pipeline = context.pipeline::<RbsmPush>("pass/rbssm.comp", &constants)?;
+    pipeline.check_uniform::<ViewConstants>("view")?;
+    Ok(pipeline)
+}
+
+/// Refuses widths that are no texel's business.
+pub(crate) fn check_least_width(least_width: f32) -> Result<()> {
+    match least_width {
+        0.0..=8.0 => Ok(()),
+        w => Err(Error::Parameter(format!("a least width of {w} texels is not possible: 0 to 8"))),
+    }
+}
+
+/// The filter alone, over pixels that another pass lists, as wide as it says.
+pub(crate) struct RbssmFilter {
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl RbssmFilter {
+    /// Makes the pipeline; of the search nothing matters.
+    pub(crate) fn new(context: &Context, config: RbssmConfig) -> Result<Self> {
+        Ok(Self { pipeline: pipeline(context, config, Step::Measured)? })
+    }
+
+    /// Writes the visibility of the listed pixels into `output`, filtered over their half-widths in texels.
+    pub(crate) fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        (list, half_widths): (&PixelList, &Image),
+        output: &Image,
+    ) -> Result<()> {
+        frame.dispatch(&Pass {
+            name: "revectorize and filter narrow penumbrae",
+            pipeline: &self.pipeline,
+            bind: &measured_bind(view, inputs, (list, half_widths), output),
+            push: bytemuck::bytes_of(&push),
+            threads: list.threads(),
+        })?;
+        list.count(frame);
+        Ok(())
+    }
+}
+
 /// The pass with its pipelines, and what it skips by.
 pub struct Rbssm {
     pass: PixelPass,
@@ -50,32 +114,8 @@ impl Rbssm {
     /// # Errors
     /// [`Error::Parameter`] for numbers of taps, a width or a distance out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RbssmConfig) -> Result<Self> {
-        let RbssmConfig { search_taps, filter_taps, window, visibility, least_width, max_distance, reuse, listed } =
-            config;
-        check_max_distance(max_distance)?;
-        check_taps(search_taps, filter_taps)?;
-        if !(0.0..=8.0).contains(&least_width) {
-            return Err(Error::Parameter(format!("a least width of {least_width} texels is not possible: 0 to 8")));
-        }
-        let narrow = window == SearchWindow::Blockers;
-        let pass = PixelPass::new(context, "rbssm pixels", extent, listed, |step: Step| {
-            let improved = visibility == RbssmVisibility::Improved;
-            let constants = [
-                // `FIXED` of `glsl/pass/rbsm_receiver.glsl` is not for this pass.
-                0,
-                max_distance,
-                search_taps,
-                filter_taps,
-                step as u32,
-                improved.into(),
-                narrow.into(),
-                least_width.to_bits(),
-                reuse.into(),
-            ];
-            let pipeline = context.pipeline::<RbsmPush>("pass/rbssm.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
-        })?;
+        let RbssmConfig { window, listed, .. } = config;
+        let pass = PixelPass::new(context, "rbssm pixels", extent, listed, |step| pipeline(context, config, step))?;
         Ok(Self { pass, classes: MapClasses::new(context, map_size, window, listed)? })
     }
 
@@ -119,7 +159,7 @@ impl Rbssm {
         self.pass.record_decided(frame, "rbssm classes", bind, bytemuck::bytes_of(&push), classes)
     }
 
-    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> [Bind<'a>; 8] {
+    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> [Bind<'a>; 9] {
         let [hsm, blocks] = self.classes.bind(inputs);
         [
             Bind::Buffer(view),
@@ -130,6 +170,7 @@ impl Rbssm {
             self.pass.list(),
             hsm,
             blocks,
+            Bind::Input(&inputs.depth), // not read
         ]
     }
 }

@@ -5,8 +5,8 @@
 //! `pixel_list.glsl` and `pixel_steps.glsl`; `edt` covers `edt_*`; `edge_seeds` covers `edge_seeds.glsl`, `seed_format.glsl`,
 //! `edge_marks.glsl`, `edge_pixels.*`, `edge_place.comp`, `edge_tiles.comp` and `marked_tiles.comp`; `nearest_edge` covers
 //! `nearest_edge.glsl`, `nearest_block.comp` and `nearest_quad.comp`; `view` covers `receiver.glsl` and `view.glsl`; `soft`
-//! covers `soft_receiver.glsl`, `soft_filter.glsl` and `blockers.glsl`. `tiles.glsl` is exempt: it only packs numbers of
-//! tiles and pixels, which `pcf::listed` counts.
+//! covers `soft_receiver.glsl`, `soft_filter.glsl` and `blockers.glsl`; `rbssm` covers `edge_blockers.glsl` and
+//! `revectorized_filter.glsl`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
 pub mod accumulate;
@@ -32,6 +32,7 @@ pub mod shade;
 pub mod shapes;
 pub mod sm;
 mod soft;
+pub mod soft_auto;
 mod view;
 
 pub use view::{FrameData, Mirror};

@@ -100,6 +100,24 @@ fn search_and_filter(
         return ANYTHING;
     }
     let found = soft::find_blockers(view, r, light, window, settings.search_taps.into());
+    let Some(z) = found.z else {
+        let none = Verdict::sure(1.0);
+        // What a doubtful blocker's filter would make of it is anything between.
+        return if found.range.is_some() { none.or(0.0) } else { none };
+    };
+    let verdict = filter_for(view, light, r, window, (z, found.range), settings);
+    if found.doubtful { verdict.or(1.0) } else { verdict }
+}
+
+/// The filter for blockers at a mean distance, which decisions in doubt may take through a range.
+pub(super) fn filter_for(
+    view: &View<'_>,
+    light: &AreaLight,
+    r: &SoftReceiver,
+    window: Bounded<DVec2>,
+    (z, range): (Bounded<f64>, Option<[f64; 2]>),
+    settings: &Settings,
+) -> Verdict {
     let width = |z: Bounded<f64>| {
         let h = soft::half_width(light, r.z, z);
         let clamped = |h: DVec2| {
@@ -112,17 +130,12 @@ fn search_and_filter(
         let search = (window.error * view.map_extent()).min(value * 1e-3);
         Bounded { value, error: moved + search + ROUNDING * value }
     };
-    let Some(z) = found.z else {
-        let none = Verdict::sure(1.0);
-        // What a doubtful blocker's filter would make of it is anything between.
-        return if found.range.is_some() { none.or(0.0) } else { none };
-    };
     let texels = width(z);
     if !soft::is_followed(texels.error) {
         return ANYTHING;
     }
     let mut verdict = filter(view, r, texels, settings);
-    if let Some(range) = found.range {
+    if let Some(range) = range {
         let [a, b] = range.map(|value| width(Bounded { value, ..z }));
         let apart = (a.value - texels.value).abs().max((b.value - texels.value).abs());
         let error = texels.error + apart;
@@ -134,7 +147,7 @@ fn search_and_filter(
             (other.doubt + other.rounding).min(1.0)
         };
     }
-    if found.doubtful { verdict.or(1.0) } else { verdict }
+    verdict
 }
 
 /// Over a half-width in texels.

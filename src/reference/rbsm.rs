@@ -218,7 +218,7 @@ fn found_at(
     found
 }
 
-fn look_up(tests: &Tests<'_>, settings: &Settings) -> Verdict {
+pub(super) fn look_up(tests: &Tests<'_>, settings: &Settings) -> Verdict {
     let mut found: Option<Verdict> = None;
     for texel in tests.texels() {
         let fraction = tests.fraction(texel);

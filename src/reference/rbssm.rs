@@ -38,7 +38,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    fn hard(&self) -> rbsm::Settings {
+    pub(super) fn hard(&self) -> rbsm::Settings {
         rbsm::Settings {
             function: match self.visibility {
                 RbssmVisibility::Recovery => Function::Silhouette,
@@ -102,17 +102,17 @@ pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> R
     }))
 }
 
-struct Pixel<'a> {
+pub(super) struct Pixel<'a> {
     view: &'a View<'a>,
     light: &'a AreaLight,
     settings: &'a Settings,
     hard: rbsm::Settings,
-    soft: SoftReceiver,
-    tests: Tests<'a>,
+    pub soft: SoftReceiver,
+    pub tests: Tests<'a>,
 }
 
 impl<'a> Pixel<'a> {
-    fn new(view: &'a View<'a>, light: &'a AreaLight, open: &OpenReceiver, settings: &'a Settings) -> Self {
+    pub fn new(view: &'a View<'a>, light: &'a AreaLight, open: &OpenReceiver, settings: &'a Settings) -> Self {
         let hard = settings.hard();
         let (soft, tests) = (SoftReceiver::new(view, light, open), Tests::new(view, open, &hard));
         Self { view, light, settings, hard, soft, tests }
@@ -132,7 +132,7 @@ impl<'a> Pixel<'a> {
     }
 
     /// A search window, widened to the least filter.
-    fn at_least(&self, window: Bounded<DVec2>) -> Bounded<DVec2> {
+    pub fn at_least(&self, window: Bounded<DVec2>) -> Bounded<DVec2> {
         let (least, extent) = (self.least(), self.view.map_extent());
         Bounded {
             value: window.value.max(least.value / extent),
@@ -146,17 +146,30 @@ impl<'a> Pixel<'a> {
         }
         let found = soft::find_blockers(self.view, &self.soft, self.light, window, self.settings.search_taps.into());
         let Some(z) = found.z else {
-            let next_door = self.neighbouring_blockers(window);
+            let next_door = self.neighbouring_blockers(|z| self.filter(self.width(window, z)));
             return if found.range.is_some() { next_door.or(0.0).or(1.0) } else { next_door };
         };
-        let texels = self.width(window, z);
-        let mut verdict = self.filter(texels);
-        if let Some(range) = found.range {
-            let [a, b] = range.map(|value| self.width(window, Bounded { value, ..z }));
-            let apart = (a.value - texels.value).abs().max((b.value - texels.value).abs());
-            verdict.doubt = self.filter(Bounded { error: texels.error + apart, ..texels }).doubt;
-        }
+        let verdict = self.filter_for(window, z, found.range);
         if found.doubtful { verdict.or(0.0).or(1.0) } else { verdict }
+    }
+
+    /// The filter for blockers at a mean distance, which decisions in doubt may take through `range`.
+    pub fn filter_for(&self, window: Bounded<DVec2>, z: Bounded<f64>, range: Option<[f64; 2]>) -> Verdict {
+        let mut verdict = self.filter(self.width(window, z));
+        if range.is_some() {
+            verdict.doubt = self.filter(self.width_for(window, z, range)).doubt;
+        }
+        verdict
+    }
+
+    /// Half-width of the filter, texels, for blockers as in [`Self::filter_for`].
+    pub fn width_for(&self, window: Bounded<DVec2>, z: Bounded<f64>, range: Option<[f64; 2]>) -> Bounded<DVec2> {
+        let texels = self.width(window, z);
+        let apart = range.map_or(DVec2::ZERO, |range| {
+            let [a, b] = range.map(|value| self.width(window, Bounded { value, ..z }));
+            (a.value - texels.value).abs().max((b.value - texels.value).abs())
+        });
+        Bounded { error: texels.error + apart, ..texels }
     }
 
     /// Half-width of the filter, texels.
@@ -170,8 +183,8 @@ impl<'a> Pixel<'a> {
         Bounded { value, error: moved + searched.error.min(value * 1e-3) + least.error + ROUNDING * value }
     }
 
-    /// `neighbouringBlockers`, and the filter over what they give.
-    fn neighbouring_blockers(&self, window: Bounded<DVec2>) -> Verdict {
+    /// `neighbouringBlockers`, and what `follow` makes of their mean distance.
+    pub fn neighbouring_blockers(&self, follow: impl Fn(Bounded<f64>) -> Verdict) -> Verdict {
         let mut found: Option<Verdict> = None;
         for own in self.tests.texels() {
             let texels = [[0, 0], [-1, 0], [1, 0], [0, 1], [0, -1]].map(|[x, y]| [own[0] + x, own[1] + y]);
@@ -185,7 +198,7 @@ impl<'a> Pixel<'a> {
                 let mean = |of: fn(&Bounded<f64>) -> f64| blockers.iter().map(of).sum::<f64>() / blockers.len() as f64;
                 let (value, error) = (mean(|z| z.value), mean(|z| z.error));
                 let z = Bounded { value, error: error + 8.0 * ROUNDING * value };
-                verdict = self.filter(self.width(window, z));
+                verdict = follow(z);
             }
             if tests.iter().any(|t| t.is_doubtful()) {
                 verdict = verdict.or(0.0).or(1.0);

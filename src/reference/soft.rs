@@ -118,7 +118,7 @@ pub(super) struct Bounded<T> {
 pub(super) struct SoftReceiver {
     /// Texels.
     pub at: Bounded<DVec2>,
-    depth: Bounded<f64>,
+    pub depth: Bounded<f64>,
     /// A texel.
     slope: Bounded<DVec2>,
     pub z: Bounded<f64>,

@@ -135,6 +135,15 @@ impl Decision {
         }
     }
 
+    /// The opposite.
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Yes => Self::No,
+            Self::No => Self::Yes,
+            Self::Doubtful(likely) => Self::Doubtful(!likely),
+        }
+    }
+
     pub fn is_yes(self) -> bool {
         matches!(self, Self::Yes | Self::Doubtful(true))
     }

@@ -20,6 +20,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rpcf", &[("width", "15"), ("visibility", "profile")]),
     ("pcss", &[]),
     ("rbssm", &[]),
+    ("soft-auto", &[]),
     ("ssrbssm", &[]),
     ("ssabss", &[]),
 ];

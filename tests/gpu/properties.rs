@@ -24,6 +24,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),
     ("pcss", &[]),
     ("rbssm", &[]),
+    ("soft-auto", &[]),
     ("ssrbssm", &[]),
     ("ssabss", &[("skip", "off")]),
     ("edtssm-star", &[]),

@@ -1,5 +1,6 @@
 //! Penumbrae of an area light: the shared passes and the techniques made of them.
 
+mod auto;
 mod classes;
 mod fit;
 mod ground;

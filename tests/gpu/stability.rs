@@ -25,6 +25,7 @@ const MODES: &[Mode] = &[
     ("edtssm-star", &[], 0.02),
     ("pcss", &[], 0.02),
     ("rbssm", &[], 0.02),
+    ("soft-auto", &[], 0.02),
     ("ssrbssm", &[], 0.02),
     ("ssabss", &[], 0.02),
 ];

@@ -63,7 +63,7 @@ const SHADERS: &[(&str, Make)] = &[
         c.pipeline::<PcfPush>("pass/pcf_classify.comp", &[3])?.check_uniform::<ViewConstants>("view")
     }),
     ("pass/pcss.comp", |c| {
-        for constants in [[1, 1, 0, 0, 0, 0], [9, 15, 1, 1, 1, 1], [63, 63, 1, 0, 2, 1]] {
+        for constants in [[1, 1, 0, 0, 0, 0], [9, 15, 1, 1, 1, 1], [63, 63, 1, 0, 2, 1], [9, 15, 1, 1, 3, 1]] {
             c.pipeline::<SoftPush>("pass/pcss.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
@@ -91,7 +91,9 @@ const SHADERS: &[(&str, Make)] = &[
         c.pipeline::<RbsmPush>("pass/rbsm_view.comp", &[0, 16, 2])?.check_uniform::<ViewConstants>("view")
     }),
     ("pass/rbssm.comp", |c| {
-        for constants in [[0, 16, 9, 11, 0, 1, 1, 0x3f80_0000, 1], [0, 1, 1, 63, 1, 0, 0, 0, 0]] {
+        for constants in
+            [[0, 16, 9, 11, 0, 1, 1, 0x3f80_0000, 1], [0, 1, 1, 63, 1, 0, 0, 0, 0], [0, 16, 9, 11, 3, 1, 1, 0, 1]]
+        {
             c.pipeline::<RbsmPush>("pass/rbssm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
@@ -112,6 +114,14 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/seed_width.comp", |c| penumbra(c, "pass/seed_width.comp", &[&[0, 1, 0, 0, 0], &[1, 63, 1, 1, 1]])),
     ("pass/shade.comp", |c| c.pipeline::<ShadePush>("pass/shade.comp", &[])?.check_uniform::<ViewConstants>("view")),
     ("pass/sm.comp", |c| c.pipeline::<SmPush>("pass/sm.comp", &[])?.check_uniform::<ViewConstants>("view")),
+    ("pass/soft_auto.comp", |c| {
+        for constants in
+            [[0, 9, 1, 1, 1, 0x3f80_0000, 0x3f00_0000, 0x4000_0000, 0x4100_0000], [0, 63, 0, 0, 2, 0, 0, 0, 0]]
+        {
+            c.pipeline::<RbsmPush>("pass/soft_auto.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
 ];
 
 #[test]
