@@ -1,6 +1,7 @@
 //! Shared steps: a file a step; those that are a pass of their own have their shader under `glsl/pass/` by the same stem.
 
 pub mod accumulate;
+mod classified;
 pub mod depth_bounds;
 pub mod edge_place;
 pub mod edge_seeds;

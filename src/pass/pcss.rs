@@ -1,10 +1,11 @@
 //! Percentage-closer soft shadows: blocker search, width of the penumbra, filter.
 
 use crate::gpu::{Buffer, ComputePipeline, Image};
-use crate::pass::pixels::{PixelList, PixelPass, Step};
-use crate::pass::soft::{MapClasses, SearchWindow, SoftPush, check_taps, measured_bind};
+use crate::pass::classified::{ClassifiedPass, MeasuredFilter};
+use crate::pass::pixels::Step;
+use crate::pass::soft::{SearchWindow, SoftPush, check_taps};
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Pass, Result};
+use crate::{Context, Frame, Inputs, Result};
 use std::sync::Arc;
 
 /// What of the pass is fixed at its making.
@@ -34,43 +35,14 @@ fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<Com
     Ok(pipeline)
 }
 
-/// The filter alone, over pixels that another pass lists, as wide as it says.
-pub(crate) struct PcssFilter {
-    pipeline: Arc<ComputePipeline>,
-}
-
-impl PcssFilter {
-    /// Makes the pipeline; of the search nothing matters.
-    pub(crate) fn new(context: &Context, config: PcssConfig) -> Result<Self> {
-        Ok(Self { pipeline: pipeline(context, config, Step::Measured)? })
-    }
-
-    /// Writes the visibility of the listed pixels into `output`, filtered over their half-widths in texels.
-    pub(crate) fn record(
-        &self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: SoftPush,
-        (list, half_widths): (&PixelList, &Image),
-        output: &Image,
-    ) -> Result<()> {
-        frame.dispatch(&Pass {
-            name: "filter wide penumbrae",
-            pipeline: &self.pipeline,
-            bind: &measured_bind(view, inputs, (list, half_widths), output),
-            push: bytemuck::bytes_of(&push),
-            threads: list.threads(),
-        })?;
-        list.count(frame);
-        Ok(())
-    }
+/// The filter alone, over pixels that another pass lists, as wide as it says; of the search nothing matters.
+pub(super) fn measured_filter(context: &Context, config: PcssConfig) -> Result<MeasuredFilter> {
+    Ok(MeasuredFilter::new("filter wide penumbrae", pipeline(context, config, Step::Measured)?))
 }
 
 /// The pass with its pipelines, and what it skips by.
 pub struct Pcss {
-    pass: PixelPass,
-    classes: MapClasses,
+    pass: ClassifiedPass,
 }
 
 impl Pcss {
@@ -80,13 +52,19 @@ impl Pcss {
     /// [`crate::Error::Parameter`] for numbers of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcssConfig) -> Result<Self> {
         let PcssConfig { window, listed, .. } = config;
-        let pass = PixelPass::new(context, "pcss pixels", extent, listed, |step| pipeline(context, config, step))?;
-        Ok(Self { pass, classes: MapClasses::new(context, map_size, window, listed)? })
+        let pipeline = |step| pipeline(context, config, step);
+        let sizes = [extent, map_size];
+        Ok(Self { pass: ClassifiedPass::new(context, "pcss pixels", sizes, (window, listed), pipeline)? })
     }
 
     /// Bytes of images and lists.
     pub fn memory_bytes(&self) -> u64 {
-        self.pass.memory_bytes() + self.classes.memory_bytes()
+        self.pass.memory_bytes()
+    }
+
+    /// Whether pixels are classified before.
+    pub fn is_listed(&self) -> bool {
+        self.pass.is_listed()
     }
 
     /// Writes the visibility of every pixel into `output`.
@@ -98,14 +76,8 @@ impl Pcss {
         push: SoftPush,
         output: &Image,
     ) -> Result<()> {
-        self.classes.record(frame, inputs)?;
-        let bind = &self.bind(view, inputs, output);
-        self.pass.record(frame, ["pcss classify", "pcss"], bind, bytemuck::bytes_of(&push), output)
-    }
-
-    /// Whether pixels are classified before.
-    pub fn is_listed(&self) -> bool {
-        self.pass.is_listed()
+        let names = ["pcss classify", "pcss"];
+        self.pass.record(frame, view, inputs, (names, bytemuck::bytes_of(&push)), output)
     }
 
     /// Writes what the classification says of every pixel into an image of one `f32`: 1 lit, 0 in shadow, 0.5 to be searched
@@ -118,24 +90,6 @@ impl Pcss {
         push: SoftPush,
         classes: &Image,
     ) -> Result<()> {
-        self.classes.record(frame, inputs)?;
-        frame.fill_image("open classes", classes, 0.5f32.to_bits());
-        let bind = &self.bind(view, inputs, classes);
-        self.pass.record_decided(frame, "pcss classes", bind, bytemuck::bytes_of(&push), classes)
-    }
-
-    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> [Bind<'a>; 9] {
-        let [hsm, blocks] = self.classes.bind(inputs);
-        [
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
-            Bind::Image(output),
-            self.pass.list(),
-            hsm,
-            blocks,
-            Bind::Input(&inputs.depth), // not read
-        ]
+        self.pass.record_classes(frame, view, inputs, ("pcss classes", bytemuck::bytes_of(&push)), classes)
     }
 }

@@ -1,11 +1,12 @@
 //! Revectorization-based soft shadow mapping: blocker search, width of the penumbra, mean of revectorized visibility.
 
 use crate::gpu::{Buffer, ComputePipeline, Image};
-use crate::pass::pixels::{PixelList, PixelPass, Step};
+use crate::pass::classified::{ClassifiedPass, MeasuredFilter};
+use crate::pass::pixels::Step;
 use crate::pass::rbsm::{RbsmPush, check_max_distance};
-use crate::pass::soft::{MapClasses, SearchWindow, check_taps, measured_bind};
+use crate::pass::soft::{SearchWindow, check_taps};
 use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use crate::{Context, Error, Frame, Inputs, Result};
 use std::sync::Arc;
 
 /// What is averaged.
@@ -69,43 +70,14 @@ pub(crate) fn check_least_width(least_width: f32) -> Result<()> {
     }
 }
 
-/// The filter alone, over pixels that another pass lists, as wide as it says.
-pub(crate) struct RbssmFilter {
-    pipeline: Arc<ComputePipeline>,
-}
-
-impl RbssmFilter {
-    /// Makes the pipeline; of the search nothing matters.
-    pub(crate) fn new(context: &Context, config: RbssmConfig) -> Result<Self> {
-        Ok(Self { pipeline: pipeline(context, config, Step::Measured)? })
-    }
-
-    /// Writes the visibility of the listed pixels into `output`, filtered over their half-widths in texels.
-    pub(crate) fn record(
-        &self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: RbsmPush,
-        (list, half_widths): (&PixelList, &Image),
-        output: &Image,
-    ) -> Result<()> {
-        frame.dispatch(&Pass {
-            name: "revectorize and filter narrow penumbrae",
-            pipeline: &self.pipeline,
-            bind: &measured_bind(view, inputs, (list, half_widths), output),
-            push: bytemuck::bytes_of(&push),
-            threads: list.threads(),
-        })?;
-        list.count(frame);
-        Ok(())
-    }
+/// The filter alone, over pixels that another pass lists, as wide as it says; of the search nothing matters.
+pub(super) fn measured_filter(context: &Context, config: RbssmConfig) -> Result<MeasuredFilter> {
+    Ok(MeasuredFilter::new("revectorize and filter narrow penumbrae", pipeline(context, config, Step::Measured)?))
 }
 
 /// The pass with its pipelines, and what it skips by.
 pub struct Rbssm {
-    pass: PixelPass,
-    classes: MapClasses,
+    pass: ClassifiedPass,
 }
 
 impl Rbssm {
@@ -115,13 +87,19 @@ impl Rbssm {
     /// [`Error::Parameter`] for numbers of taps, a width or a distance out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RbssmConfig) -> Result<Self> {
         let RbssmConfig { window, listed, .. } = config;
-        let pass = PixelPass::new(context, "rbssm pixels", extent, listed, |step| pipeline(context, config, step))?;
-        Ok(Self { pass, classes: MapClasses::new(context, map_size, window, listed)? })
+        let pipeline = |step| pipeline(context, config, step);
+        let sizes = [extent, map_size];
+        Ok(Self { pass: ClassifiedPass::new(context, "rbssm pixels", sizes, (window, listed), pipeline)? })
     }
 
     /// Bytes of images and lists.
     pub fn memory_bytes(&self) -> u64 {
-        self.pass.memory_bytes() + self.classes.memory_bytes()
+        self.pass.memory_bytes()
+    }
+
+    /// Whether pixels are classified before.
+    pub fn is_listed(&self) -> bool {
+        self.pass.is_listed()
     }
 
     /// Writes the visibility of every pixel into `output`.
@@ -133,14 +111,8 @@ impl Rbssm {
         push: RbsmPush,
         output: &Image,
     ) -> Result<()> {
-        self.classes.record(frame, inputs)?;
-        let bind = &self.bind(view, inputs, output);
-        self.pass.record(frame, ["rbssm classify", "rbssm"], bind, bytemuck::bytes_of(&push), output)
-    }
-
-    /// Whether pixels are classified before.
-    pub fn is_listed(&self) -> bool {
-        self.pass.is_listed()
+        let names = ["rbssm classify", "rbssm"];
+        self.pass.record(frame, view, inputs, (names, bytemuck::bytes_of(&push)), output)
     }
 
     /// Writes what the classification says of every pixel into an image of one `f32`: 1 lit, 0 in shadow, 0.5 to be searched
@@ -153,24 +125,6 @@ impl Rbssm {
         push: RbsmPush,
         classes: &Image,
     ) -> Result<()> {
-        self.classes.record(frame, inputs)?;
-        frame.fill_image("open classes", classes, 0.5f32.to_bits());
-        let bind = &self.bind(view, inputs, classes);
-        self.pass.record_decided(frame, "rbssm classes", bind, bytemuck::bytes_of(&push), classes)
-    }
-
-    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> [Bind<'a>; 9] {
-        let [hsm, blocks] = self.classes.bind(inputs);
-        [
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
-            Bind::Image(output),
-            self.pass.list(),
-            hsm,
-            blocks,
-            Bind::Input(&inputs.depth), // not read
-        ]
+        self.pass.record_classes(frame, view, inputs, ("rbssm classes", bytemuck::bytes_of(&push)), classes)
     }
 }

@@ -1,9 +1,8 @@
 //! What the passes of an area light's penumbrae share (`glsl/pass/soft_receiver.glsl`, `blockers.glsl`, `hsm.glsl`).
 
-use crate::gpu::{Buffer, Image, shader_struct};
+use crate::gpu::shader_struct;
 use crate::pass::depth_bounds::DepthBounds;
 use crate::pass::hsm::Hsm;
-use crate::pass::pixels::PixelList;
 use crate::{Bind, Context, Error, Frame, Inputs, Result};
 
 shader_struct! {
@@ -65,27 +64,6 @@ impl MapClasses {
             self.bounds.as_ref().map_or(unread, |b| Bind::Image(b.blocks())),
         ]
     }
-}
-
-/// What the filters bind that work on a list of pixels, over half-widths that another pass has found.
-pub(super) fn measured_bind<'a>(
-    view: &'a Buffer,
-    inputs: &'a Inputs<'_>,
-    (list, half_widths): (&'a PixelList, &'a Image),
-    output: &'a Image,
-) -> [Bind<'a>; 9] {
-    let unread = Bind::Input(&inputs.depth);
-    [
-        Bind::Buffer(view),
-        Bind::Input(&inputs.depth),
-        Bind::Input(inputs.normal_or_depth()),
-        Bind::Input(&inputs.shadow_map),
-        Bind::Image(output),
-        list.bind(),
-        unread,
-        unread,
-        Bind::Image(half_widths),
-    ]
 }
 
 /// Refuses numbers of taps that a kernel can't have.

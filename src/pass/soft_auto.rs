@@ -1,10 +1,11 @@
 //! A hybrid of soft shadows: one blocker search, and for each pixel in a penumbra the filter that it is worth.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
-use crate::pass::pcss::{PcssConfig, PcssFilter};
+use crate::pass::classified::MeasuredFilter;
+use crate::pass::pcss::{self, PcssConfig};
 use crate::pass::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::pass::rbsm::{RbsmConfig, RbsmOfList, RbsmPush, Revectorization};
-use crate::pass::rbssm::{RbssmConfig, RbssmFilter, RbssmVisibility, check_least_width};
+use crate::pass::rbssm::{self, RbssmConfig, RbssmVisibility, check_least_width};
 use crate::pass::soft::{MapClasses, SearchWindow, SoftPush, check_taps};
 use crate::pass::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Result};
@@ -94,8 +95,8 @@ pub struct SoftAuto {
     classes: MapClasses,
     half_widths: Image,
     hard: Option<(RbsmOfList, PixelList)>,
-    kernel: Option<(RbssmFilter, PixelList)>,
-    wide: (PcssFilter, PixelList),
+    kernel: Option<(MeasuredFilter, PixelList)>,
+    wide: (MeasuredFilter, PixelList),
     unlisted: Buffer,
 }
 
@@ -108,13 +109,13 @@ impl SoftAuto {
         config.check()?;
         let list = |name: &str| PixelList::new(context, name, extent);
         // First: it refuses what the pass below would work on without a list.
-        let wide = (PcssFilter::new(context, config.pcss())?, list("pixels in wide penumbrae")?);
+        let wide = (pcss::measured_filter(context, config.pcss())?, list("pixels in wide penumbrae")?);
         let hard = match config.hard_pixels > 0.0 {
             true => Some((RbsmOfList::new(context, config.rbsm())?, list("pixels at hard edges")?)),
             false => None,
         };
         let kernel = match config.kernel_texels > 0.0 {
-            true => Some((RbssmFilter::new(context, config.rbssm())?, list("pixels in narrow penumbrae")?)),
+            true => Some((rbssm::measured_filter(context, config.rbssm())?, list("pixels in narrow penumbrae")?)),
             false => None,
         };
         let estimate =
@@ -181,10 +182,10 @@ impl SoftAuto {
             list.count(frame);
         }
         if let Some((pass, list)) = &self.kernel {
-            pass.record(frame, view, inputs, edge_push, (list, &self.half_widths), output)?;
+            pass.record(frame, view, inputs, bytemuck::bytes_of(&edge_push), (list, &self.half_widths), output)?;
         }
         let (pass, list) = &self.wide;
-        pass.record(frame, view, inputs, push, (list, &self.half_widths), output)
+        pass.record(frame, view, inputs, bytemuck::bytes_of(&push), (list, &self.half_widths), output)
     }
 }
 
