@@ -19,6 +19,7 @@ mod revectorized;
 pub mod rpcf;
 mod screen_space;
 pub mod sm;
+mod soft;
 pub mod soft_auto;
 pub mod ssabss;
 pub mod ssrbssm;

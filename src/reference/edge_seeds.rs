@@ -56,6 +56,8 @@ pub struct Seed {
     pub point: DVec3,
     /// How far off single precision may put the point, world units.
     pub error: f64,
+    /// By how much the point may be moved either way where a test on the way to it is a tie, world units.
+    pub doubt: DVec3,
     /// Unit normal of the surface there, in camera view space.
     pub normal: DVec3,
     /// Bound of the error that precision and storage may leave in the normal.
@@ -66,6 +68,11 @@ pub struct Seed {
 }
 
 impl Seed {
+    /// How far off the point may be in all, world units.
+    pub fn off(&self) -> f64 {
+        self.error + self.doubt.length()
+    }
+
     /// `x + 65536 y` of its pixel.
     pub fn label(&self) -> u32 {
         self.pixel[0] as u32 | (self.pixel[1] as u32) << 16
@@ -196,7 +203,7 @@ fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Op
     let sure = pairs.iter().all(|pair| pair.1 == Decision::Yes);
     let farthest = pairs.iter().map(|pair| pair.0.vector.length()).fold(0.0, f64::max);
     let mut error = p.position_error.length() + ROUNDING * p.position.length();
-    let mut point = p.position;
+    let (mut point, mut doubt) = (p.position, DVec3::ZERO);
     if !s.points.at_pixels() {
         let taken: Vec<_> = pairs.iter().filter(|pair| pair.1.is_yes()).collect();
         let sum: DVec3 = taken.iter().map(|pair| pair.0.vector).sum();
@@ -205,24 +212,25 @@ fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Op
         // Whichever count, the point lies within half the farthest of the pixel.
         error += if sure { 0.0 } else { farthest };
         if let Points::Traced { hard, steps } = s.points {
-            let (along, off) = trace(view, &p, 2.0 * (point - p.position), other_error, (&hard, steps));
-            (point, error) = (p.position + along, error + off);
+            let along;
+            (along, doubt) = trace(view, &p, 2.0 * (point - p.position), other_error, (&hard, steps));
+            point = p.position + along;
         }
     }
     // At a pixel only whether there is any matters.
     let sure = sure || (s.points.at_pixels() && pairs.iter().any(|pair| pair.1 == Decision::Yes));
-    Some(Seed { pixel, point, error, normal: p.normal, normal_error: p.normal_error + NORMAL_STEP, sure })
+    Some(Seed { pixel, point, error, doubt, normal: p.normal, normal_error: p.normal_error + NORMAL_STEP, sure })
 }
 
-/// How far from `p` along `across` the hard shadow ends, and how far off single precision may put that. Where there is none
-/// at the end of `across`, half of it. `error` is that of the other end.
+/// How far from `p` along `across` the hard shadow ends, and how far to either side of that ties may put it. Where there is
+/// none at the end of `across`, half of it. `error` is that of the other end.
 fn trace(
     view: &View<'_>,
     p: &Receiver,
     across: DVec3,
     error: DVec3,
     (hard, steps): (&rbsm::Settings, u32),
-) -> (DVec3, f64) {
+) -> (DVec3, DVec3) {
     let at = |share: f64| {
         let position = p.position + share * across;
         let position_error = p.position_error.lerp(error, share) + ROUNDING * position.abs();
@@ -235,7 +243,7 @@ fn trace(
         doubt = 1.0;
     }
     if end.visibility > 0.5 {
-        return (0.5 * across, 0.5 * doubt * across.length());
+        return (0.5 * across, 0.5 * doubt * across);
     }
     for _ in 0..steps {
         let middle = 0.5 * (lit + dark);
@@ -245,5 +253,5 @@ fn trace(
         }
         *if found.visibility > 0.5 { &mut lit } else { &mut dark } = middle;
     }
-    (0.5 * (lit + dark) * across, doubt * across.length())
+    (0.5 * (lit + dark) * across, doubt * across)
 }

@@ -69,7 +69,7 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Re
         let mut found = NOTHING;
         for seed in seeds {
             // Most are too far off by any measure.
-            let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.error);
+            let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.off());
             if p.position.distance_squared(seed.point) > limit * limit {
                 continue;
             }
@@ -148,7 +148,7 @@ pub fn intensity(hard: f64, distance: f64, penumbra: f64) -> f64 {
 
 fn distance(p: &Receiver, seed: &Seed) -> (f64, f64) {
     let distance = p.position.distance(seed.point);
-    (distance, p.position_error.length() + seed.error + 2.0 * ROUNDING * distance)
+    (distance, p.position_error.length() + seed.off() + 2.0 * ROUNDING * distance)
 }
 
 fn consider(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, seed: &Seed, found: &mut Nearest) {
@@ -178,13 +178,17 @@ fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, se
     let vector = seed.point - p.position;
     let error = p.position_error.length() + seed.error + ROUNDING * vector.length();
     if s.seeds.surfaces == SurfaceTest::Depth {
-        return same_depth(p.position.z, seed.point.z, error, tolerance);
+        return same_depth(p.position.z, seed.point.z, error + seed.doubt.z.abs(), tolerance);
     }
     let away = [0, 1].map(|i| pixel[i].abs_diff(seed.pixel[i]) as f64);
     // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
     let pixels = away[0].hypot(away[1]).max(1.0);
-    let (apart, width) = (Apart { vector, error }, view.pixel_width(p.position, p.position_error));
+    let width = view.pixel_width(p.position, p.position_error);
     let planes = [(p.normal, p.normal_error), (seed.normal, seed.normal_error)];
-    let [here, there] = planes.map(|plane| near_plane(plane, &apart, pixels, width, tolerance));
+    let [here, there] = planes.map(|plane| {
+        // What is in doubt moves the point along the surface, and hardly off its planes.
+        let off_plane = plane.0.dot(seed.doubt).abs() + plane.1 * seed.doubt.length();
+        near_plane(plane, &Apart { vector, error: error + off_plane }, pixels, width, tolerance)
+    });
     here.and(there)
 }

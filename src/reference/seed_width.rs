@@ -62,7 +62,7 @@ pub fn widths(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Resu
     };
     let found = |seed: &Seed| {
         let (width, range) = width_at(&view, &light, hsm.as_ref(), settings, seed);
-        let (towards, error) = view.towards_light(seed.point, DVec3::splat(seed.error));
+        let (towards, error) = view.towards_light(seed.point, DVec3::splat(seed.off()));
         let (cosine, cosine_error) = match settings.metric {
             Metric::World => (1.0, 0.0),
             Metric::Light => {
@@ -109,7 +109,7 @@ fn width_at(view: &View<'_>, light: &AreaLight, hsm: Option<&Hsm>, s: &Settings,
     for (_, other) in windows {
         range = [range[0].min(other[0]), range[1].max(other[1])];
     }
-    let (pixel, error) = view.pixel_width(seed.point, DVec3::splat(seed.error));
+    let (pixel, error) = view.pixel_width(seed.point, DVec3::splat(seed.off()));
     let [least, most] = [-1.0, 1.0].map(|side| NARROWEST_WIDTH * (pixel + side * (error + ROUNDING * pixel)));
     if width < NARROWEST_WIDTH * pixel {
         width = 0.0;

@@ -2,7 +2,7 @@
 //! and the mean filter (Macedo, Apolinário 2018, algorithm 1); of an area light the widths of the penumbrae too.
 
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
-use super::{Info, PENUMBRA, Param, Setup, Technique, visibility_image};
+use super::{Info, PENUMBRA, Param, Setup, Technique, soft, visibility_image};
 use crate::gpu::Image;
 use crate::pass::edge_seeds::{EdgeConfig, EdgePoints, EdgeSeeds, PenumbraPush, SurfaceTest};
 use crate::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
@@ -11,7 +11,6 @@ use crate::pass::nearest_edge::{Nearest, NearestEdge, Viewed};
 use crate::pass::penumbra::penumbra_width;
 use crate::pass::rbsm::{Rbsm, RbsmPush, Revectorization};
 use crate::pass::seed_width::{Meet, Metric, WidthConfig};
-use crate::pass::soft::SearchWindow;
 use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
@@ -86,13 +85,8 @@ pub(super) const PARAMS: &[Param] = &[
 pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 20] {
     [
         Param::float("beta", 0.0, 1e9, 1.0, "factor", "of the penumbrae's widths; 1: as wide as similar triangles say"),
-        Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis"),
-        Param::choice(
-            "search",
-            &["near", "blockers"],
-            1,
-            "window of the blocker search: up to the light's near plane as in the papers, or as far as the nearest blocker in it allows",
-        ),
+        soft::SEARCH_TAPS,
+        soft::SEARCH,
         Param::choice(
             "meet",
             &["weighted", "nearest"],
@@ -180,7 +174,7 @@ pub(super) fn prepare_soft(
     let p = &setup.params;
     let config = WidthConfig {
         search_taps: p.int("search_taps"),
-        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+        window: soft::search_window(p),
         meet: if p.word("meet") == "weighted" { Meet::Weighted } else { Meet::Nearest },
         metric: if p.word("metric") == "light" { Metric::Light } else { Metric::World },
         line_taps: p.int("line_taps"),

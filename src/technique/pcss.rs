@@ -1,9 +1,9 @@
 //! Percentage-closer soft shadows.
 
-use super::{Info, Kind, Param, Setup, Technique, classes_view, sm, visibility_image};
+use super::{Info, Kind, Param, Setup, Technique, classes_view, sm, soft, visibility_image};
 use crate::gpu::Image;
 use crate::pass::pcss::{Pcss, PcssConfig};
-use crate::pass::soft::{SearchWindow, SoftPush};
+use crate::pass::soft::SoftPush;
 use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
@@ -14,14 +14,9 @@ pub const INFO: Info = Info {
     paper: "Fernando 2005",
     summary: "Penumbrae of an area light: their width from the mean distance of what blocks, filtered over that width.",
     params: &[
-        Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis"),
+        soft::SEARCH_TAPS,
         Param::odd("filter_taps", 1, 63, 15, "taps", "taps of the filter along each axis"),
-        Param::choice(
-            "search",
-            &["near", "blockers"],
-            1,
-            "window of the blocker search: up to the light's near plane as in the papers, or as far as the nearest blocker in it allows",
-        ),
+        soft::SEARCH,
         Param::choice("taps", &["nearest", "bilinear"], 1, "a tap of the filter tests one texel, or 2 x 2 weighted"),
         Param::choice(
             "narrow",
@@ -38,12 +33,7 @@ pub const INFO: Info = Info {
             "texel slopes",
             "taken off the receiver's depth on top, in slopes of its plane a texel",
         ),
-        Param::choice(
-            "skip",
-            &["auto", "off"],
-            0,
-            "decide pixels whose whole search window is lit or in shadow by depth bounds of the map: the same image",
-        ),
+        soft::SKIP,
     ],
     kind: Kind::RealTime(prepare),
 };
@@ -63,7 +53,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let config = PcssConfig {
         search_taps: p.int("search_taps"),
         filter_taps: p.int("filter_taps"),
-        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+        window: soft::search_window(p),
         bilinear: p.word("taps") == "bilinear",
         exact_box: p.word("narrow") == "box",
         listed: p.word("skip") == "auto",

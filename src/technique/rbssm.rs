@@ -1,11 +1,10 @@
 //! Revectorization-based soft shadow mapping.
 
 use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
-use super::{Info, Kind, Param, Setup, Technique, classes_view, visibility_image};
+use super::{Info, Kind, Param, Params, Setup, Technique, classes_view, soft, visibility_image};
 use crate::gpu::Image;
 use crate::pass::rbsm::RbsmPush;
 use crate::pass::rbssm::{Rbssm, RbssmConfig, RbssmVisibility};
-use crate::pass::soft::SearchWindow;
 use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
@@ -16,9 +15,9 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário, Agüero 2019, algorithms 2 and 3",
     summary: "Percentage-closer soft shadows whose filter averages revectorized visibility: narrow penumbrae without the map's stairs.",
     params: &[
-        SEARCH_TAPS,
+        soft::SEARCH_TAPS,
         FILTER_TAPS,
-        SEARCH,
+        soft::SEARCH,
         VISIBILITY,
         LEAST_WIDTH,
         MAX_DISTANCE,
@@ -30,12 +29,7 @@ pub const INFO: Info = Info {
             0,
             "find the ends of an edge once for all taps that lie on it, or for each tap: the same image",
         ),
-        Param::choice(
-            "skip",
-            &["auto", "off"],
-            0,
-            "decide pixels whose whole search window is lit or in shadow by depth bounds of the map: the same image",
-        ),
+        soft::SKIP,
     ],
     kind: Kind::RealTime(|context, setup| {
         let p = &setup.params;
@@ -43,16 +37,8 @@ pub const INFO: Info = Info {
     }),
 };
 
-pub(super) const SEARCH_TAPS: Param =
-    Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis");
 pub(super) const FILTER_TAPS: Param =
     Param::odd("filter_taps", 1, 63, 11, "taps", "taps of the filter along each axis, each a place in the map");
-pub(super) const SEARCH: Param = Param::choice(
-    "search",
-    &["near", "blockers"],
-    1,
-    "window of the blocker search: up to the light's near plane as in the papers, or as far as the nearest blocker in it allows",
-);
 pub(super) const VISIBILITY: Param = Param::choice(
     "visibility",
     &["recovery", "improved"],
@@ -67,6 +53,14 @@ pub(super) const LEAST_WIDTH: Param = Param::float(
     "texels",
     "the filter is never narrower, unless the light is so small that it has no such penumbra at all: size 0 keeps hard edges",
 );
+
+/// What [`VISIBILITY`] says.
+pub(super) fn visibility(params: &Params) -> RbssmVisibility {
+    match params.word("visibility") {
+        "recovery" => RbssmVisibility::Recovery,
+        _ => RbssmVisibility::Improved,
+    }
+}
 
 struct SoftShadows {
     info: &'static Info,
@@ -91,11 +85,8 @@ pub(super) fn prepare(
     let config = RbssmConfig {
         search_taps: p.int("search_taps"),
         filter_taps: p.int("filter_taps"),
-        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
-        visibility: match p.word("visibility") {
-            "recovery" => RbssmVisibility::Recovery,
-            _ => RbssmVisibility::Improved,
-        },
+        window: soft::search_window(p),
+        visibility: visibility(p),
         least_width: p.float("least_width"),
         max_distance: p.int("max_distance"),
         reuse,

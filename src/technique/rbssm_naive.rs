@@ -1,7 +1,8 @@
 //! Revectorization-based soft shadow mapping without its accelerations.
 
-use super::rbssm::{FILTER_TAPS, LEAST_WIDTH, SEARCH, SEARCH_TAPS, VISIBILITY, prepare};
+use super::rbssm::{FILTER_TAPS, LEAST_WIDTH, VISIBILITY, prepare};
 use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
+use super::soft::{SEARCH, SEARCH_TAPS};
 use super::{Info, Kind};
 
 /// The registry entry.

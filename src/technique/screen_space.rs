@@ -1,26 +1,19 @@
 //! What the techniques share that filter hard shadows in screen space, as wide as an area light's penumbrae: hard shadows,
 //! width of the penumbra by a blocker search in the shadow map, separable cross-bilateral filter.
 
-use super::{Info, Param, Setup, Technique, revectorized, visibility_image};
+use super::{Info, Param, Setup, Technique, revectorized, soft, visibility_image};
 use crate::gpu::{Buffer, Image};
 use crate::pass::edge_seeds::SurfaceTest;
 use crate::pass::penumbra_width::{PenumbraWidth, WidthConfig, WidthPush};
 use crate::pass::rbsm::{Rbsm, RbsmOfList, RbsmPush, Revectorization};
 use crate::pass::screen_filter::{Footprint, Kernel, ScreenFilter, ScreenFilterConfig, ScreenFilterPush};
 use crate::pass::sm::{Sm, SmPush};
-use crate::pass::soft::SearchWindow;
 use crate::pass::view::ViewBuffer;
 use crate::view::LightKind;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 
 pub(super) const SEARCH_TAPS: Param =
     Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis; 23 in the papers");
-pub(super) const SEARCH: Param = Param::choice(
-    "search",
-    &["near", "blockers"],
-    1,
-    "window of the blocker search: up to the light's near plane as in the papers, or as far as the nearest blocker in it allows",
-);
 pub(super) const NARROW: Param = Param::choice(
     "narrow",
     &["taps", "box"],
@@ -157,7 +150,7 @@ pub(super) fn prepare(
     };
     let width = WidthConfig {
         search_taps: p.int("search_taps"),
-        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+        window: soft::search_window(p),
         exact_box: p.word("narrow") == "box",
         listed: p.word("skip") == "auto",
     };

@@ -1,11 +1,10 @@
 //! A hybrid of soft shadows.
 
-use super::rbssm::{LEAST_WIDTH, SEARCH, SEARCH_TAPS, VISIBILITY};
+use super::rbssm::{self, LEAST_WIDTH, VISIBILITY};
 use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
-use super::{Info, Kind, Param, Setup, Technique, visibility_image};
+use super::{Info, Kind, Param, Setup, Technique, soft, visibility_image};
 use crate::gpu::Image;
-use crate::pass::rbssm::RbssmVisibility;
-use crate::pass::soft::{SearchWindow, SoftPush};
+use crate::pass::soft::SoftPush;
 use crate::pass::soft_auto::{SoftAuto, SoftAutoConfig};
 use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Result};
@@ -17,7 +16,7 @@ pub const INFO: Info = Info {
     paper: "this project; named as future work by Macedo, Apolinário, Agüero 2019",
     summary: "One blocker search, then what each penumbra is worth: hard edges, revectorized visibility under every tap, or percentage-closer filtering.",
     params: &[
-        SEARCH_TAPS,
+        soft::SEARCH_TAPS,
         Param::odd(
             "filter_taps",
             1,
@@ -34,7 +33,7 @@ pub const INFO: Info = Info {
             "taps",
             "taps of the filter of narrow ones along each axis, each a place in the map",
         ),
-        SEARCH,
+        soft::SEARCH,
         Param::float(
             "hard_pixels",
             0.0,
@@ -88,11 +87,8 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         search_taps: p.int("search_taps"),
         filter_taps: p.int("filter_taps"),
         kernel_taps: p.int("kernel_taps"),
-        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
-        visibility: match p.word("visibility") {
-            "recovery" => RbssmVisibility::Recovery,
-            _ => RbssmVisibility::Improved,
-        },
+        window: soft::search_window(p),
+        visibility: rbssm::visibility(p),
         least_width: p.float("least_width"),
         max_distance: p.int("max_distance"),
         hard_pixels: p.float("hard_pixels"),

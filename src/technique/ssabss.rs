@@ -1,7 +1,7 @@
 //! Screen-space anisotropic blurred soft shadows.
 
 use super::screen_space::{self, Hard};
-use super::{Info, Kind, Param, Setup, Technique, sm};
+use super::{Info, Kind, Param, Setup, Technique, sm, soft};
 use crate::pass::screen_filter::Kernel;
 use crate::{Context, Result};
 
@@ -13,7 +13,7 @@ pub const INFO: Info = Info {
     summary: "Penumbrae of an area light: hard shadow tests blurred in the image by a Gaussian in the receiver's plane.",
     params: &[
         screen_space::SEARCH_TAPS,
-        screen_space::SEARCH,
+        soft::SEARCH,
         screen_space::NARROW,
         screen_space::SEARCH_BIAS,
         screen_space::FILTER_TAPS,

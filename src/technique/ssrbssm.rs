@@ -2,7 +2,7 @@
 
 use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use super::screen_space::{self, Hard};
-use super::{Info, Kind, Param, Setup, Technique};
+use super::{Info, Kind, Param, Setup, Technique, soft};
 use crate::pass::rbsm::{ProfileQuality, Revectorization};
 use crate::pass::screen_filter::Kernel;
 use crate::{Context, Result};
@@ -21,7 +21,7 @@ pub const INFO: Info = Info {
             "hard shadows that are blurred: listing 5 as in the paper, RBSM*, or edge profiles",
         ),
         screen_space::SEARCH_TAPS,
-        screen_space::SEARCH,
+        soft::SEARCH,
         screen_space::NARROW,
         screen_space::SEARCH_BIAS,
         screen_space::FILTER_TAPS,

@@ -4,6 +4,7 @@ use edgeshade::gpu::Image;
 use edgeshade::host::{Host, HostDesc};
 use edgeshade::pass::edge_place::STEPS;
 use edgeshade::pass::edge_seeds::SurfaceTest;
+use edgeshade::pass::soft::SearchWindow;
 use edgeshade::pass::view::ViewConstants;
 use edgeshade::reference::edge_seeds::Points;
 use edgeshade::reference::revectorize::Function;
@@ -199,4 +200,9 @@ pub fn seed_settings(id: &str, p: &Params) -> edge_seeds::Settings {
             _ => Points::Pixels,
         },
     }
+}
+
+/// Where a technique searches for blockers.
+pub fn search_window(p: &Params) -> SearchWindow {
+    if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers }
 }

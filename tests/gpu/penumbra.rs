@@ -210,8 +210,7 @@ fn check(run: &Run, what: &str) -> Findings {
     let found = examine(run, &run.settings, &run.seeds, &run.in_world(&run.settings));
     found.print(what);
     assert_eq!(found.wrong(), 0, "{what}: {found:?}");
-    // To be traced, a seed asks four tests of the map, and a tie in one of them leaves its place in doubt.
-    assert!(found.doubtful * 50 <= found.in_reach, "{what}: {found:?}");
+    assert!(found.doubtful * 100 <= found.in_reach, "{what}: {found:?}");
     let mirror = mean_filter::visibility(&run.data(), &run.filter_settings(), &run.intensity).unwrap();
     compare(&run.visibility, &mirror, 1e-4).check(&format!("{what}, filter"), 0.01);
     found

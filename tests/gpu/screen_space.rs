@@ -2,7 +2,9 @@
 
 mod edge;
 
-use crate::common::{Shot, assert_same_bits, camera_of, differing, every_shipped, light_of, shipped_scene, with_gpu};
+use crate::common::{
+    Shot, assert_same_bits, camera_of, differing, every_shipped, light_of, search_window, shipped_scene, with_gpu,
+};
 use crate::mirrors::compare;
 use edgeshade::host::Host;
 use edgeshade::pass::edge_seeds::SurfaceTest;
@@ -90,7 +92,7 @@ impl Run {
             visibility,
             search: penumbra_width::Settings {
                 taps: p.int("search_taps"),
-                window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+                window: search_window(&p),
                 exact_box: p.word("narrow") == "box",
                 normal_offset: p.float("normal_offset"),
                 depth_bias: p.float("search_bias"),

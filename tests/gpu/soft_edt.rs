@@ -3,7 +3,9 @@
 
 mod limits;
 
-use crate::common::{Shot, assert_same_bits, desc, renderer, seed_settings, shipped_scene, visibility, with_gpu};
+use crate::common::{
+    Shot, assert_same_bits, desc, renderer, search_window, seed_settings, shipped_scene, visibility, with_gpu,
+};
 use crate::made::{cuboid, moved, perspective, plane, scene, sun};
 use crate::mirrors::compare;
 use crate::soft::enlarged;
@@ -75,7 +77,7 @@ impl Run {
         let settings = Settings { seeds: seed_settings, meet, metric, filter_width: p.float("filter_width") };
         let width_settings = seed_width::Settings {
             search_taps: p.int("search_taps"),
-            window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+            window: search_window(&p),
             metric,
             beta: p.float("beta"),
             normal_offset: p.float("normal_offset"),

@@ -70,7 +70,7 @@ impl Place {
     fn measure(&self, s: &Settings, (seed, [_, cosine]): &WideSeed) -> Measured {
         let apart = seed.point - self.p.position;
         let length = apart.length();
-        let error = self.p.position_error.length() + seed.error + 2.0 * ROUNDING * length;
+        let error = self.p.position_error.length() + seed.off() + 2.0 * ROUNDING * length;
         if s.metric == Metric::World {
             return Measured(length, error);
         }
@@ -106,7 +106,7 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -
             };
             let reach = if settings.meet == Meet::Weighted { reach } else { f64::INFINITY };
             // Most are too far off by any measure.
-            let limit = 1.00001 * (reach.min(found.range[1]) * unit / cosine + p.position_error.length() + seed.error);
+            let limit = 1.00001 * (reach.min(found.range[1]) * unit / cosine + p.position_error.length() + seed.off());
             if place.p.position.distance_squared(seed.point) > limit * limit {
                 continue;
             }
@@ -220,7 +220,7 @@ pub fn beyond(
             return Beyond::default();
         }
         let across = (seed.point - p.position) / share;
-        let line = Line { view: &view, s: settings, pixel, p, across, share, error: seed.error / share };
+        let line = Line { view: &view, s: settings, pixel, p, across, share, error: seed.off() / share };
         let mut found = Beyond::default();
         for k in 0..taps {
             let t = (f64::from(k) + 0.5) / f64::from(taps) - 0.5;

@@ -1,14 +1,13 @@
 //! The hybrid of soft shadows against its mirror, and against the techniques that it is made of.
 
 use super::enlarged;
-use super::ground::{Ground, IMAGE, MAP, noise, upload};
+use super::ground::{Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, is_llvmpipe};
-use crate::common::{renderer, shipped_scene, visibility, with_gpu};
+use crate::common::{renderer, search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::compare;
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
 use edgeshade::pass::rbssm::RbssmVisibility;
-use edgeshade::pass::soft::SearchWindow;
 use edgeshade::reference::soft_auto::{self, Settings};
 use edgeshade::reference::{Mirror, rbssm};
 use edgeshade::scene::RenderDesc;
@@ -34,7 +33,7 @@ fn settings(set: Set) -> Settings {
         kernel: rbssm::Settings {
             search_taps: p.int("search_taps"),
             filter_taps: p.int("kernel_taps"),
-            window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+            window: search_window(&p),
             visibility: match p.word("visibility") {
                 "recovery" => RbssmVisibility::Recovery,
                 _ => RbssmVisibility::Improved,
@@ -111,12 +110,8 @@ fn it_equals_its_mirror_on_noise() {
         for (f, set) in FORMS.into_iter().enumerate() {
             let mut technique = on_ground(host, set);
             let mut unskipped = on_ground(host, [set, &[("skip", "off")]].concat().leak());
-            for (k, (is_spot, size, tilt)) in
-                [(true, 0.0, 0.0), (true, 0.5, 0.0), (true, 3.0, 0.3), (false, 0.02, 0.0), (false, 0.4, -0.2)]
-                    .into_iter()
-                    .enumerate()
-                    .filter(|(k, _)| (k + f) % 2 == 0)
-            {
+            let half = UNDER_NOISE.into_iter().enumerate().filter(|(k, _)| (k + f) % 2 == 0);
+            for (k, (is_spot, size, tilt)) in half {
                 let ground = Ground::new(host, is_spot, size, tilt);
                 let texels = noise(&ground, k as u64);
                 let map = upload(host, &texels);

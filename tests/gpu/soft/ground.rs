@@ -14,6 +14,10 @@ use glam::{DAffine3, dvec3};
 pub const MAP: [u32; 2] = [101, 67];
 pub const IMAGE: [u32; 2] = [192, 128];
 
+/// Lights and planes for noise: whether a spot, its size, the tilt.
+pub const UNDER_NOISE: [(bool, f64, f64); 5] =
+    [(true, 0.0, 0.0), (true, 0.5, 0.0), (true, 3.0, 0.3), (false, 0.02, 0.0), (false, 0.4, -0.2)];
+
 /// Distance of the plane's middle, and the planes of both views.
 const DISTANCE: f64 = 10.0;
 const NEAR: f64 = 1.0;

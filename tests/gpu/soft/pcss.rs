@@ -1,13 +1,12 @@
 //! Percentage-closer soft shadows against the mirror, a closed form, and without their shortcuts.
 
 use super::enlarged;
-use super::ground::{Ground, IMAGE, MAP, noise, upload};
+use super::ground::{Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, renderer};
-use crate::common::{shipped_scene, visibility, with_gpu};
+use crate::common::{search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::{Agreement, compare};
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
-use edgeshade::pass::soft::SearchWindow;
 use edgeshade::reference::pcss::Settings;
 use edgeshade::reference::{Mirror, pcss};
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
@@ -31,7 +30,7 @@ pub fn settings(set: Set) -> Settings {
     Settings {
         search_taps: p.int("search_taps"),
         filter_taps: p.int("filter_taps"),
-        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+        window: search_window(&p),
         bilinear: p.word("taps") == "bilinear",
         exact_box: p.word("narrow") == "box",
         normal_offset: p.float("normal_offset"),
@@ -96,11 +95,7 @@ fn it_equals_its_mirror_on_noise() {
         for set in FORMS {
             let mut technique = on_ground(host, set);
             let mut unskipped = on_ground(host, &[set, &[("skip", "off")]].concat().leak()[..]);
-            for (k, (is_spot, size, tilt)) in
-                [(true, 0.0, 0.0), (true, 0.5, 0.0), (true, 3.0, 0.3), (false, 0.02, 0.0), (false, 0.4, -0.2)]
-                    .into_iter()
-                    .enumerate()
-            {
+            for (k, (is_spot, size, tilt)) in UNDER_NOISE.into_iter().enumerate() {
                 let ground = Ground::new(host, is_spot, size, tilt);
                 let texels = noise(&ground, k as u64);
                 let map = upload(host, &texels);

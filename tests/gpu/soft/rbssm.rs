@@ -1,14 +1,13 @@
 //! Revectorization-based soft shadow mapping against the mirror, and without its shortcuts.
 
 use super::enlarged;
-use super::ground::{Ground, IMAGE, MAP, noise, upload};
+use super::ground::{Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, renderer};
-use crate::common::{shipped_scene, visibility, with_gpu};
+use crate::common::{search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::compare;
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
 use edgeshade::pass::rbssm::RbssmVisibility;
-use edgeshade::pass::soft::SearchWindow;
 use edgeshade::reference::Mirror;
 use edgeshade::reference::rbssm::{self, Settings};
 use edgeshade::scene::RenderDesc;
@@ -33,7 +32,7 @@ pub fn settings(set: Set) -> Settings {
     Settings {
         search_taps: p.int("search_taps"),
         filter_taps: p.int("filter_taps"),
-        window: if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers },
+        window: search_window(&p),
         visibility: match p.word("visibility") {
             "recovery" => RbssmVisibility::Recovery,
             _ => RbssmVisibility::Improved,
@@ -117,12 +116,8 @@ fn it_equals_its_mirror_and_the_naive_form_on_noise() {
                 ("without reuse", with(&[("reuse", "off")])),
                 ("without skipping", with(&[("skip", "off")])),
             ];
-            for (k, (is_spot, size, tilt)) in
-                [(true, 0.0, 0.0), (true, 0.5, 0.0), (true, 3.0, 0.3), (false, 0.02, 0.0), (false, 0.4, -0.2)]
-                    .into_iter()
-                    .enumerate()
-                    .filter(|(k, _)| (k + f) % 2 == 0)
-            {
+            let half = UNDER_NOISE.into_iter().enumerate().filter(|(k, _)| (k + f) % 2 == 0);
+            for (k, (is_spot, size, tilt)) in half {
                 let ground = Ground::new(host, is_spot, size, tilt);
                 let texels = noise(&ground, k as u64);
                 let map = upload(host, &texels);
