@@ -76,6 +76,7 @@
 //! tool; `shaderc` compiles the shaders at build time instead of taking the committed SPIR-V.
 #![warn(missing_docs)]
 
+pub mod casters;
 mod context;
 pub mod error;
 mod frame;
