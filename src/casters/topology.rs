@@ -233,7 +233,7 @@ fn weld(positions: &[[f32; 3]], threads: usize) -> Vec<u32> {
     let first: Vec<AtomicU32> = positions.iter().map(|_| AtomicU32::new(EMPTY)).collect();
     in_threads(threads, |thread| {
         // A thread welds the vertices whose hash begins with its number, in ascending order.
-        let owner = |h: u64| ((h >> 32) * threads as u64 >> 32) as usize;
+        let owner = |h: u64| (((h >> 32) * threads as u64) >> 32) as usize;
         let mine: Vec<u32> = (0..positions.len() as u32).filter(|&i| owner(hash(key(i))) == thread).collect();
         let mask = (2 * mine.len()).next_power_of_two() - 1;
         let mut table = vec![EMPTY; mask + 1];
