@@ -29,6 +29,8 @@ pub enum Bind<'a> {
     Input(&'a ImageRef),
     /// A buffer.
     Buffer(&'a Buffer),
+    /// Somebody else's buffer from its start, that many bytes; read only.
+    Foreign(vk::Buffer, u64),
 }
 
 /// How many workgroups run.
@@ -141,7 +143,7 @@ impl<'a> Frame<'a> {
             let names: Vec<_> = reflection.bindings.iter().map(|b| b.name.as_str()).collect();
             return Err(shader_error(format!("{} resources were bound; it declares {names:?}", pass.bind.len())));
         }
-        let unfit = |(b, bound): &(&Binding, &Bind<'_>)| b.kind.is_buffer() != matches!(bound, Bind::Buffer(_));
+        let unfit = |(b, bound): &(&Binding, &Bind<'_>)| b.kind.is_buffer() != bound.buffer().is_some();
         if let Some((b, _)) = reflection.bindings.iter().zip(pass.bind).find(unfit) {
             return Err(shader_error(format!("binding {} ({}) wants {:?}", b.binding, b.name, b.kind)));
         }
@@ -181,11 +183,14 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
-    /// Writes up to 65536 bytes (a multiple of 4) into a buffer, in stream order: no CPU copy to keep.
+    /// Writes bytes (a multiple of 4) into a buffer, in stream order: no CPU copy to keep.
     pub(crate) fn update(&mut self, buffer: &Buffer, bytes: &[u8]) {
         self.hazard(&[(buffer.handle().as_raw(), TRANSFER_USE)]);
-        // SAFETY: `begin`'s contract; the sizes are constants of the callers within Vulkan's limit.
-        unsafe { self.context.device().raw.cmd_update_buffer(self.cmd, buffer.handle(), 0, bytes) };
+        for (i, part) in bytes.chunks(UPDATE).enumerate() {
+            let raw = &self.context.device().raw;
+            // SAFETY: `begin`'s contract; the callers size the buffer for the bytes.
+            unsafe { raw.cmd_update_buffer(self.cmd, buffer.handle(), (i * UPDATE) as u64, part) };
+        }
     }
 
     /// Notes how many tiles the pass recorded last worked on: a `u32` at `offset` of `counter`.
@@ -340,8 +345,8 @@ impl<'a> Frame<'a> {
         let buffers: Vec<_> = bind
             .iter()
             .map(|b| {
-                let buffer = if let Bind::Buffer(b) = b { b.handle() } else { vk::Buffer::null() };
-                [vk::DescriptorBufferInfo { buffer, offset: 0, range: vk::WHOLE_SIZE }]
+                let (buffer, range) = b.buffer().unwrap_or((vk::Buffer::null(), vk::WHOLE_SIZE));
+                [vk::DescriptorBufferInfo { buffer, offset: 0, range }]
             })
             .collect();
         let writes: Vec<_> = (kinds.iter().zip(&images).zip(&buffers))
@@ -376,7 +381,16 @@ impl<'a> Bind<'a> {
             Self::Image(i) => Some(i.as_ref()),
             Self::Mip(i, level) => Some(i.mip(level)),
             Self::Input(i) => Some(*i),
-            Self::Buffer(_) => None,
+            Self::Buffer(_) | Self::Foreign(..) => None,
+        }
+    }
+
+    /// Handle and size of a buffer.
+    fn buffer(&self) -> Option<(vk::Buffer, u64)> {
+        match *self {
+            Self::Buffer(b) => Some((b.handle(), vk::WHOLE_SIZE)),
+            Self::Foreign(buffer, size) => Some((buffer, size)),
+            _ => None,
         }
     }
 
@@ -385,6 +399,7 @@ impl<'a> Bind<'a> {
     fn id(&self) -> u64 {
         match self {
             Self::Buffer(b) => b.handle().as_raw(),
+            Self::Foreign(b, _) => b.as_raw(),
             _ => self.image().map_or(0, |i| i.image.as_raw()),
         }
     }
@@ -397,6 +412,9 @@ const TO_HOST: Barrier = Barrier {
     dst_stage: vk::PipelineStageFlags2::HOST,
     dst_access: vk::AccessFlags2::HOST_READ,
 };
+
+/// Bytes that one command may update.
+const UPDATE: usize = 65536;
 
 const INDIRECT_USE: Use = Use {
     stage: vk::PipelineStageFlags2::DRAW_INDIRECT,

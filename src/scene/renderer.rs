@@ -1,7 +1,10 @@
 //! A scene, a camera, a light and a technique: rendered off screen, with the time of every pass.
 
 use super::cull::DrawList;
-use super::{CasterOptions, GBuffer, GpuScene, Light, LightShape, Scene, Shade, ShadeOptions, ShadowMap, light_view};
+use super::{
+    CasterOptions, GBuffer, GpuScene, Light, LightShape, Scene, SceneCasters, Shade, ShadeOptions, ShadowMap,
+    light_view,
+};
 use crate::gpu::{Image, ImageDesc};
 use crate::host::Host;
 use crate::pass::accumulate::Accumulate;
@@ -33,6 +36,8 @@ pub struct RenderDesc {
     pub dynamic_light: bool,
     /// Have techniques make their intermediate images too.
     pub intermediates: bool,
+    /// Build the adjacency of the casters' triangles, for the techniques that need it.
+    pub adjacency: bool,
 }
 
 impl Default for RenderDesc {
@@ -46,6 +51,7 @@ impl Default for RenderDesc {
             normals: true,
             dynamic_light: true,
             intermediates: false,
+            adjacency: true,
         }
     }
 }
@@ -56,6 +62,7 @@ pub struct Renderer<'h> {
     desc: RenderDesc,
     view: View,
     gpu: GpuScene,
+    casters: Option<SceneCasters>,
     camera_list: DrawList,
     light_list: DrawList,
     map: ShadowMap,
@@ -75,7 +82,7 @@ struct View {
 }
 
 impl View {
-    fn inputs(&self, gbuffer: &GBuffer, map: &ShadowMap) -> Inputs<'_> {
+    fn inputs<'a>(&'a self, gbuffer: &GBuffer, map: &ShadowMap, casters: Option<&'a SceneCasters>) -> Inputs<'a> {
         let normal = (gbuffer.geometric_normal.as_ref(), NormalEncoding::OctahedralSigned);
         Inputs {
             camera: &self.camera,
@@ -84,6 +91,7 @@ impl View {
             shadow_map: map.image().as_ref(),
             light: std::slice::from_ref(&self.light),
             light_version: Some(self.light_version),
+            casters: casters.map_or(&[], |c| &c.transforms),
         }
     }
 }
@@ -99,6 +107,7 @@ impl<'h> Renderer<'h> {
         }
         check_camera(&camera)?;
         let gpu = GpuScene::new(host, scene)?;
+        let casters = if desc.adjacency { Some(SceneCasters::new(host.context(), scene, &gpu)?) } else { None };
         let view = light_view(scene, light);
         let instances = scene.instances.len();
         Ok(Self {
@@ -110,6 +119,7 @@ impl<'h> Renderer<'h> {
             timings: Timings::new(host.context(), host.queue_family(), 1)?,
             map_is_current: false,
             view: View { camera, light: view, light_version: 0, normals: desc.normals },
+            casters,
             host,
             desc,
             gpu,
@@ -124,6 +134,7 @@ impl<'h> Renderer<'h> {
             output: self.desc.output,
             params: params.clone(),
             intermediates: self.desc.intermediates,
+            casters: self.casters.as_ref().map(|c| c.casters.clone()),
         };
         technique::prepare(id, self.host.context(), &setup)
     }
@@ -145,7 +156,7 @@ impl<'h> Renderer<'h> {
                 self.map.record(&mut frame, &self.gpu, list)?;
             }
             self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
-            let inputs = self.view.inputs(&self.gbuffer, &self.map);
+            let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());
             let visibility = technique.record(&mut frame, &inputs)?;
             self.shade.record(&mut frame, &inputs, &self.gbuffer, &visibility)?;
             frame.finish(technique.output());
@@ -185,8 +196,10 @@ impl<'h> Renderer<'h> {
                 // SAFETY: as in `frame`.
                 let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
                 self.map.record(&mut frame, &self.gpu, &list)?;
-                let inputs =
-                    Inputs { light: std::slice::from_ref(&view), ..self.view.inputs(&self.gbuffer, &self.map) };
+                let inputs = Inputs {
+                    light: std::slice::from_ref(&view),
+                    ..self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref())
+                };
                 let visibility = hard.record(&mut frame, &inputs)?;
                 accumulate.record(&mut frame, &visibility, i, count, &average)?;
                 frame.end();
@@ -216,7 +229,7 @@ impl<'h> Renderer<'h> {
             // SAFETY: as in `frame`; `given` lives until the work is done.
             let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
             self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
-            let inputs = self.view.inputs(&self.gbuffer, &self.map);
+            let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());
             self.shade.record(&mut frame, &inputs, &self.gbuffer, &given.as_ref())?;
             frame.end();
             Ok(())
