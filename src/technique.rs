@@ -1,5 +1,6 @@
 //! The registry: the only list of techniques, with each one's parameter table and constructor.
 
+pub mod edsm_x;
 pub mod edtsm;
 pub mod edtsm_star;
 pub mod edtssm;
@@ -150,6 +151,7 @@ pub const ALL: &[Info] = &[
     edtssm::INFO,
     edtssm_star::INFO,
     soft_auto::INFO,
+    edsm_x::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",
