@@ -147,13 +147,8 @@ mod tests {
 
     #[test]
     fn needs_are_told_apart() {
-        let needs = [
-            Need::DynamicRendering,
-            Need::DepthClamp,
-            Need::GeometryShader,
-            Need::Int64Atomics,
-            Need::FragmentStores,
-        ];
+        let needs =
+            [Need::DynamicRendering, Need::DepthClamp, Need::GeometryShader, Need::Int64Atomics, Need::FragmentStores];
         for need in needs {
             assert!(!need.is_met(DeviceFeatures::default()), "{need:?}");
         }

@@ -78,15 +78,8 @@ impl<'a> Frame<'a> {
         handoff: Handoff,
         timings: Option<&'a mut Timings>,
     ) -> Self {
-        let mut frame = Self {
-            context,
-            cmd,
-            handoff,
-            timings,
-            hazards: Hazards::default(),
-            groups: 0,
-            stages: OWN_STAGES,
-        };
+        let mut frame =
+            Self { context, cmd, handoff, timings, hazards: Hazards::default(), groups: 0, stages: OWN_STAGES };
         frame.stages |= frame.raster_stages();
         if let Some(timings) = &mut frame.timings {
             timings.begin(cmd);
@@ -145,7 +138,8 @@ impl<'a> Frame<'a> {
             }
             match pass.threads {
                 Threads::Count(n) => {
-                    let groups: [u32; 3] = std::array::from_fn(|i| n[i].div_ceil(pass.pipeline.reflection.local_size[i]));
+                    let groups: [u32; 3] =
+                        std::array::from_fn(|i| n[i].div_ceil(pass.pipeline.reflection.local_size[i]));
                     if !groups.contains(&0) {
                         raw.cmd_dispatch(cmd, groups[0], groups[1], groups[2]);
                     }

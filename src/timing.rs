@@ -188,7 +188,8 @@ impl Timings {
             .pipeline_statistics(which)
             .query_count(self.slots.len() as u32 * MAX_PASSES);
         // SAFETY: the feature was checked for, and the figures are such as the queue counts.
-        let pool = unsafe { self.device.raw.create_query_pool(&info, None) }.context("vkCreateQueryPool(statistics)")?;
+        let pool =
+            unsafe { self.device.raw.create_query_pool(&info, None) }.context("vkCreateQueryPool(statistics)")?;
         self.device.name(pool, "statistics");
         self.statistics = Some(StatisticsPool { pool, figures: which.as_raw().count_ones() as usize });
         Ok(())

@@ -256,10 +256,8 @@ impl Draw<'_, '_> {
         let [width, height] = self.pass.extent;
         let cut = |r: Range<u32>, n: u32| (r.start.min(n), r.end.min(n).saturating_sub(r.start.min(n)));
         let ((x, width), (y, height)) = (cut(x, width), cut(y, height));
-        let area = vk::Rect2D {
-            offset: vk::Offset2D { x: x as i32, y: y as i32 },
-            extent: vk::Extent2D { width, height },
-        };
+        let area =
+            vk::Rect2D { offset: vk::Offset2D { x: x as i32, y: y as i32 }, extent: vk::Extent2D { width, height } };
         // SAFETY: as in `bind`.
         unsafe { self.frame.context.device().raw.cmd_set_scissor(self.frame.cmd, 0, &[area]) };
     }
@@ -315,3 +313,6 @@ impl Draw<'_, '_> {
         Ok(())
     }
 }
+
+#[cfg(all(test, feature = "app"))]
+mod tests;

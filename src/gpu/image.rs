@@ -64,10 +64,7 @@ pub(crate) fn aspect(format: vk::Format) -> vk::ImageAspectFlags {
 
 /// True for depth with stencil.
 pub(crate) fn has_stencil(format: vk::Format) -> bool {
-    matches!(
-        format,
-        vk::Format::D16_UNORM_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D32_SFLOAT_S8_UINT
-    )
+    matches!(format, vk::Format::D16_UNORM_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D32_SFLOAT_S8_UINT)
 }
 
 /// All aspects of a format: barriers must name them together.
