@@ -151,11 +151,14 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
-    /// Writes up to 65536 bytes (a multiple of 4) into a buffer, in stream order: no CPU copy to keep.
+    /// Writes bytes (a multiple of 4) into a buffer, in stream order: no CPU copy to keep.
     pub(crate) fn update(&mut self, buffer: &Buffer, bytes: &[u8]) {
         self.hazard(&[(buffer.handle().as_raw(), TRANSFER_USE)]);
-        // SAFETY: `begin`'s contract; the sizes are constants of the callers within Vulkan's limit.
-        unsafe { self.context.device().raw.cmd_update_buffer(self.cmd, buffer.handle(), 0, bytes) };
+        for (i, part) in bytes.chunks(UPDATE).enumerate() {
+            let raw = &self.context.device().raw;
+            // SAFETY: `begin`'s contract; the callers size the buffer for the bytes.
+            unsafe { raw.cmd_update_buffer(self.cmd, buffer.handle(), (i * UPDATE) as u64, part) };
+        }
     }
 
     /// Notes how many tiles the pass recorded last worked on: a `u32` at `offset` of `counter`.
@@ -296,6 +299,9 @@ const TO_HOST: Barrier = Barrier {
     dst_stage: vk::PipelineStageFlags2::HOST,
     dst_access: vk::AccessFlags2::HOST_READ,
 };
+
+/// Bytes that one command may update.
+const UPDATE: usize = 65536;
 
 const INDIRECT_USE: Use = Use {
     stage: vk::PipelineStageFlags2::DRAW_INDIRECT,

@@ -3,6 +3,7 @@
 use crate::view::{CameraView, LightView};
 use crate::{Error, Result};
 use ash::vk;
+use glam::DAffine3;
 
 /// An image that somebody else owns, and the layout in which it is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,8 +53,11 @@ pub struct Inputs<'a> {
     /// The views the layers were rendered from, in layer order. One for now.
     pub light: &'a [LightView],
     /// A number that the caller changes whenever the shadow map's content changes. What depends only
-    /// on the map is kept while it stays equal; `None` recomputes it every frame.
+    /// on the map, or on how the casters stand to the light, is kept while it stays equal; `None` recomputes it every frame.
     pub light_version: Option<u64>,
+    /// Where each instance of [`crate::technique::Setup::casters`] stands: the transform from its own space to the
+    /// world, any affine one. Empty for techniques without casters.
+    pub casters: &'a [DAffine3],
 }
 
 /// In which stage, access and layout the caller reads the visibility image.

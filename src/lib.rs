@@ -31,6 +31,7 @@
 //!     output: technique::OutputFormat::R8,
 //!     params: technique::Params::parse(technique::find("pcf")?, [("width", "5")])?,
 //!     intermediates: false,
+//!     casters: None,
 //! };
 //! let mut shadows = technique::prepare("pcf", &context, &setup)?;
 //! // Every frame, outside a render pass, after the barrier that makes your images readable by compute shaders.
@@ -44,6 +45,7 @@
 //!         shadow_map,
 //!         light: &[light],
 //!         light_version: None,
+//!         casters: &[],
 //!     },
 //! )?;
 //! // Leaves the image as the hand-off says: here, for a fragment shader, in SHADER_READ_ONLY_OPTIMAL.
@@ -77,6 +79,7 @@
 //! tool; `shaderc` compiles the shaders at build time instead of taking the committed SPIR-V.
 #![warn(missing_docs)]
 
+pub mod casters;
 mod context;
 mod device_features;
 pub mod error;

@@ -26,6 +26,7 @@ pub mod ssrbssm;
 
 pub use params::{Param, ParamKind, Params};
 
+use crate::casters::Casters;
 use crate::gpu::{Device, Image, ImageDesc};
 use crate::{Context, Error, Frame, ImageRef, Inputs, Need, Result};
 use ash::vk;
@@ -44,6 +45,8 @@ pub struct Setup {
     pub params: Params,
     /// Also make the images of [`Technique::intermediates`], where these cost a pass and memory of their own.
     pub intermediates: bool,
+    /// Triangle meshes that cast, for the techniques that know them; the others take no notice.
+    pub casters: Option<Arc<Casters>>,
 }
 
 /// Format of the visibility image: 1 lit, 0 in shadow.

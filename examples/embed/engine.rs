@@ -124,6 +124,7 @@ impl Engine {
             output: OutputFormat::R8,
             params: Params::parse(info, options.params.iter().copied())?,
             intermediates: false,
+            casters: None,
         };
         let shadows = technique::prepare(options.technique, &context, &setup)?;
         let timings = Timings::new(&context, gpu.family, FRAMES_IN_FLIGHT * VIEWS as u32)?;
@@ -216,6 +217,7 @@ impl Engine {
             shadow_map: input(&self.shadow_map, SHADOW_INPUT),
             light: &[now.light],
             light_version: Some(now.light_version),
+            casters: &[],
         };
         // SAFETY: the command buffer records, is submitted in order, and the images outlive it.
         let mut frame = unsafe { Frame::begin(&self.context, cmd, Handoff::FRAGMENT_SAMPLED, Some(&mut self.timings)) };

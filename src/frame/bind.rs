@@ -1,7 +1,7 @@
 //! What is bound to a shader: checked against it, tracked for hazards, and pushed.
 
 use super::Frame;
-use crate::gpu::{Buffer, Image, Interface, ResourceAccess, ResourceKind};
+use crate::gpu::{Buffer, Image, Interface, ResourceAccess, ResourceKind, Slot};
 use crate::hazard::Use;
 use crate::inputs::ImageRef;
 use crate::{Error, Result};
@@ -20,13 +20,15 @@ pub enum Bind<'a> {
     Input(&'a ImageRef),
     /// A buffer.
     Buffer(&'a Buffer),
+    /// Somebody else's buffer from its start, that many bytes; read only.
+    Foreign(vk::Buffer, u64),
 }
 
 impl<'a> Bind<'a> {
     pub(super) fn owned(&self) -> Option<&'a Image> {
         match *self {
             Self::Image(i) | Self::Mip(i, _) | Self::Stencil(i) => Some(i),
-            Self::Input(_) | Self::Buffer(_) => None,
+            Self::Input(_) | Self::Buffer(_) | Self::Foreign(..) => None,
         }
     }
 
@@ -36,7 +38,16 @@ impl<'a> Bind<'a> {
             Self::Mip(i, level) => Some(i.mip(level)),
             Self::Stencil(i) => Some(i.stencil()),
             Self::Input(i) => Some(*i),
-            Self::Buffer(_) => None,
+            Self::Buffer(_) | Self::Foreign(..) => None,
+        }
+    }
+
+    /// Handle and size of a buffer.
+    fn buffer(&self) -> Option<(vk::Buffer, u64)> {
+        match *self {
+            Self::Buffer(b) => Some((b.handle(), vk::WHOLE_SIZE)),
+            Self::Foreign(buffer, size) => Some((buffer, size)),
+            _ => None,
         }
     }
 
@@ -45,6 +56,7 @@ impl<'a> Bind<'a> {
     fn id(&self) -> u64 {
         match self {
             Self::Buffer(b) => b.handle().as_raw(),
+            Self::Foreign(b, _) => b.as_raw(),
             _ => self.image().map_or(0, |i| i.image.as_raw()),
         }
     }
@@ -58,29 +70,22 @@ impl Interface {
             let names: Vec<_> = self.slots.iter().map(|s| s.name.as_str()).collect();
             return error(format!("{} resources were bound; it declares {names:?}", bind.len()));
         }
-        let unfit = |(s, b): &(_, &Bind<'_>)| is_buffer(s) != matches!(b, Bind::Buffer(_));
-        match self.slots.iter().map(|s| s.kind).zip(bind).position(|p| unfit(&p)) {
+        let unfit = |(s, b): &(&Slot, &Bind<'_>)| s.kind.is_buffer() != b.buffer().is_some();
+        match self.slots.iter().zip(bind).find(unfit) {
             None => Ok(()),
-            Some(i) => {
-                let slot = &self.slots[i];
-                error(format!("binding {} ({}) wants {:?}", slot.binding, slot.name, slot.kind))
-            }
+            Some((s, _)) => error(format!("binding {} ({}) wants {:?}", s.binding, s.name, s.kind)),
         }
     }
 
     /// What the stages do with what is bound, by [`Bind::id`].
     pub(super) fn uses(&self, bind: &[Bind<'_>]) -> Vec<(u64, Use)> {
-        let slot = |(slot, bound): (&crate::gpu::Slot, &Bind<'_>)| {
+        let slot = |(slot, bound): (&Slot, &Bind<'_>)| {
             let id = bound.id();
             let kind = slot.kind;
             slot.uses.iter().map(move |&(stage, access)| (id, stage_use(stage, kind, access))).collect::<Vec<_>>()
         };
         self.slots.iter().zip(bind).flat_map(slot).collect()
     }
-}
-
-fn is_buffer(kind: &ResourceKind) -> bool {
-    kind.is_buffer()
 }
 
 fn stage_use(stage: vk::ShaderStageFlags, kind: ResourceKind, access: ResourceAccess) -> Use {
@@ -122,8 +127,8 @@ impl Frame<'_> {
         let buffers: Vec<_> = bind
             .iter()
             .map(|b| {
-                let buffer = if let Bind::Buffer(b) = b { b.handle() } else { vk::Buffer::null() };
-                [vk::DescriptorBufferInfo { buffer, offset: 0, range: vk::WHOLE_SIZE }]
+                let (buffer, range) = b.buffer().unwrap_or((vk::Buffer::null(), vk::WHOLE_SIZE));
+                [vk::DescriptorBufferInfo { buffer, offset: 0, range }]
             })
             .collect();
         let writes: Vec<_> = (interface.slots.iter().zip(&images).zip(&buffers))

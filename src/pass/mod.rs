@@ -20,6 +20,7 @@ pub mod rbssm;
 pub mod rpcf;
 pub mod screen_filter;
 pub mod seed_width;
+pub mod silhouettes;
 pub mod sm;
 pub mod soft;
 pub mod soft_auto;

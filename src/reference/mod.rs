@@ -30,6 +30,7 @@ pub mod screen_filter;
 pub mod seed_width;
 pub mod shade;
 pub mod shapes;
+pub mod silhouettes;
 pub mod sm;
 mod soft;
 pub mod soft_auto;

@@ -110,7 +110,8 @@ impl GpuScene {
         let materials = materials.collect();
         let image_bytes: u64 = textures.iter().map(Image::memory_bytes).sum();
         let gpu = Self {
-            positions: host.upload("positions", vertex, &positions)?,
+            // Also read in place by the techniques that know the casters.
+            positions: host.upload("positions", vertex | vk::BufferUsageFlags::STORAGE_BUFFER, &positions)?,
             normals: host.upload("normals", vertex, &normals)?,
             uvs: host.upload("uvs", vertex, &uvs)?,
             colors: host.upload("colors", vertex, &colors)?,

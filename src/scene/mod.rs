@@ -1,5 +1,6 @@
 //! Scenes: what stands where (no Vulkan), how it comes from a file, and how it is rasterised.
 
+mod casters;
 pub mod cull;
 pub mod fit;
 mod gltf;
@@ -11,6 +12,7 @@ mod renderer;
 mod shade;
 pub mod shipped;
 
+pub use casters::SceneCasters;
 pub use gltf::{load, load_bytes, load_scene};
 pub use gpu_scene::GpuScene;
 pub use light_fit::light_view;

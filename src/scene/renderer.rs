@@ -1,7 +1,10 @@
 //! A scene, a camera, a light and a technique: rendered off screen, with the time of every pass.
 
 use super::cull::DrawList;
-use super::{CasterOptions, GBuffer, GpuScene, Light, LightShape, Scene, Shade, ShadeOptions, ShadowMap, light_view};
+use super::{
+    CasterOptions, GBuffer, GpuScene, Light, LightShape, Scene, SceneCasters, Shade, ShadeOptions, ShadowMap,
+    light_view,
+};
 use crate::gpu::{Image, ImageDesc};
 use crate::host::Host;
 use crate::pass::accumulate::Accumulate;
@@ -35,6 +38,8 @@ pub struct RenderDesc {
     pub intermediates: bool,
     /// Count what every pass sends through the pipeline (needs [`crate::DeviceFeatures::pipeline_statistics`]).
     pub statistics: bool,
+    /// Build the adjacency of the casters' triangles, for the techniques that need it.
+    pub adjacency: bool,
 }
 
 impl Default for RenderDesc {
@@ -49,6 +54,7 @@ impl Default for RenderDesc {
             dynamic_light: true,
             intermediates: false,
             statistics: false,
+            adjacency: true,
         }
     }
 }
@@ -59,6 +65,7 @@ pub struct Renderer<'h> {
     desc: RenderDesc,
     view: View,
     gpu: GpuScene,
+    casters: Option<SceneCasters>,
     camera_list: DrawList,
     light_list: DrawList,
     map: ShadowMap,
@@ -78,7 +85,7 @@ struct View {
 }
 
 impl View {
-    fn inputs(&self, gbuffer: &GBuffer, map: &ShadowMap) -> Inputs<'_> {
+    fn inputs<'a>(&'a self, gbuffer: &GBuffer, map: &ShadowMap, casters: Option<&'a SceneCasters>) -> Inputs<'a> {
         let normal = (gbuffer.geometric_normal.as_ref(), NormalEncoding::OctahedralSigned);
         Inputs {
             camera: &self.camera,
@@ -87,6 +94,7 @@ impl View {
             shadow_map: map.image().as_ref(),
             light: std::slice::from_ref(&self.light),
             light_version: Some(self.light_version),
+            casters: casters.map_or(&[], |c| &c.transforms),
         }
     }
 }
@@ -102,6 +110,7 @@ impl<'h> Renderer<'h> {
         }
         check_camera(&camera)?;
         let gpu = GpuScene::new(host, scene)?;
+        let casters = if desc.adjacency { Some(SceneCasters::new(host.context(), scene, &gpu)?) } else { None };
         let view = light_view(scene, light);
         let instances = scene.instances.len();
         Ok(Self {
@@ -117,6 +126,7 @@ impl<'h> Renderer<'h> {
             },
             map_is_current: false,
             view: View { camera, light: view, light_version: 0, normals: desc.normals },
+            casters,
             host,
             desc,
             gpu,
@@ -131,6 +141,7 @@ impl<'h> Renderer<'h> {
             output: self.desc.output,
             params: params.clone(),
             intermediates: self.desc.intermediates,
+            casters: self.casters.as_ref().map(|c| c.casters.clone()),
         };
         technique::prepare(id, self.host.context(), &setup)
     }
@@ -152,7 +163,7 @@ impl<'h> Renderer<'h> {
                 self.map.record(&mut frame, &self.gpu, list)?;
             }
             self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
-            let inputs = self.view.inputs(&self.gbuffer, &self.map);
+            let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());
             let visibility = technique.record(&mut frame, &inputs)?;
             self.shade.record(&mut frame, &inputs, &self.gbuffer, &visibility)?;
             frame.finish(technique.output());
@@ -192,8 +203,10 @@ impl<'h> Renderer<'h> {
                 // SAFETY: as in `frame`.
                 let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
                 self.map.record(&mut frame, &self.gpu, &list)?;
-                let inputs =
-                    Inputs { light: std::slice::from_ref(&view), ..self.view.inputs(&self.gbuffer, &self.map) };
+                let inputs = Inputs {
+                    light: std::slice::from_ref(&view),
+                    ..self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref())
+                };
                 let visibility = hard.record(&mut frame, &inputs)?;
                 accumulate.record(&mut frame, &visibility, i, count, &average)?;
                 frame.end();
@@ -223,7 +236,7 @@ impl<'h> Renderer<'h> {
             // SAFETY: as in `frame`; `given` lives until the work is done.
             let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
             self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
-            let inputs = self.view.inputs(&self.gbuffer, &self.map);
+            let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());
             self.shade.record(&mut frame, &inputs, &self.gbuffer, &given.as_ref())?;
             frame.end();
             Ok(())

@@ -22,8 +22,14 @@ fn differing_bits(a: &[f32], b: &[f32]) -> usize {
 /// Runs one technique over inputs that lie ready.
 fn run(host: &Host, inputs: &Inputs<'_>, map_size: [u32; 2], id: &str, settings: &[(&str, &str)]) -> Vec<f32> {
     let params = Params::parse(find(id).unwrap(), settings.iter().copied()).unwrap();
-    let setup =
-        Setup { extent: inputs.depth.extent, map_size, output: OutputFormat::R32, params, intermediates: false };
+    let setup = Setup {
+        extent: inputs.depth.extent,
+        map_size,
+        output: OutputFormat::R32,
+        params,
+        intermediates: false,
+        casters: None,
+    };
     let mut technique = prepare_technique(id, host.context(), &setup).unwrap();
     visibility_of(host, technique.as_mut(), inputs)
 }
@@ -62,6 +68,7 @@ fn shipped_scenes_are_equal_bit_for_bit() {
                 shadow_map: r.shadow_map().as_ref(),
                 light: std::slice::from_ref(r.light()),
                 light_version: None,
+                casters: &[],
             };
             let hard = run(host, &inputs, [map; 2], "sm", &[]);
             // Each pair is a pipeline of its own, and compiling it is what takes the time.

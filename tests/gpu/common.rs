@@ -128,6 +128,7 @@ impl Shot {
             shadow_map: renderer.shadow_map().as_ref(),
             light: std::slice::from_ref(renderer.light()),
             light_version: None,
+            casters: &[],
         });
         Self {
             constants,

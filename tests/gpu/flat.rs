@@ -135,6 +135,7 @@ impl Flat {
             shadow_map: map.as_ref(),
             light: &self.light,
             light_version: None,
+            casters: &[],
         }
     }
 
@@ -149,7 +150,7 @@ impl Flat {
         let settings = settings.iter().copied().chain([("normal_offset", "0")]);
         let params = Params::parse(technique::find(id).unwrap(), settings).unwrap();
         let (extent, map_size) = (self.window.size(), self.window.map);
-        let setup = Setup { extent, map_size, output: OutputFormat::R32, params, intermediates: false };
+        let setup = Setup { extent, map_size, output: OutputFormat::R32, params, intermediates: false, casters: None };
         let mut technique = technique::prepare(id, host.context(), &setup).unwrap();
         visibility_of(host, technique.as_mut(), &self.inputs())
     }

@@ -104,6 +104,7 @@ impl FlatReceiver {
             shadow_map: map.as_ref(),
             light: &self.light,
             light_version: None,
+            casters: &[],
         }
     }
 }

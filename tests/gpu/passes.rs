@@ -109,6 +109,7 @@ fn depth_bounds_hold_and_are_tight() {
                     shadow_map: map.as_ref(),
                     light: &light,
                     light_version: None,
+                    casters: &[],
                 };
                 host.run(|cmd| {
                     // SAFETY: `cmd` is recording and is waited for.

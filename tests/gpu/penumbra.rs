@@ -38,7 +38,8 @@ fn prepare(
     intermediates: bool,
 ) -> Box<dyn Technique> {
     let params = Params::parse(find(id).unwrap(), params.iter().copied()).unwrap();
-    let setup = Setup { extent: size, map_size: [map; 2], output: OutputFormat::R32, params, intermediates };
+    let setup =
+        Setup { extent: size, map_size: [map; 2], output: OutputFormat::R32, params, intermediates, casters: None };
     technique::prepare(id, host.context(), &setup).unwrap()
 }
 

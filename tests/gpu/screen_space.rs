@@ -33,7 +33,7 @@ const MODES: &[(&str, Pairs<'static>)] = &[
 pub fn prepare(host: &Host, r: &Renderer<'_>, id: &str, params: Pairs<'_>, intermediates: bool) -> Box<dyn Technique> {
     let params = Params::parse(find(id).unwrap(), params.iter().copied()).unwrap();
     let (extent, map_size) = (r.gbuffer().depth.extent(), r.shadow_map().extent());
-    let setup = Setup { extent, map_size, output: OutputFormat::R32, params, intermediates };
+    let setup = Setup { extent, map_size, output: OutputFormat::R32, params, intermediates, casters: None };
     technique::prepare(id, host.context(), &setup).unwrap()
 }
 

@@ -58,7 +58,14 @@ impl Run {
     fn new(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>) -> Self {
         let p = Params::parse(find(id).unwrap(), [params, &[("skip", "off")]].concat()).unwrap();
         let (extent, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent());
-        let setup = Setup { extent, map_size: map, output: OutputFormat::R32, params: p.clone(), intermediates: true };
+        let setup = Setup {
+            extent,
+            map_size: map,
+            output: OutputFormat::R32,
+            params: p.clone(),
+            intermediates: true,
+            casters: None,
+        };
         let mut technique = technique::prepare(id, host.context(), &setup).unwrap();
         r.frame(technique.as_mut()).unwrap();
         let images = technique.intermediates();

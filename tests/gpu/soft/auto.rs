@@ -51,8 +51,14 @@ fn settings(set: Set) -> Settings {
 }
 
 fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
-    let setup =
-        Setup { extent: IMAGE, map_size: MAP, output: OutputFormat::R32, params: params(set), intermediates: false };
+    let setup = Setup {
+        extent: IMAGE,
+        map_size: MAP,
+        output: OutputFormat::R32,
+        params: params(set),
+        intermediates: false,
+        casters: None,
+    };
     technique::prepare("soft-auto", host.context(), &setup).unwrap()
 }
 
@@ -227,6 +233,7 @@ fn impossible_settings_are_errors() {
             output: OutputFormat::R8,
             params: params(&[]),
             intermediates: false,
+            casters: None,
         };
         let error = technique::prepare("soft-auto", host.context(), &setup).err().unwrap().to_string();
         assert!(error.contains("16384x16384") && error.contains("storage buffer"), "{error}");

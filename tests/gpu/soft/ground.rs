@@ -76,6 +76,7 @@ impl Ground {
             shadow_map: map.as_ref(),
             light: &self.light,
             light_version: None,
+            casters: &[],
         }
     }
 

@@ -33,6 +33,7 @@ fn levels_equal_the_mirror() {
                 shadow_map: map.as_ref(),
                 light: &light,
                 light_version: None,
+                casters: &[],
             };
             host.run(|cmd| {
                 // SAFETY: `cmd` is recording and is waited for.

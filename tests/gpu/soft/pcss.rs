@@ -39,8 +39,14 @@ pub fn settings(set: Set) -> Settings {
 }
 
 fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
-    let setup =
-        Setup { extent: IMAGE, map_size: MAP, output: OutputFormat::R32, params: params(set), intermediates: false };
+    let setup = Setup {
+        extent: IMAGE,
+        map_size: MAP,
+        output: OutputFormat::R32,
+        params: params(set),
+        intermediates: false,
+        casters: None,
+    };
     technique::prepare("pcss", host.context(), &setup).unwrap()
 }
 

@@ -51,6 +51,7 @@ fn on_ground(host: &Host, id: &str, set: Set) -> Box<dyn Technique> {
         output: OutputFormat::R32,
         params: params(id, set),
         intermediates: false,
+        casters: None,
     };
     technique::prepare(id, host.context(), &setup).unwrap()
 }
