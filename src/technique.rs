@@ -50,6 +50,17 @@ pub struct Setup {
     pub casters: Option<Arc<Casters>>,
 }
 
+impl Setup {
+    /// The casters that a technique needs.
+    pub(crate) fn casters(&self, technique: &str) -> Result<&Arc<Casters>> {
+        self.casters.as_ref().ok_or_else(|| {
+            let problem =
+                "the technique needs the casters' triangles: give Setup::casters, made with Casters::new".into();
+            Error::Input { technique: technique.into(), input: "casters", problem }
+        })
+    }
+}
+
 /// Format of the visibility image: 1 lit, 0 in shadow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OutputFormat {

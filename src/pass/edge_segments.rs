@@ -41,7 +41,8 @@ impl EdgeSegments {
         let size = u64::from(silhouettes.casters().counts().edges) * SEGMENT;
         let most = u64::from(context.device().limits.max_storage_buffer_range);
         if size > most {
-            let problem = format!("segments of edges: {size} bytes; a storage buffer of this device has {most} at most");
+            let problem =
+                format!("segments of edges: {size} bytes; a storage buffer of this device has {most} at most");
             return Err(Error::Usage(problem));
         }
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
@@ -69,7 +70,13 @@ impl EdgeSegments {
     }
 
     /// Projects what `silhouettes` holds.
-    pub fn record(&self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, silhouettes: &Silhouettes, margin: f32) -> Result<()> {
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &Inputs<'_>,
+        silhouettes: &Silhouettes,
+        margin: f32,
+    ) -> Result<()> {
         let casters = silhouettes.casters();
         let push = Self::push(&inputs.light[0], inputs.shadow_map.extent, margin, casters.stride());
         frame.dispatch(&Pass {

@@ -132,7 +132,11 @@ impl Silhouettes {
         }
         let seen = inputs.casters.iter().zip(casts).enumerate().map(|(i, (world_from_object, &casts))| {
             let shell = self.casters.is_shell(i, CasterLight::light(&inputs.light[0], world_from_object));
-            CasterLight { casts: casts.into(), shell: shell.into(), ..CasterLight::new(&inputs.light[0], world_from_object) }
+            CasterLight {
+                casts: casts.into(),
+                shell: shell.into(),
+                ..CasterLight::new(&inputs.light[0], world_from_object)
+            }
         });
         let seen: Vec<_> = seen.collect();
         frame.update(&self.lights, bytemuck::cast_slice(&seen));

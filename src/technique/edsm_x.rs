@@ -1,6 +1,6 @@
 //! Edge distance shadow maps with edge identities.
 
-use super::{Info, Kind, Param, Setup, Technique, visibility_image};
+use super::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
 use crate::pass::edge_map::{EdgeMap, EdgeMapConfig};
 use crate::pass::edge_segments::EdgeSegments;
@@ -19,15 +19,51 @@ pub const INFO: Info = Info {
     summary: "Hard shadows that follow the casters' own edges at any map resolution, for the price of a map lookup.",
     params: &[
         Param::int("slots", 1, 8, 2, "edges", "nearest edges that a texel keeps; one more is counted as lost"),
-        Param::choice("resolve", &["always", "mixed-only"], 0, "ask the edges wherever there are any, or only where the depth map disagrees about the light, as in the thesis: features below a texel are lost then"),
-        Param::float("radius", 0.75, 16.0, 1.0, "texels", "how far from an edge texels know of it; soft borders reach no farther"),
-        Param::switch("kill", true, "leave out edges that lie behind everything that the light sees around a texel: they need no slot"),
+        Param::choice(
+            "resolve",
+            &["always", "mixed-only"],
+            0,
+            "ask the edges wherever there are any, or only where the depth map disagrees about the light, as in the thesis: features below a texel are lost then",
+        ),
+        Param::float(
+            "radius",
+            0.75,
+            16.0,
+            1.0,
+            "texels",
+            "how far from an edge texels know of it; soft borders reach no farther",
+        ),
+        Param::switch(
+            "kill",
+            true,
+            "leave out edges that lie behind everything that the light sees around a texel: they need no slot",
+        ),
         Param::float("border", 0.0, 16.0, 0.0, "texels", "half width of soft borders; 0 = hard"),
-        Param::choice("kernel", &["box", "smoothstep", "disc"], 2, "profile of soft borders: a disc is that of a disc light and a straight edge"),
-        Param::float("depth_bias", 0.0, 4.0, 0.02, "texel slopes", "how far in depth an edge or a texel may lie before the receiver and still be on it, in slopes of its plane a texel"),
-        Param::float("slack", 0.0, 4.0, 0.2, "texels a texel", "how far a curved receiver may lie before its plane, a texel of distance"),
+        Param::choice(
+            "kernel",
+            &["box", "smoothstep", "disc"],
+            2,
+            "profile of soft borders: a disc is that of a disc light and a straight edge",
+        ),
+        Param::float(
+            "depth_bias",
+            0.0,
+            4.0,
+            0.02,
+            "texel slopes",
+            "how far in depth an edge or a texel may lie before the receiver and still be on it, in slopes of its plane a texel",
+        ),
+        Param::float(
+            "slack",
+            0.0,
+            4.0,
+            0.2,
+            "texels a texel",
+            "how far a curved receiver may lie before its plane, a texel of distance",
+        ),
         super::revectorized::SKIP,
     ],
+    needs: &[Need::Casters, Need::Int64Atomics],
     kind: Kind::RealTime(prepare),
 };
 
@@ -56,13 +92,11 @@ struct EdsmX {
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let p = &setup.params;
-    let Some(casters) = &setup.casters else {
-        let problem = "needs the casters' triangles: give Setup::casters".into();
-        return Err(Error::Input { technique: INFO.id.into(), input: "casters", problem });
-    };
+    let casters = setup.casters(INFO.id)?;
     let (radius, border) = (p.float("radius"), p.float("border"));
     if border > radius {
-        let problem = format!("a border of {border} texels needs a radius as large; it is {radius}: set radius={border}");
+        let problem =
+            format!("a border of {border} texels needs a radius as large; it is {radius}: set radius={border}");
         return Err(Error::Parameter(problem));
     }
     let kernel = ["box", "smoothstep", "disc"].iter().position(|k| *k == p.word("kernel")).unwrap_or(0) as u32;
