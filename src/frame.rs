@@ -13,7 +13,7 @@ use crate::context::Context;
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::hazard::{Barrier, Hazards, Use};
 use crate::inputs::{Handoff, ImageRef};
-use crate::timing::Timings;
+use crate::timing::{Counted, Timings};
 use crate::{Error, Result};
 use ash::vk::{self, Handle};
 use std::ffi::CString;
@@ -163,13 +163,18 @@ impl<'a> Frame<'a> {
 
     /// Notes how many tiles the pass recorded last worked on: a `u32` at `offset` of `counter`.
     pub(crate) fn count_tiles(&mut self, tiles_total: u32, counter: &Buffer, offset: u64) {
+        self.count(Counted::Tiles(tiles_total), counter, offset);
+    }
+
+    /// Notes something that the pass recorded last has counted: a `u32` at `offset` of `counter`.
+    pub(crate) fn count(&mut self, counted: Counted, counter: &Buffer, offset: u64) {
         if self.timings.is_none() {
             return;
         }
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
         self.hazard(&[(counter.handle().as_raw(), read)]);
         let raw = &self.context.device().raw;
-        if let Some((target, at)) = self.timings.as_mut().and_then(|t| t.counter(tiles_total)) {
+        if let Some((target, at)) = self.timings.as_mut().and_then(|t| t.counter(counted)) {
             let region = vk::BufferCopy { src_offset: offset, dst_offset: at, size: 4 };
             // SAFETY: both ranges lie within their buffers.
             unsafe { raw.cmd_copy_buffer(self.cmd, counter.handle(), target.handle(), &[region]) };

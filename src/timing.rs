@@ -22,6 +22,8 @@ pub struct PassTiming {
     pub gpu_ms: f64,
     /// Tiles of the frame and how many of them the pass worked on, for passes that skip.
     pub tiles: Option<Tiles>,
+    /// What the pass counted, by name: edges found, edges lost.
+    pub counts: Vec<(&'static str, u32)>,
     /// What went through the pipeline, where [`Timings::with_statistics`] asked for it.
     pub statistics: Option<Statistics>,
 }
@@ -97,11 +99,20 @@ pub struct FrameTiming {
     pub total_gpu_ms: f64,
 }
 
+/// What a counter counts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Counted {
+    /// Tiles worked on, of so many.
+    Tiles(u32),
+    /// Anything else.
+    Named(&'static str),
+}
+
 #[derive(Default)]
 struct Slot {
     names: Vec<String>,
-    /// (pass, tiles total), one for each counter copied.
-    counters: Vec<(usize, u32)>,
+    /// One for each counter copied, with its pass.
+    counters: Vec<(usize, Counted)>,
     pending: bool,
     /// First timestamp of the slot's last collected frame: while the GPU has not yet reset the
     /// queries of a new frame, the old values still read as available, and this tells them apart.
@@ -236,12 +247,22 @@ impl Timings {
             .drain(..)
             .zip(ticks.chunks_exact(2))
             .zip(statistics)
-            .map(|((name, t), statistics)| PassTiming { name, gpu_ms: span(t[0][0], t[1][0]), tiles: None, statistics })
+            .map(|((name, t), statistics)| PassTiming {
+                name,
+                gpu_ms: span(t[0][0], t[1][0]),
+                tiles: None,
+                counts: vec![],
+                statistics,
+            })
             .collect();
-        for (i, (pass, total)) in slot.counters.drain(..).enumerate() {
+        for (i, (pass, counted)) in slot.counters.drain(..).enumerate() {
             let at = (index * MAX_PASSES as usize + i) * 4;
             let bytes = self.counters.bytes().get(at..at + 4).and_then(|b| b.try_into().ok());
-            passes[pass].tiles = bytes.map(|b| Tiles { total, active: u32::from_ne_bytes(b) });
+            let Some(value) = bytes.map(u32::from_ne_bytes) else { continue };
+            match counted {
+                Counted::Tiles(total) => passes[pass].tiles = Some(Tiles { total, active: value }),
+                Counted::Named(name) => passes[pass].counts.push((name, value)),
+            }
         }
         let total_gpu_ms = span(ticks[0][0], ticks[ticks.len() - 1][0]);
         Some(FrameTiming { passes, total_gpu_ms })
@@ -327,15 +348,15 @@ impl Timings {
         }
     }
 
-    /// Where the tile counter of the last pass goes.
-    pub(crate) fn counter(&mut self, tiles_total: u32) -> Option<(&Buffer, u64)> {
+    /// Where a counter of the last pass goes.
+    pub(crate) fn counter(&mut self, counted: Counted) -> Option<(&Buffer, u64)> {
         let slot = &mut self.slots[self.current];
         if slot.counters.len() >= MAX_PASSES as usize {
             return None; // The buffer has room for no more.
         }
         let pass = slot.names.len().checked_sub(1)?;
         let offset = (self.current * MAX_PASSES as usize + slot.counters.len()) as u64 * 4;
-        slot.counters.push((pass, tiles_total));
+        slot.counters.push((pass, counted));
         Some((&self.counters, offset))
     }
 

@@ -9,13 +9,26 @@
 
 layout(constant_id = 0) const int K = 2;       // slots a texel
 layout(constant_id = 1) const bool KILL = true; // leave out edges that lie behind everything around a texel
+layout(constant_id = 2) const int SPILL = 0;    // edges a texel may have beyond its slots
 
 const uint64_t EMPTY = 0xFFFFFFFFFFFFFFFFul;
+
+// An edge beyond the K nearest of its texel.
+struct SpilledEdge {
+  uint segment;
+  uint next; // entry, or all bits
+};
 
 layout(binding = 0) uniform sampler2DArray shadow_map;
 layout(binding = 1, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(binding = 2, scalar) buffer Keys { uint64_t keys[]; };
-layout(binding = 3, scalar) buffer Lost { uint lost; };
+layout(binding = 3, scalar) buffer Spill {
+  uint lost;  // edges that found no place
+  uint count; // entries asked for
+  SpilledEdge entries[];
+} spill;
+layout(binding = 4, scalar) buffer Heads { uvec2 heads[]; }; // first entry of a texel, and how many it asked for, less one
+
 
 // Farthest depth of a texel and its eight neighbours; beyond the map 1.
 float farthestAround(ivec2 texel, vec2 map_size) {
@@ -33,6 +46,17 @@ bool isHidden(EdgeSegment e, ivec2 texel, vec2 map_size) {
   return segmentDepth(e, t) > farthestAround(texel, map_size) + 2.0 * DEPTH_ULPS;
 }
 
+// A texel's other edges hang on a chain, in no order: whoever reads it asks all of them.
+void spillEdge(uint segment, uint texel) {
+  uint entry = 0xFFFFFFFFu;
+  if (SPILL > 0 && atomicAdd(heads[texel].y, 1) + 1 < uint(SPILL)) entry = atomicAdd(spill.count, 1);
+  if (entry >= uint(spill.entries.length())) {
+    atomicAdd(spill.lost, 1);
+    return;
+  }
+  spill.entries[entry] = SpilledEdge(segment, atomicExchange(heads[texel].x, entry));
+}
+
 // Puts an edge into a texel's list if it is near enough. Slots are only ever lowered, and what is displaced moves on to the
 // next: whatever the order of the insertions, the slots end with the K smallest keys.
 void insertEdge(uint index, EdgeSegment e, ivec2 texel, ivec2 map_size, float radius) {
@@ -47,7 +71,7 @@ void insertEdge(uint index, EdgeSegment e, ivec2 texel, ivec2 map_size, float ra
     x = max(old, x);
     if (x == EMPTY) return;
   }
-  atomicAdd(lost, 1);
+  spillEdge(uint(x), slot / uint(K));
 }
 
 #endif

@@ -6,51 +6,70 @@
 #include "lib/edge_segment.glsl"
 #include "lib/shadow_test.glsl"
 
-layout(constant_id = 0) const int K = 2;              // slots a texel
+layout(constant_id = 0) const int K = 2;               // slots a texel
 layout(constant_id = 1) const bool MIXED_ONLY = false; // ask the edges only where the four anchors disagree
+
+struct SpilledEdge {
+  uint segment;
+  uint next;
+};
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6, scalar) readonly buffer Keys { uvec2 keys[]; }; // segment, squared distance
 layout(binding = 7, scalar) readonly buffer Segments { EdgeSegment segments[]; };
+layout(binding = 8, scalar) readonly buffer Spill {
+  uint lost;
+  uint count;
+  SpilledEdge entries[];
+} spill;
+layout(binding = 9, scalar) readonly buffer Heads { uvec2 heads[]; };
 
 const uint EMPTY = 0xFFFFFFFFu;
 // Rasterisation snaps vertices to 1/256 of a texel: this close to an edge an anchor's depth may be the other side's.
 const float SNAPPED = 1.0 / 128.0;
 // How the point was decided, for viewing.
-const float BY_ANCHORS = 0.0, BY_EVIDENCE = 1.0, BY_NEAREST = 2.0;
+const float BY_ANCHORS = 0.0, BY_EVIDENCE = 1.0, BY_CONTACT = 2.0, BY_NEAREST = 3.0;
 
 struct EdgePoint {
   vec2 texels;     // place in the map, texels
   float depth;
   vec2 plane;      // depth over a texel, along the receiver
   float tolerance; // depth within which an edge may lie on the receiver itself
+  float bias;      // taken off the receiver's depth at an anchor
   float slack;     // depth a texel of distance that a curved receiver may lie before its plane
+  float steepest;  // depth a texel of distance beyond which an occluder's surface is not followed
 };
 
 struct Anchors {
-  ivec2 first;   // texel of the first anchor
-  bvec4 usable;  // (0, 0), (1, 0), (0, 1), (1, 1)
+  ivec2 first;  // texel of the first anchor
+  bvec4 usable; // (0, 0), (1, 0), (0, 1), (1, 1)
   bvec4 lit;
+  bvec4 sure;   // lit without the help of bias, or dark in spite of it
+  vec4 stored;  // depth
 };
 
 ivec2 anchorTexel(ivec2 first, int k) { return first + ivec2(k & 1, k >> 1); }
 vec2 anchorCenter(ivec2 first, int k) { return vec2(anchorTexel(first, k)) + 0.5; }
+uint slotOf(ivec2 t, ivec2 map_size) { return uint(K) * (uint(t.y) * uint(map_size.x) + uint(t.x)); }
+bool inMap(ivec2 t, ivec2 map_size) { return all(greaterThanEqual(t, ivec2(0))) && all(lessThan(t, map_size)); }
+
 float planeDepth(EdgePoint p, vec2 at) {
   precise float z = p.depth + dot(p.plane, at - p.texels);
   return z;
 }
 
+// The receiver's depth at an anchor, as far towards the light as it may lie.
+float referenceDepth(EdgePoint p, vec2 at) { return planeDepth(p, at) - p.bias - p.slack * distance(at, p.texels); }
+
 Anchors anchorsOf(EdgePoint p, ivec2 map_size) {
   Anchors a;
   a.first = ivec2(floor(p.texels - 0.5));
-  vec4 g = textureGather(shadow_map, vec3(vec2(a.first + 1) / vec2(map_size), 0.0));
-  vec4 stored = g.wzxy;
+  a.stored = textureGather(shadow_map, vec3(vec2(a.first + 1) / vec2(map_size), 0.0)).wzxy;
   for (int k = 0; k < 4; ++k) {
-    ivec2 t = anchorTexel(a.first, k);
-    a.usable[k] = all(greaterThanEqual(t, ivec2(0))) && all(lessThan(t, map_size));
+    a.usable[k] = inMap(anchorTexel(a.first, k), map_size);
     vec2 c = anchorCenter(a.first, k);
-    float z = planeDepth(p, c) - p.tolerance - p.slack * distance(c, p.texels);
-    a.lit[k] = !a.usable[k] || shadowTest(z, stored[k]) != 0.0;
+    a.lit[k] = !a.usable[k] || shadowTest(referenceDepth(p, c), a.stored[k]) != 0.0;
+    a.sure[k] = !a.lit[k] || shadowTest(planeDepth(p, c) - p.tolerance, a.stored[k]) != 0.0;
   }
   return a;
 }
@@ -59,77 +78,140 @@ bool anyEdge(Anchors a, ivec2 map_size) {
   uint nearest = EMPTY;
   for (int k = 0; k < 4; ++k) {
     ivec2 t = clamp(anchorTexel(a.first, k), ivec2(0), map_size - 1);
-    nearest = min(nearest, keys[uint(K) * (uint(t.y) * uint(map_size.x) + uint(t.x))].y);
+    nearest = min(nearest, keys[slotOf(t, map_size)].y);
   }
   return nearest != EMPTY;
 }
 
+bvec4 both(bvec4 a, bvec4 b) { return bvec4(a.x && b.x, a.y && b.y, a.z && b.z, a.w && b.w); }
+
 bool isUnanimous(Anchors a) { return all(a.lit) || !any(a.lit); }
+
+// What the edges around a point have said so far.
+struct Evidence {
+  bvec4 open;          // anchors that the point can reach
+  bvec4 likely;        // and those that only hidden edges cut it off from
+  vec4 first_crossing; // on the way to each anchor
+  bvec4 from_inside;   // whether that was from the occluder's side
+  float nearest;       // squared distance of the nearest edge before the receiver
+  float nearest_line;  // distance from its line
+  vec2 of_side;        // squared distances of the nearest edge that the point lies outside of, and inside
+};
+
+void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
+  float foot = segmentFoot(e, p.texels);
+  // Behind the receiver nothing can shadow it. On it, an edge is the receiver's own, or that of what stands on it: it
+  // parts anchors, but proves no shadow.
+  bool casts = planeDepth(p, e.a + foot * (e.b - e.a)) - segmentDepth(e, foot) > p.tolerance;
+  float line = lineDistance(e, p.texels), d2 = segmentDistance2(e, p.texels);
+  if (casts) {
+    // Of two edges at their common vertex, the one whose line is farther tells the side.
+    if (d2 < v.nearest - 1e-9 || (d2 <= v.nearest + 1e-9 && abs(line) > abs(v.nearest_line))) {
+      v.nearest = min(d2, v.nearest);
+      v.nearest_line = line;
+    }
+    if (line > 0.0) v.of_side.y = min(v.of_side.y, d2);
+    else v.of_side.x = min(v.of_side.x, d2);
+  }
+  for (int k = 0; k < 4; ++k) {
+    vec2 c = anchorCenter(a.first, k);
+    if (segmentDistance2(e, c) < SNAPPED * SNAPPED) v.open[k] = false;
+    float s;
+    if (!crosses(e, p.texels, c, s)) continue;
+    vec2 x = p.texels + s * (c - p.texels);
+    float above = planeDepth(p, x) - segmentDepth(e, segmentFoot(e, x));
+    if (above < -p.tolerance) continue;
+    // An edge that lies far behind what the anchor sees is hidden there: crossing it changes nothing, or if it lies before the
+    // receiver, changes nothing in all likelihood.
+    float behind = segmentDepth(e, segmentFoot(e, x)) - a.stored[k];
+    bool hidden = !a.lit[k] && behind > p.steepest * distance(x, c) + p.tolerance;
+    if (hidden && above <= p.tolerance) continue;
+    v.open[k] = false;
+    if (hidden) continue;
+    v.likely[k] = false;
+    if (above > p.tolerance && s < v.first_crossing[k]) {
+      v.first_crossing[k] = s;
+      v.from_inside[k] = line > 0.0;
+    }
+  }
+}
+
+// Depth of the surface that an anchor sees, continued to another place: along each axis by the step from the texel beyond.
+float continuedDepth(ivec2 first, int k, vec2 at, ivec2 map_size) {
+  ivec2 t = anchorTexel(first, k), out_x = ivec2((k & 1) * 2 - 1, 0), out_y = ivec2(0, (k >> 1) * 2 - 1);
+  float z = shadowMapDepth(shadow_map, t, 0, map_size);
+  vec2 beyond = vec2(shadowMapDepth(shadow_map, t + out_x, 0, map_size), shadowMapDepth(shadow_map, t + out_y, 0, map_size));
+  vec2 slope = (beyond - z) * vec2(out_x.x, out_y.y);
+  return z + dot(slope, at - anchorCenter(first, k));
+}
+
+// Anchors that the point can reach disagree: a border that is no edge. Where a surface goes into the receiver, its depth,
+// continued, tells where: `contact`. Otherwise the nearest anchor, as on any shadow map.
+bool litByAnchors(EdgePoint p, Anchors a, bvec4 open, ivec2 map_size, out bool contact) {
+  float nearest_lit = 3.0e38, nearest_dark = 3.0e38;
+  int lit = 0, dark = 0;
+  for (int k = 0; k < 4; ++k) {
+    float d = distance(anchorCenter(a.first, k), p.texels);
+    if (!open[k]) continue;
+    if (a.lit[k] && d < nearest_lit) {
+      nearest_lit = d;
+      lit = k;
+    }
+    if (!a.lit[k] && d < nearest_dark) {
+      nearest_dark = d;
+      dark = k;
+    }
+  }
+  vec2 there = anchorCenter(a.first, lit);
+  contact = continuedDepth(a.first, dark, there, map_size) >= referenceDepth(p, there);
+  if (!contact) return nearest_lit < nearest_dark;
+  return continuedDepth(a.first, dark, p.texels, map_size) >= p.depth - p.tolerance;
+}
 
 // Visibility by the edges around the point; `border` the distance in texels from the edge that decides, positive in shadow.
 bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, float radius, out float border, out float how) {
-  bvec4 open = a.usable;
-  vec4 first_crossing = vec4(2.0);
-  bvec4 crossed_inside = bvec4(false);
-  float nearest = 3.0e38, nearest_line = 0.0;
-  vec2 of_side = vec2(3.0e38); // nearest edge with the point outside of it, and inside
-  for (int i = 0; i < 4 * K; ++i) {
-    ivec2 t = anchorTexel(a.first, i / K);
-    if (any(lessThan(t, ivec2(0))) || any(greaterThanEqual(t, map_size))) continue;
-    uvec2 key = keys[uint(K) * (uint(t.y) * uint(map_size.x) + uint(t.x)) + uint(i % K)];
-    if (key.y == EMPTY) continue;
-    EdgeSegment e = segments[key.x];
-    float foot = segmentFoot(e, p.texels);
-    vec2 at = e.a + foot * (e.b - e.a);
-    // Behind the receiver nothing can shadow it; on it, an edge is the receiver's own, or that of what stands on it.
-    float over = planeDepth(p, at) - segmentDepth(e, foot);
-    bool casts = over > p.tolerance;
-    float line = lineDistance(e, p.texels), d2 = segmentDistance2(e, p.texels);
-    if (casts && (d2 < nearest - 1e-9 || (d2 <= nearest + 1e-9 && abs(line) > abs(nearest_line)))) {
-      nearest = min(d2, nearest);
-      nearest_line = line;
+  Evidence v;
+  v.open = v.likely = a.usable;
+  v.first_crossing = vec4(2.0);
+  v.from_inside = bvec4(false);
+  v.nearest = 3.0e38;
+  v.nearest_line = 0.0;
+  v.of_side = vec2(3.0e38);
+  for (int k = 0; k < 4; ++k) {
+    ivec2 t = anchorTexel(a.first, k);
+    if (!inMap(t, map_size)) continue;
+    uint slot = slotOf(t, map_size);
+    bool full = true;
+    for (int i = 0; i < K && full; ++i) {
+      uvec2 key = keys[slot + i];
+      full = key.y != EMPTY;
+      if (full) consider(segments[key.x], p, a, v);
     }
-    if (casts) {
-      if (line > 0.0) of_side.y = min(of_side.y, d2);
-      else of_side.x = min(of_side.x, d2);
-    }
-    for (int k = 0; k < 4; ++k) {
-      vec2 c = anchorCenter(a.first, k);
-      if (segmentDistance2(e, c) < SNAPPED * SNAPPED) open[k] = false;
-      float s;
-      if (!crosses(e, p.texels, c, s)) continue;
-      vec2 x = p.texels + s * (c - p.texels);
-      float above = planeDepth(p, x) - segmentDepth(e, segmentFoot(e, x));
-      if (above < -p.tolerance) continue;
-      open[k] = false;
-      if (above > p.tolerance && s < first_crossing[k]) {
-        first_crossing[k] = s;
-        crossed_inside[k] = line > 0.0;
-      }
+    if (!full) continue;
+    for (uint entry = heads[slot / uint(K)].x; entry != EMPTY;) {
+      SpilledEdge s = spill.entries[entry];
+      consider(segments[s.segment], p, a, v);
+      entry = s.next;
     }
   }
-  bool some_lit = any(bvec4(open.x && a.lit.x, open.y && a.lit.y, open.z && a.lit.z, open.w && a.lit.w));
-  bool some_dark = any(bvec4(open.x && !a.lit.x, open.y && !a.lit.y, open.z && !a.lit.z, open.w && !a.lit.w));
+  bvec4 surely = both(v.open, a.sure);
+  bool some_lit = any(both(v.open, a.lit)), some_dark = any(both(v.open, not(a.lit)));
+  bool inside = v.nearest_line > 0.0 || any(v.from_inside);
   bool lit;
-  if (some_lit != some_dark) {
+  if (some_dark && !some_lit || !some_dark && any(both(surely, a.lit))) {
     how = BY_ANCHORS;
     lit = some_lit;
-  } else if (some_lit) {
-    // A border that is no edge of a mesh, or one that found no slot.
-    how = BY_NEAREST;
-    float best = 3.0e38;
-    for (int k = 0; k < 4; ++k) {
-      float d = distance(anchorCenter(a.first, k), p.texels);
-      if (!open[k] || d >= best) continue;
-      best = d;
-      lit = a.lit[k];
-    }
+  } else if (some_dark) {
+    bool contact;
+    lit = litByAnchors(p, a, v.open, map_size, contact);
+    how = contact ? BY_CONTACT : BY_NEAREST;
   } else {
-    // Inside an edge there is always surface of the occluder; being outside of one edge proves nothing.
+    // Inside an edge there is always surface of the occluder; being outside of one edge proves nothing. Anchors that only
+    // the bias lights prove nothing either.
     how = BY_EVIDENCE;
-    lit = !(nearest_line > 0.0 || any(crossed_inside));
+    lit = !inside && (some_lit || !any(both(v.likely, not(a.lit))));
   }
-  float d = sqrt(lit ? of_side.x : of_side.y);
+  float d = sqrt(lit ? v.of_side.x : v.of_side.y);
   border = min(d, radius) * (lit ? -1.0 : 1.0);
   return lit;
 }

@@ -10,14 +10,18 @@
 layout(constant_id = 2) const int KERNEL = 0; // of soft borders: box, smoothstep, disc
 layout(constant_id = 3) const bool VIEWED = false;
 
-layout(binding = 8) writeonly uniform image2D decisions;
+layout(binding = 10) writeonly uniform image2D decisions;
 
 layout(push_constant, scalar) uniform Push {
-  float depth_bias; // fraction of a texel's slope, along both axes, that counts as on the receiver
+  float edge_bias;  // fraction of a texel's slope, along both axes, within which an edge lies on the receiver
+  float depth_bias; // and that is taken off the receiver's depth at an anchor
   float slack;      // texels of depth a texel of distance that a curved receiver may lie before its plane
   float radius;     // texels around an edge that know of it
   float border;     // half width of soft borders, texels; 0: hard
 } push;
+
+// Depth a texel of distance, in texels of depth, up to which an edge behind an anchor may belong to the surface seen there.
+const float STEEPEST = 4.0;
 
 // Share of a disc light that a straight edge leaves visible; x = distance over half width, positive in shadow.
 float softened(float x) {
@@ -37,8 +41,11 @@ bool visibilityAt(ivec2 pixel, out float v) {
     p.texels = m.uv * vec2(map_size);
     p.depth = m.depth;
     p.plane = m.plane / vec2(map_size);
-    p.tolerance = DEPTH_ULPS + push.depth_bias * (abs(p.plane.x) + abs(p.plane.y));
+    float slope = abs(p.plane.x) + abs(p.plane.y);
+    p.tolerance = DEPTH_ULPS + push.edge_bias * slope;
+    p.bias = DEPTH_ULPS + push.depth_bias * slope;
     p.slack = push.slack * m.texel_depth;
+    p.steepest = STEEPEST * m.texel_depth;
     Anchors a = anchorsOf(p, map_size);
     v = a.lit.x ? 1.0 : 0.0;
     decided = STEP != LISTED && isUnanimous(a) && (MIXED_ONLY || !anyEdge(a, map_size));
@@ -50,6 +57,6 @@ bool visibilityAt(ivec2 pixel, out float v) {
       if (push.border > 0.0) v = softened(border / push.border);
     }
   }
-  if (VIEWED) imageStore(decisions, pixel, vec4((how + 1.0) / 3.0));
+  if (VIEWED) imageStore(decisions, pixel, vec4(how));
   return true;
 }

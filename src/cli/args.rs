@@ -2,7 +2,7 @@
 
 use clap::Args;
 use edgeshade::host::{Host, HostDesc};
-use edgeshade::scene::{CasterFaces, CasterOptions, MAX_SIZE};
+use edgeshade::scene::{CasterFaces, CasterOptions, MAX_SIZE, Masked};
 use edgeshade::{Error, Result};
 use std::path::PathBuf;
 
@@ -30,6 +30,9 @@ pub struct SceneArgs {
     /// Size of the light: full width of a spot's square in world units, full angle of a sun in degrees; 0 for hard shadows
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub light_size: Option<f64>,
+    /// What becomes of alpha-masked surfaces, of which no technique that cuts shadows by edges knows the holes
+    #[arg(long, value_name = "keep|exclude|solid", default_value = "keep", value_parser = masked)]
+    pub masked: Masked,
     /// Which faces are drawn into the shadow map
     #[arg(long, value_name = "both|front|back", default_value = "both", value_parser = faces)]
     pub caster_faces: CasterFaces,
@@ -119,6 +122,15 @@ fn faces(text: &str) -> Result<CasterFaces, String> {
         "front" => Ok(CasterFaces::Front),
         "back" => Ok(CasterFaces::Back),
         _ => Err("it is one of both, front, back".into()),
+    }
+}
+
+fn masked(text: &str) -> Result<Masked, String> {
+    match text {
+        "keep" => Ok(Masked::Keep),
+        "exclude" => Ok(Masked::Exclude),
+        "solid" => Ok(Masked::Solid),
+        _ => Err("it is one of keep, exclude, solid".into()),
     }
 }
 

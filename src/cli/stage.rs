@@ -35,8 +35,10 @@ impl Stage {
     }
 
     fn of(mut scene: Scene, args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
+        // Before the surfaces go, so that the view stays.
         let camera = camera(&scene, args.camera.as_deref(), size)?.view(size);
         let mut light = light(&scene, args.light.as_deref())?;
+        scene.set_masked(args.masked);
         if let Some(size) = args.light_size {
             resize(&mut light, size)?;
         }

@@ -2,6 +2,7 @@
 
 use edgeshade::timing::{FrameTiming, PassTiming, Statistics};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Passes that every frame has, whatever the technique.
 pub const FRAME_PASSES: [&str; 3] = ["shadow map", "g-buffer", "shade"];
@@ -37,6 +38,9 @@ pub struct PassStats {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiles_active: Option<u32>,
     /// Of the last frame that has them.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub counts: BTreeMap<&'static str, u32>,
+    /// Of the last frame that has them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub statistics: Option<Statistics>,
 }
@@ -64,6 +68,7 @@ pub fn passes(frames: &[FrameTiming]) -> Vec<PassStats> {
             gpu_ms_max: span.max,
             tiles_total: tiles.map(|t| t.total),
             tiles_active: tiles.map(|t| t.active),
+            counts: all.iter().flat_map(|p| p.counts.iter().copied()).collect(),
             statistics: all.iter().rev().find_map(|p| p.statistics),
         })
     };
@@ -93,8 +98,13 @@ fn timed(frames: &[FrameTiming]) -> impl Iterator<Item = &FrameTiming> {
 mod tests {
     use super::*;
     fn frame(passes: &[(&str, f64)]) -> FrameTiming {
-        let pass =
-            |&(name, gpu_ms): &(&str, f64)| PassTiming { name: name.into(), gpu_ms, tiles: None, statistics: None };
+        let pass = |&(name, gpu_ms): &(&str, f64)| PassTiming {
+            name: name.into(),
+            gpu_ms,
+            tiles: None,
+            counts: vec![],
+            statistics: None,
+        };
         FrameTiming { passes: passes.iter().map(pass).collect(), total_gpu_ms: passes.iter().map(|p| p.1).sum() }
     }
 

@@ -32,6 +32,19 @@ impl Frame<'_> {
         self.memory_barrier(&TO_HOST);
     }
 
+    /// Copies a buffer into a mapped one of its size.
+    pub(crate) fn read_back_buffer(&mut self, source: &Buffer, target: &Buffer) {
+        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
+        self.hazard(&[(source.handle().as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: source.size() };
+        // SAFETY: `begin`'s contract; the callers size the target like the source.
+        unsafe {
+            let raw = &self.context.device().raw;
+            raw.cmd_copy_buffer(self.cmd, source.handle(), target.handle(), &[region]);
+        }
+        self.memory_barrier(&TO_HOST);
+    }
+
     /// Copies tightly packed rows into level 0 of layer 0 of an image.
     pub(crate) fn write_image(&mut self, source: &Buffer, target: &Image) {
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };

@@ -89,6 +89,28 @@ impl Host {
         Ok(bytes[..desc.size as usize].chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
+    /// The content of a buffer made with `TRANSFER_SRC`, after everything submitted so far.
+    pub fn read_buffer<T: bytemuck::AnyBitPattern>(&self, buffer: &Buffer) -> Result<Vec<T>> {
+        let desc = BufferDesc {
+            name: "readback",
+            size: buffer.size(),
+            usage: vk::BufferUsageFlags::TRANSFER_DST,
+            memory: MemoryKind::Readback,
+        };
+        let target = Buffer::new(self.context().device(), &desc)?;
+        self.run(|cmd| {
+            // SAFETY: as above.
+            let mut frame = unsafe { Frame::begin(self.context(), cmd, Handoff::default(), None) };
+            frame.read_back_buffer(buffer, &target);
+            frame.end();
+            Ok(())
+        })?;
+        if target.bytes().is_empty() {
+            return Err(not_mapped("readback"));
+        }
+        Ok(target.bytes().chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
+    }
+
     /// The first channel of an image of any visibility or depth format, as `f32`.
     pub fn read_values(&self, image: &Image) -> Result<Vec<f32>> {
         Ok(match image.format() {

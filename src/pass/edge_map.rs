@@ -1,14 +1,16 @@
 //! Map of edge ids: for each texel of the shadow map its nearest silhouette edges.
 
-use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, shader_struct};
+use crate::frame::{Bound, RasterPass};
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, RasterPipeline, RasterState, shader_struct};
 use crate::pass::edge_segments::EdgeSegments;
-use crate::pass::silhouettes::{Silhouettes, WALKS};
+use crate::pass::silhouettes::{COUNT, QUADS, Silhouettes, WALKS};
+use crate::timing::Counted;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/edge_map.comp`.
+    /// Push constants of `glsl/pass/edge_map.comp` and `glsl/raster/edge_map.*`.
     pub struct EdgeMapPush {
         map_size: [i32; 2],
         radius: f32,
@@ -20,17 +22,43 @@ shader_struct! {
 pub struct EdgeMapConfig {
     /// Slots a texel: 1 to 8.
     pub slots: u32,
+    /// Edges that a texel may have beyond its slots: 0 or more.
+    pub spill: u32,
     /// Leave out edges that lie behind everything that the light sees around a texel.
     pub kill: bool,
     /// Texels around an edge that learn of it.
     pub radius: f32,
+    /// How edges are written.
+    pub generation: Generation,
 }
+
+/// How edges come into a map; the map is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Generation {
+    /// Threads walk along them.
+    Compute,
+    /// Quads around them are rasterised. Needs [`crate::DeviceFeatures::fragment_stores`].
+    Raster,
+}
+
+enum Writer {
+    Walk(Arc<ComputePipeline>),
+    Quads(Arc<RasterPipeline>),
+}
+
+/// Bytes before the entries of the chains.
+const SPILL_HEADER: u64 = 8;
+/// Bytes of such an entry.
+const SPILLED: u64 = 8;
+/// Entries that there is room for, an edge of the casters: few of these are silhouettes.
+const SPILLED_EACH: u64 = 2;
 
 /// The pass with its map: 8 bytes a slot.
 pub struct EdgeMap {
-    walk: Arc<ComputePipeline>,
+    writer: Writer,
     keys: Buffer,
-    lost: Buffer,
+    spill: Buffer,
+    heads: Buffer,
     config: EdgeMapConfig,
     map_size: [u32; 2],
 }
@@ -40,8 +68,14 @@ impl EdgeMap {
     ///
     /// # Errors
     /// [`Error::Parameter`] for a map too large for a storage buffer of the device.
-    pub fn new(context: &Context, map_size: [u32; 2], config: EdgeMapConfig) -> Result<Self> {
-        let size = u64::from(map_size[0]) * u64::from(map_size[1]) * u64::from(config.slots) * 8;
+    pub fn new(
+        context: &Context,
+        silhouettes: &Silhouettes,
+        map_size: [u32; 2],
+        config: EdgeMapConfig,
+    ) -> Result<Self> {
+        let texels = u64::from(map_size[0]) * u64::from(map_size[1]);
+        let size = texels * u64::from(config.slots) * 8;
         let most = u64::from(context.device().limits.max_storage_buffer_range);
         if size > most {
             let [w, h] = map_size;
@@ -57,10 +91,33 @@ impl EdgeMap {
             | vk::BufferUsageFlags::TRANSFER_SRC;
         let buffer =
             |name, size| Buffer::new(context.device(), &BufferDesc { name, size, usage, memory: MemoryKind::Gpu });
+        let constants = [config.slots, config.kill.into(), config.spill];
+        let writer = match config.generation {
+            Generation::Compute => Writer::Walk(context.pipeline::<EdgeMapPush>("pass/edge_map.comp", &constants)?),
+            Generation::Raster => {
+                let features = context.features();
+                if !(features.dynamic_rendering && features.fragment_stores) {
+                    let problem = "generation=raster needs raster passes and fragment shaders that write buffers \
+                                   (dynamicRendering, fragmentStoresAndAtomics); this device was made without";
+                    return Err(Error::NoDevice(problem.into()));
+                }
+                Writer::Quads(context.raster_pipeline::<EdgeMapPush>(&RasterState {
+                    name: "edge ids",
+                    vertex: "raster/edge_map.vert",
+                    fragment: Some("raster/edge_map.frag"),
+                    constants: &constants,
+                    ..RasterState::default()
+                })?)
+            }
+        };
+        // A short edge is near four texels or so; where many meet in few texels the map is small, not the number of edges.
+        let edges = u64::from(silhouettes.casters().counts().edges);
+        let (chains, entries) = if config.spill > 0 { (texels, texels.max(SPILLED_EACH * edges)) } else { (1, 1) };
         Ok(Self {
-            walk: context.pipeline::<EdgeMapPush>("pass/edge_map.comp", &[config.slots, config.kill.into()])?,
+            writer,
             keys: buffer("edge ids", size)?,
-            lost: buffer("lost edges", 4)?,
+            spill: buffer("spilled edge ids", SPILL_HEADER + entries * SPILLED)?,
+            heads: buffer("spilled edge ids, heads", chains * 8)?,
             config,
             map_size,
         })
@@ -75,21 +132,48 @@ impl EdgeMap {
         segments: &EdgeSegments,
     ) -> Result<()> {
         frame.fill("edge ids, cleared", &self.keys, u32::MAX);
-        frame.update(&self.lost, &[0; 4]);
+        frame.fill("edge ids, chains cleared", &self.heads, u32::MAX);
+        frame.update(&self.spill, &[0; SPILL_HEADER as usize]);
         let push = EdgeMapPush { map_size: self.map_size.map(|n| n as i32), radius: self.config.radius };
-        frame.dispatch(&Pass {
-            name: "edge ids",
-            pipeline: &self.walk,
-            bind: &[
-                Bind::Input(&inputs.shadow_map),
-                Bind::Buffer(segments.segments()),
-                Bind::Buffer(&self.keys),
-                Bind::Buffer(&self.lost),
-                Bind::Buffer(silhouettes.header()),
-            ],
-            push: bytemuck::bytes_of(&push),
-            threads: Threads::Indirect(silhouettes.header(), WALKS),
-        })
+        let map = [
+            Bind::Input(&inputs.shadow_map),
+            Bind::Buffer(segments.segments()),
+            Bind::Buffer(&self.keys),
+            Bind::Buffer(&self.spill),
+            Bind::Buffer(&self.heads),
+        ];
+        let header = silhouettes.header();
+        match &self.writer {
+            Writer::Walk(pipeline) => {
+                let [a, b, c, d, e] = map;
+                frame.dispatch(&Pass {
+                    name: "edge ids",
+                    pipeline,
+                    bind: &[a, b, c, d, e, Bind::Buffer(header)],
+                    push: bytemuck::bytes_of(&push),
+                    threads: Threads::Indirect(header, WALKS),
+                })?;
+            }
+            Writer::Quads(pipeline) => {
+                let pass = RasterPass {
+                    name: "edge ids",
+                    extent: self.map_size,
+                    colors: &[],
+                    depth: None,
+                    bound: &[Bound { pipeline, bind: &map }],
+                    indirect: &[header],
+                };
+                frame.raster(&pass, |draw| {
+                    draw.bind(0)?;
+                    draw.push(bytemuck::bytes_of(&push))?;
+                    draw.indirect(header, QUADS)
+                })?;
+            }
+        }
+        frame.count(Counted::Named("edges"), header, COUNT);
+        frame.count(Counted::Named("edges_spilled"), &self.spill, 4);
+        frame.count(Counted::Named("edges_lost"), &self.spill, 0);
+        Ok(())
     }
 
     /// The map: for each texel, row by row, its slots, nearest first: segment, then the bits of its squared distance.
@@ -97,13 +181,19 @@ impl EdgeMap {
         &self.keys
     }
 
-    /// How many times an edge found no slot: a `u32`.
-    pub fn lost(&self) -> &Buffer {
-        &self.lost
+    /// Chains of the edges beyond the slots: a `u32` of how many found no place, one of how many entries were asked for,
+    /// then entries: segment, next entry.
+    pub fn spill(&self) -> &Buffer {
+        &self.spill
+    }
+
+    /// For each texel the first entry of its chain, and how many were asked for, less one.
+    pub fn heads(&self) -> &Buffer {
+        &self.heads
     }
 
     /// Bytes of device memory.
     pub fn memory_bytes(&self) -> u64 {
-        self.keys.size() + self.lost.size()
+        self.keys.size() + self.spill.size() + self.heads.size()
     }
 }

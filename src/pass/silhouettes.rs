@@ -12,8 +12,12 @@ use std::sync::Arc;
 const MAX_GROUPS_X: u32 = 65535;
 /// Bytes of `SilhouetteHeader` of `glsl/pass/silhouettes.glsl`.
 const HEADER: u64 = 16 * 4;
-/// Offsets in the header: arguments of a dispatch, 4 edges a workgroup.
+/// Offset in the header of the number of edges.
+pub(crate) const COUNT: u64 = 12;
+/// Offset in the header of the arguments of a dispatch, 4 edges a workgroup.
 pub(crate) const WALKS: u64 = 13 * 4;
+/// Offset of the arguments of a draw, 6 vertices an edge.
+pub(crate) const QUADS: u64 = 9 * 4;
 /// Bytes of an edge in the list.
 const EDGE: u64 = 16;
 

@@ -12,7 +12,10 @@
 pub mod accumulate;
 pub mod area_light;
 pub mod depth_bounds;
+pub mod edge_map;
 pub mod edge_seeds;
+pub mod edge_segments;
+pub mod edsm_x;
 pub mod edt;
 pub mod hsm;
 mod map_receiver;

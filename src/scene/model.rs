@@ -73,6 +73,18 @@ impl Default for Material {
     }
 }
 
+/// What becomes of alpha-masked surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Masked {
+    /// Light passes their holes.
+    #[default]
+    Keep,
+    /// They are left out.
+    Exclude,
+    /// Their holes are closed.
+    Solid,
+}
+
 /// How texture coordinates outside `[0, 1]` are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
@@ -283,6 +295,17 @@ impl Scene {
     /// Number of triangles, instances counted.
     pub fn triangles(&self) -> usize {
         self.instances.iter().map(|i| self.meshes[i.mesh].triangles()).sum()
+    }
+
+    /// Makes alpha-masked surfaces solid, or takes the instances that have one out, for comparing techniques that cannot
+    /// cut shadows by a mask: their masked casters then err in no one's figures.
+    pub fn set_masked(&mut self, masked: Masked) {
+        let Self { meshes, materials, instances, .. } = self;
+        match masked {
+            Masked::Keep => {}
+            Masked::Solid => materials.iter_mut().for_each(|m| m.alpha_cutoff = None),
+            Masked::Exclude => instances.retain(|i| materials[meshes[i.mesh].material].alpha_cutoff.is_none()),
+        }
     }
 
     /// Moves and scales the whole scene, cameras and lights along with it (`t` must scale uniformly).

@@ -293,6 +293,16 @@ impl<'h> Renderer<'h> {
         self.host.read_values(technique.output())
     }
 
+    /// The casters with where they stand, unless [`RenderDesc::adjacency`] is off.
+    pub fn casters(&self) -> Option<&SceneCasters> {
+        self.casters.as_ref()
+    }
+
+    /// What a technique gets: of the last frame.
+    pub fn inputs(&self) -> Inputs<'_> {
+        self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref())
+    }
+
     /// Bytes of the scene, the targets and the shadow map; a technique's own come on top.
     pub fn memory_bytes(&self) -> u64 {
         self.gpu.memory_bytes()

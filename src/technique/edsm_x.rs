@@ -2,7 +2,7 @@
 
 use super::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
-use crate::pass::edge_map::{EdgeMap, EdgeMapConfig};
+use crate::pass::edge_map::{EdgeMap, EdgeMapConfig, Generation};
 use crate::pass::edge_segments::EdgeSegments;
 use crate::pass::pixels::PixelPass;
 use crate::pass::silhouettes::Silhouettes;
@@ -18,7 +18,21 @@ pub const INFO: Info = Info {
     paper: "after Kenzel 2013; the identities and the crossing rule are ours",
     summary: "Hard shadows that follow the casters' own edges at any map resolution, for the price of a map lookup.",
     params: &[
-        Param::int("slots", 1, 8, 2, "edges", "nearest edges that a texel keeps; one more is counted as lost"),
+        Param::int("slots", 1, 8, 2, "edges", "nearest edges that a texel keeps in place (K)"),
+        Param::int(
+            "spill",
+            0,
+            256,
+            64,
+            "edges",
+            "edges that a texel may have beyond its slots, in a chain; one more is counted as lost",
+        ),
+        Param::choice(
+            "generation",
+            &["compute", "raster"],
+            0,
+            "edges are written into the map by threads that walk along them, or by quads: the same map",
+        ),
         Param::choice(
             "resolve",
             &["always", "mixed-only"],
@@ -46,13 +60,14 @@ pub const INFO: Info = Info {
             "profile of soft borders: a disc is that of a disc light and a straight edge",
         ),
         Param::float(
-            "depth_bias",
+            "edge_bias",
             0.0,
             4.0,
             0.02,
             "texel slopes",
-            "how far in depth an edge or a texel may lie before the receiver and still be on it, in slopes of its plane a texel",
+            "how far in depth an edge may lie before the receiver and still be on it, in slopes of its plane a texel",
         ),
+        super::revectorized::DEPTH_BIAS,
         Param::float(
             "slack",
             0.0,
@@ -70,6 +85,7 @@ pub const INFO: Info = Info {
 shader_struct! {
     /// Push constants of `glsl/pass/edsm_x.comp`.
     pub struct EdsmXPush {
+        edge_bias: f32,
         depth_bias: f32,
         slack: f32,
         radius: f32,
@@ -101,6 +117,13 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     }
     let kernel = ["box", "smoothstep", "disc"].iter().position(|k| *k == p.word("kernel")).unwrap_or(0) as u32;
     let slots = p.int("slots");
+    let config = EdgeMapConfig {
+        slots,
+        spill: p.int("spill"),
+        kill: p.on("kill"),
+        radius,
+        generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
+    };
     let mixed_only = p.word("resolve") == "mixed-only";
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
         let constants = [slots, mixed_only.into(), kernel, setup.intermediates.into(), step as u32];
@@ -114,12 +137,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     Ok(Box::new(EdsmX {
         view: ViewBuffer::new(context.device())?,
         segments: EdgeSegments::new(context, &silhouettes)?,
+        map: EdgeMap::new(context, &silhouettes, setup.map_size, config)?,
         silhouettes,
-        map: EdgeMap::new(context, setup.map_size, EdgeMapConfig { slots, kill: p.on("kill"), radius })?,
         lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
         decisions: Image::new(context.device(), &desc)?,
         viewed: setup.intermediates,
-        push: EdsmXPush { depth_bias: p.float("depth_bias"), slack: p.float("slack"), radius, border },
+        push: EdsmXPush {
+            edge_bias: p.float("edge_bias"),
+            depth_bias: p.float("depth_bias"),
+            slack: p.float("slack"),
+            radius,
+            border,
+        },
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "edsm-x visibility", setup)?,
     }))
@@ -145,6 +174,8 @@ impl Technique for EdsmX {
             self.lookup.list(),
             Bind::Buffer(self.map.keys()),
             Bind::Buffer(self.segments.segments()),
+            Bind::Buffer(self.map.spill()),
+            Bind::Buffer(self.map.heads()),
             Bind::Image(&self.decisions),
         ];
         self.lookup.record(frame, ["anchors", "crossings"], &bind, bytemuck::bytes_of(&self.push), visibility)?;

@@ -130,6 +130,8 @@ mod tests {
             gpu_ms_max: gpu_ms,
             tiles_total: tiles_active.map(|_| 8),
             tiles_active,
+            counts: Default::default(),
+            statistics: None,
         };
         let passes_ms = [
             pass("g-buffer", 50.0, None),

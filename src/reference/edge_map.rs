@@ -1,0 +1,88 @@
+//! Mirror of `glsl/pass/edge_map.comp` (and of `raster/edge_map.*`, which make the same map): by brute force, all edges of every
+//! texel.
+
+use super::edge_segments::Segment;
+use super::view::DEPTH_ULPS;
+use glam::dvec2;
+use rayon::prelude::*;
+
+/// What a texel may know of an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Near {
+    /// Index of the segment.
+    pub segment: u32,
+    /// Distance from the texel's centre, texels.
+    pub distance: f64,
+    /// How far the edge lies before the farthest depth around the texel: hidden edges, with less than 0, are left out.
+    pub before: f64,
+}
+
+/// The settings of the pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Texels around an edge that learn of it.
+    pub radius: f64,
+    /// Leave out edges that lie behind everything around a texel.
+    pub kill: bool,
+}
+
+/// Distance within which, and depth within which, single precision may decide the other way.
+pub const DISTANCE_DOUBT: f64 = 1e-4;
+/// See [`DISTANCE_DOUBT`].
+pub const DEPTH_DOUBT: f64 = 2.0 * DEPTH_ULPS;
+
+/// Every edge near each texel, nearest first, row by row, whether or not it has a slot; with those in doubt.
+pub fn near(segments: &[Option<Segment>], map: &[f32], size: [usize; 2], settings: &Settings) -> Vec<Vec<Near>> {
+    let [width, height] = size;
+    let farthest = |x: usize, y: usize| {
+        let mut z = 0.0f64;
+        for j in -1i64..=1 {
+            for i in -1i64..=1 {
+                let (u, v) = (x as i64 + i, y as i64 + j);
+                let inside = (0..width as i64).contains(&u) && (0..height as i64).contains(&v);
+                z = z.max(if inside { f64::from(map[v as usize * width + u as usize]) } else { 1.0 });
+            }
+        }
+        z
+    };
+    (0..width * height)
+        .into_par_iter()
+        .map(|i| {
+            let (x, y) = (i % width, i / width);
+            let center = dvec2(x as f64 + 0.5, y as f64 + 0.5);
+            let deepest = farthest(x, y) + 2.0 * DEPTH_ULPS;
+            let mut found: Vec<_> = (0u32..)
+                .zip(segments)
+                .filter_map(|(segment, s)| {
+                    let s = s.as_ref()?;
+                    let distance = s.distance(center);
+                    let before = if settings.kill { deepest - s.depth(s.foot(center)) } else { f64::INFINITY };
+                    let kept = distance <= settings.radius + DISTANCE_DOUBT && before >= -DEPTH_DOUBT;
+                    kept.then_some(Near { segment, distance, before })
+                })
+                .collect();
+            found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+            found
+        })
+        .collect()
+}
+
+/// Whether a texel may hold exactly these edges: every edge that is surely near is there, none that surely is not.
+pub fn agrees(found: &[u32], near: &[Near], settings: &Settings) -> bool {
+    let sure = |n: &&Near| n.distance < settings.radius - DISTANCE_DOUBT && n.before > DEPTH_DOUBT;
+    near.iter().filter(sure).all(|n| found.contains(&n.segment))
+        && found.iter().all(|f| near.iter().any(|n| n.segment == *f))
+}
+
+/// Whether the slots hold the nearest of them, in order, where distances differ enough to tell.
+pub fn is_nearest_first(slots: &[u32], near: &[Near]) -> bool {
+    let distance = |s: &u32| near.iter().find(|n| n.segment == *s).map(|n| n.distance);
+    let known: Option<Vec<_>> = slots.iter().map(distance).collect();
+    let Some(known) = known else { return false };
+    let farthest = known.last().copied().unwrap_or(f64::INFINITY);
+    known.windows(2).all(|w| w[0] <= w[1] + DISTANCE_DOUBT)
+        && near
+            .iter()
+            .filter(|n| n.before > DEPTH_DOUBT && n.distance < farthest - DISTANCE_DOUBT)
+            .all(|n| slots.contains(&n.segment))
+}

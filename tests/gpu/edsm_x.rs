@@ -1,0 +1,275 @@
+//! Edge ids: their map against brute force, the lookup against its mirror.
+
+use crate::common::*;
+use edgeshade::casters::Casters;
+use edgeshade::gpu::Buffer;
+use edgeshade::host::Host;
+use edgeshade::pass::edge_map::{EdgeMap, EdgeMapConfig, Generation};
+use edgeshade::pass::edge_segments::EdgeSegments;
+use edgeshade::pass::silhouettes::Silhouettes;
+use edgeshade::reference::edge_map;
+use edgeshade::reference::edge_segments::{Segment, StoredSegment};
+use edgeshade::reference::edsm_x::{self, Kernel};
+use edgeshade::reference::ray_traced::{MIN_N_DOT_L, RayScene, hard};
+use edgeshade::scene::{Renderer, Scene};
+use edgeshade::technique::{Params, find};
+use edgeshade::{Frame, Handoff};
+use std::sync::Arc;
+
+const SIZE: [u32; 2] = [192, 108];
+
+/// What the passes made of a scene.
+struct Edges {
+    segments: Vec<Option<Segment>>,
+    /// Slots of each texel, then its chain.
+    slots: Vec<Vec<u32>>,
+    chains: Vec<Vec<u32>>,
+    lost: u32,
+}
+
+impl Edges {
+    fn all(&self) -> Vec<Vec<u32>> {
+        self.slots.iter().zip(&self.chains).map(|(s, c)| s.iter().chain(c).copied().collect()).collect()
+    }
+}
+
+fn words(host: &Host, buffer: &Buffer) -> Vec<u32> {
+    host.read_buffer(buffer).unwrap()
+}
+
+/// Runs the passes up to the map.
+fn edges(host: &Host, r: &Renderer<'_>, casters: &Arc<Casters>, config: EdgeMapConfig) -> Edges {
+    let context = host.context();
+    let mut silhouettes = Silhouettes::new(context, casters, false).unwrap();
+    let projected = EdgeSegments::new(context, &silhouettes).unwrap();
+    let size = r.shadow_map().extent();
+    let map = EdgeMap::new(context, &silhouettes, size, config).unwrap();
+    let inputs = r.inputs();
+    host.run(|cmd| {
+        // SAFETY: `cmd` is recording, and is waited for.
+        let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
+        silhouettes.record(&mut frame, &inputs, None)?;
+        projected.record(&mut frame, &inputs, &silhouettes, config.radius)?;
+        map.record(&mut frame, &inputs, &silhouettes, &projected)?;
+        frame.end();
+        Ok(())
+    })
+    .unwrap();
+    let count = words(host, silhouettes.header())[3] as usize;
+    let stored: Vec<StoredSegment> = host.read_buffer(projected.segments()).unwrap();
+    let segments = stored[..count].iter().map(StoredSegment::segment).collect();
+    let keys = words(host, map.keys());
+    let slots = keys
+        .chunks_exact(2 * config.slots as usize)
+        .map(|t| t.chunks_exact(2).filter(|k| k[1] != u32::MAX).map(|k| k[0]).collect())
+        .collect();
+    let (spill, heads) = (words(host, map.spill()), words(host, map.heads()));
+    let chain = |first: u32| {
+        let next = |at: &u32| Some(spill[2 + 2 * *at as usize + 1]).filter(|n| *n != u32::MAX);
+        std::iter::successors(Some(first).filter(|f| *f != u32::MAX), next)
+            .map(|at| spill[2 + 2 * at as usize])
+            .collect()
+    };
+    Edges { segments, slots, chains: heads.chunks_exact(2).map(|h| chain(h[0])).collect(), lost: spill[0] }
+}
+
+fn config(slots: u32, generation: Generation) -> EdgeMapConfig {
+    EdgeMapConfig { slots, spill: 256, kill: true, radius: 1.0, generation }
+}
+
+fn settings(set: &[(&str, &str)]) -> edsm_x::Settings {
+    let p = Params::parse(find("edsm-x").unwrap(), set.iter().copied()).unwrap();
+    edsm_x::Settings {
+        mixed_only: p.word("resolve") == "mixed-only",
+        edge_bias: p.float("edge_bias"),
+        depth_bias: p.float("depth_bias"),
+        slack: p.float("slack"),
+        radius: p.float("radius"),
+        border: p.float("border"),
+        kernel: match p.word("kernel") {
+            "box" => Kernel::Box,
+            "smoothstep" => Kernel::Smoothstep,
+            _ => Kernel::Disc,
+        },
+    }
+}
+
+/// Every texel holds the edges near it, nearest first in its slots, the others in its chain; both ways of making it agree.
+#[test]
+fn the_map_is_that_of_brute_force() {
+    with_gpu(|host| {
+        for (name, map_size) in [("jenga", 64), ("robot", 128)] {
+            let scene = shipped_scene(name);
+            let mut r = renderer(host, &scene, desc(SIZE, map_size));
+            // Draws the shadow map.
+            visibility(&mut r, "sm", &[]);
+            let casters = r.casters().unwrap().casters.clone();
+            let depth = host.read_values(r.shadow_map()).unwrap();
+            let size = [map_size as usize; 2];
+            for (slots, kill) in [(1, true), (2, true), (4, false)] {
+                let made = |generation| edges(host, &r, &casters, EdgeMapConfig { kill, ..config(slots, generation) });
+                let (found, quads) = (made(Generation::Compute), made(Generation::Raster));
+                assert_eq!((found.lost, quads.lost), (0, 0), "{name}: with edges lost, which ones is left to chance");
+                let other = |i: &usize| {
+                    found.slots[*i] != quads.slots[*i] || sorted(&found.chains[*i]) != sorted(&quads.chains[*i])
+                };
+                let differing: Vec<_> = (0..found.slots.len()).filter(other).collect();
+                if let Some(&i) = differing.first() {
+                    panic!(
+                        "{name}, {slots} slots: {} texels differ between compute and raster, first {i}: {:?} {:?}, {:?} {:?}",
+                        differing.len(),
+                        found.slots[i],
+                        found.chains[i],
+                        quads.slots[i],
+                        quads.chains[i]
+                    );
+                }
+                let settings = edge_map::Settings { radius: 1.0, kill };
+                let near = edge_map::near(&found.segments, &depth, size, &settings);
+                let all = found.all();
+                let wrong = |all: &[Vec<u32>], slots: &[Vec<u32>]| {
+                    (0..near.len())
+                        .filter(|&i| {
+                            !edge_map::agrees(&all[i], &near[i], &settings)
+                                || !edge_map::is_nearest_first(&slots[i], &near[i])
+                        })
+                        .count()
+                };
+                let held: usize = all.iter().map(Vec::len).sum();
+                println!(
+                    "{name} {map_size}, {slots} slots, kill {kill}: {} edges, {held} entries, {} lost, {} texels wrong",
+                    found.segments.len(),
+                    found.lost,
+                    wrong(&all, &found.slots)
+                );
+                assert_eq!(wrong(&all, &found.slots), 0, "{name}, {slots} slots, kill {kill}");
+                assert!(held > 500, "{name}");
+                // The comparison notices one entry too few, and an order that is not by distance.
+                let full = (0..all.len()).find(|&i| all[i].len() > 1 && near[i].len() == all[i].len()).unwrap();
+                let mut without = all.clone();
+                without[full].clear();
+                assert_eq!(wrong(&without, &found.slots), 1, "{name}: a lost entry");
+                if slots > 1 {
+                    let far = |s: &Vec<u32>| {
+                        s.len() > 1 && near_gap(s, &near[found.slots.iter().position(|t| t == s).unwrap()])
+                    };
+                    let mut turned = found.slots.clone();
+                    let at = turned.iter().position(far).unwrap();
+                    turned[at].reverse();
+                    assert!(wrong(&all, &turned) > 0, "{name}: an order turned round");
+                }
+            }
+        }
+    });
+}
+
+fn sorted(chain: &[u32]) -> Vec<u32> {
+    let mut sorted = chain.to_vec();
+    sorted.sort_unstable();
+    sorted
+}
+
+/// The first and last slot of a texel differ in distance by more than is in doubt.
+fn near_gap(slots: &[u32], near: &[edge_map::Near]) -> bool {
+    let distance = |s: u32| near.iter().find(|n| n.segment == s).map_or(0.0, |n| n.distance);
+    distance(slots[slots.len() - 1]) - distance(slots[0]) > 10.0 * edge_map::DISTANCE_DOUBT
+}
+
+/// The technique's image is that of its mirror, but for pixels that rounding may decide.
+#[test]
+fn it_equals_its_mirror() {
+    with_gpu(|host| {
+        for (name, map_size) in [("jenga", 128), ("fence", 256), ("ripples", 96)] {
+            let scene = shipped_scene(name);
+            let mut r = renderer(host, &scene, desc(SIZE, map_size));
+            for set in [
+                &[][..],
+                &[("resolve", "mixed-only")][..],
+                &[("border", "0.8"), ("kernel", "smoothstep")][..],
+                &[("border", "1"), ("kernel", "disc"), ("kill", "off")][..],
+            ] {
+                let found = visibility(&mut r, "edsm-x", set);
+                assert_in_range(&found, name);
+                let shot = Shot::of(host, &r, true);
+                let casters = r.casters().unwrap().casters.clone();
+                let kill = !set.contains(&("kill", "off"));
+                let made = edges(host, &r, &casters, EdgeMapConfig { kill, ..config(2, Generation::Compute) });
+                assert_eq!(made.lost, 0, "{name}: with edges lost, which ones is left to chance");
+                let map = edsm_x::EdgeMap { segments: &made.segments, texels: &made.all() };
+                let mirror = edsm_x::visibility(&shot.data(), &map, &settings(set)).unwrap();
+                let off = |v: &[f32], i: usize| {
+                    (f64::from(v[i]) - mirror.visibility[i]).abs() > mirror.doubt[i] + mirror.rounding[i] + 2e-3
+                };
+                let wrong = |v: &[f32]| (0..v.len()).filter(|&i| off(v, i)).count();
+                let doubtful = mirror.doubt.iter().filter(|d| **d > 0.0).count();
+                println!("{name} {map_size} {set:?}: {} of {} wrong, {doubtful} in doubt", wrong(&found), found.len());
+                assert_eq!(wrong(&found), 0, "{name} {set:?}");
+                assert!(doubtful * 100 < 2 * found.len(), "{name} {set:?}: {doubtful} pixels are in doubt");
+                // Plain shadow mapping is not the same.
+                if set.is_empty() {
+                    assert!(wrong(&visibility(&mut r, "sm", &[])) > 50, "{name}");
+                }
+            }
+        }
+    });
+}
+
+/// The image does not depend on whether pixels are listed, nor, but for doubt at an edge, on where the grid of the map lies.
+#[test]
+fn the_grid_of_the_map_may_be_anywhere() {
+    with_gpu(|host| {
+        let scene = shipped_scene("jenga");
+        let mut r = renderer(host, &scene, desc([320, 180], 256));
+        let listed = visibility(&mut r, "edsm-x", &[]);
+        assert_same_bits(&listed, &visibility(&mut r, "edsm-x", &[("skip", "off")]), "listed or not");
+        let light = *r.light();
+        let mut changed = [vec![], vec![]];
+        for (which, id) in ["edsm-x", "sm"].into_iter().enumerate() {
+            let still = visibility(&mut r, id, &[]);
+            for step in 1..16 {
+                let mut moved = light;
+                // In clip space: the whole image moves by a part of a texel, whatever the projection.
+                let by = 2.0 * f64::from(step) / 16.0 / 256.0;
+                let shift = glam::DMat4::from_translation(glam::dvec3(by, 0.5 * by, 0.0));
+                moved.clip_from_view = shift * light.clip_from_view;
+                r.set_light(&scene, moved);
+                changed[which].push(differing(&still, &visibility(&mut r, id, &[]), 0.5));
+            }
+            r.set_light(&scene, light);
+        }
+        println!(
+            "pixels of 57600 that change over sixteenths of a texel: edsm-x {:?}, sm {:?}",
+            changed[0], changed[1]
+        );
+        assert!(changed[0].iter().all(|n| *n <= 12), "{:?}", changed[0]);
+        assert!(changed[1].iter().all(|n| *n >= 80), "{:?}", changed[1]);
+    });
+}
+
+/// Wrong pixels, in parts of those that can be judged.
+fn wrong_share(host: &Host, scene: &Scene, map_size: u32, id: &str, set: &[(&str, &str)]) -> f64 {
+    let size = [320, 180];
+    let mut r = renderer(host, scene, desc(size, map_size));
+    let found = visibility(&mut r, id, set);
+    let ids = host.read_image::<u32>(&r.gbuffer().triangle).unwrap();
+    let rays = RayScene::build(scene).unwrap();
+    let truth = hard(&rays, r.camera(), r.light(), size, &|_, _| {}).unwrap();
+    let valid = truth.valid(MIN_N_DOT_L);
+    let judged: Vec<_> = (0..found.len()).filter(|&i| valid[i] && truth.triangle[i] == ids[i]).collect();
+    let wrong = judged.iter().filter(|&&i| (found[i] > 0.5) != (truth.visibility[i] > 0.5)).count();
+    wrong as f64 / judged.len() as f64
+}
+
+/// Against rays: right to the pixel where the casters' edges make the shadow, at a map of a few hundred texels.
+#[test]
+fn shadows_end_at_the_casters_edges() {
+    with_gpu(|host| {
+        for (name, limit) in [("jenga", 4e-4), ("robot", 1e-3), ("drum", 1.2e-3), ("fence", 4e-3), ("knot", 4e-3)] {
+            let scene = shipped_scene(name);
+            let [ours, sm] = ["edsm-x", "sm"].map(|id| wrong_share(host, &scene, 512, id, &[]));
+            println!("{name}, a map of 512: {:.3} % of the pixels wrong; sm {:.3} %", 100.0 * ours, 100.0 * sm);
+            assert!(ours < limit, "{name}: {ours}");
+            assert!(sm > 5.0 * ours, "{name}: {sm}");
+        }
+    });
+}
