@@ -38,9 +38,12 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("receiver", Some("view")),
     ("revectorized_filter", Some("rbssm")),
     ("seed_format", Some("edge_seeds")),
+    ("shadow_map_test", Some("sm")),
     ("soft_filter", Some("soft")),
     ("soft_receiver", Some("soft")),
     ("tiles", None),
+    ("volume_draws", Some("shadow_volumes")),
+    ("volumes", Some("shadow_volumes")),
 ];
 
 /// Stems that no mirror covers.

@@ -92,6 +92,8 @@ pub struct Casters {
     counts: CasterCounts,
     /// Center and radius, object space, of each instance's mesh.
     spheres: Vec<([f64; 3], f64)>,
+    /// Of each instance: [`Topology::outward`].
+    outward: Vec<bool>,
     masked: bool,
     memory_bytes: u64,
 }
@@ -122,10 +124,10 @@ impl Casters {
             placed.push(all.add(mesh, matches!(vertices, Vertices::Copy))?);
         }
         let mut counts = CasterCounts { instances: instances.len() as u32, ..CasterCounts::default() };
-        let (mut table, mut spheres) = (vec![], vec![]);
+        let (mut table, mut spheres, mut all_outward) = (vec![], vec![], vec![]);
         let (mut triangle_chunks, mut edge_chunks): (Vec<u32>, Vec<u32>) = (vec![], vec![]);
         for (i, &mesh) in (0u32..).zip(instances) {
-            let Some((record, sphere)) = placed.get(mesh) else {
+            let Some((record, sphere, outward)) = placed.get(mesh) else {
                 let problem = format!("caster {i} is of mesh {mesh}, but there are {}", meshes.len());
                 return Err(Error::Usage(problem));
             };
@@ -142,6 +144,7 @@ impl Casters {
             counts.triangles = add(counts.triangles, record.triangles)?;
             counts.edges = add(counts.edges, record.edges)?;
             spheres.push(*sphere);
+            all_outward.push(*outward);
         }
         counts.triangle_chunks = triangle_chunks.len() as u32;
         counts.edge_chunks = edge_chunks.len() as u32;
@@ -165,6 +168,7 @@ impl Casters {
             table,
             counts,
             spheres,
+            outward: all_outward,
             masked,
             memory_bytes: upload.bytes,
         })
@@ -188,6 +192,11 @@ impl Casters {
     /// Center and radius of the sphere around an instance's mesh, object space.
     pub fn sphere(&self, i: usize) -> ([f64; 3], f64) {
         self.spheres[i]
+    }
+
+    /// Whether an instance's mesh is [`Topology::outward`]: counting its front faces tells what it shadows.
+    pub fn outward(&self, i: usize) -> bool {
+        self.outward[i]
     }
 
     /// Bytes of device memory.
@@ -225,7 +234,7 @@ struct Lists {
 }
 
 impl Lists {
-    fn add(&mut self, mesh: &CasterMesh<'_>, copied: bool) -> Result<(CasterInstance, ([f64; 3], f64))> {
+    fn add(&mut self, mesh: &CasterMesh<'_>, copied: bool) -> Result<(CasterInstance, ([f64; 3], f64), bool)> {
         let built = Topology::new(mesh.positions, mesh.indices)
             .map_err(|e| Error::Usage(format!("caster mesh {}: {e}", mesh.name)))?;
         let base = if copied { self.positions.len() as u32 } else { mesh.first_vertex };
@@ -252,7 +261,7 @@ impl Lists {
             }
             e
         }));
-        Ok((record, sphere(mesh.positions, &built.triangles)))
+        Ok((record, sphere(mesh.positions, &built.triangles), built.outward))
     }
 }
 

@@ -1,0 +1,33 @@
+// Vertices of shadow volumes, pulled from the casters' buffers: at their place or infinitely far away from the light.
+#ifndef EDGESHADE_VOLUME
+#define EDGESHADE_VOLUME
+#include "pass/volumes.glsl"
+
+layout(binding = 0, scalar) readonly buffer Positions { float positions[]; };
+layout(binding = 1, scalar) readonly buffer Lights { CasterLight lights[]; };
+layout(binding = 2, scalar) readonly buffer Cameras { VolumeCamera cameras[]; };
+
+layout(push_constant, scalar) uniform Push {
+  uint stride;      // floats from a vertex to the next
+  uint facing;      // caps: of the triangles with this facing bit
+  uint infinite;    // 1: caps at infinity
+  float depth_step; // caps at their place: added to their depth
+} push;
+
+// Near caps must have the depth of the surfaces that they lie on, bit by bit: the same product as in gbuffer.vert.
+invariant gl_Position;
+
+vec3 positionOf(uint v) {
+  uint i = v * push.stride;
+  return vec3(positions[i], positions[i + 1], positions[i + 2]);
+}
+
+// w is 0 only for a camera without perspective: clipping takes such points as they are.
+vec4 infinityOf(vec3 p, vec4 light, mat4 clip_from_object) {
+  return clip_from_object * vec4(light.w * p - light.xyz, 0.0);
+}
+
+// Of a triangle or quad that is not drawn: all corners in one place.
+const vec4 NOWHERE = vec4(0.0, 0.0, 0.0, 1.0);
+
+#endif
