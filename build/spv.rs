@@ -77,11 +77,12 @@ pub fn module(shader: &str) -> String {
     format!("{shader}.spv")
 }
 
-/// The generated table: sorted, so that `shaders::find` can search it. Examples are compiled and checked, but nothing
-/// runs them: they are left out.
+/// The generated table: sorted, so that `shaders::find` can search it. Examples and the shaders of tests are compiled
+/// and checked, but users run neither: they are left out.
 pub fn table(plan: &Plan) -> String {
     let mut text = String::from("static TABLE: &[Shader] = &[\n");
-    for (shader, built) in plan.modules.iter().filter(|m| !m.0.starts_with("example/")) {
+    let is_embedded = |m: &&(String, bool)| !["example/", "test/"].iter().any(|folder| m.0.starts_with(folder));
+    for (shader, built) in plan.modules.iter().filter(is_embedded) {
         let root = if *built { "OUT_DIR" } else { "CARGO_MANIFEST_DIR" };
         let path = format!("/spv/{}", module(shader));
         text +=

@@ -24,7 +24,7 @@ impl Tree {
         Self { root: root.into() }
     }
 
-    /// Every shader, sorted: `pass/*.comp`, `raster/*.{vert,frag,geom}` and `example/*.comp`.
+    /// Every shader, sorted: `pass/*.comp`, `raster/*.{vert,frag,geom}`, `example/*.comp` and `test/*` of any of these stages.
     pub fn shaders(&self) -> Result<Vec<String>, String> {
         let mut files = Vec::new();
         walk(&self.root, "", &mut files).map_err(|e| format!("glsl/: {e}"))?;
@@ -34,12 +34,13 @@ impl Tree {
             let placed = match folder {
                 "pass" | "example" => stage(name) == Some("comp"),
                 "raster" => matches!(stage(name), Some("vert" | "frag" | "geom")),
+                "test" => matches!(stage(name), Some("comp" | "vert" | "frag" | "geom")),
                 _ => false,
             };
             if !placed || name.contains('/') {
                 return Err(format!(
                     "glsl/{file}: not a place for this shader; compute shaders are glsl/pass/*.comp, others \
-                     glsl/raster/*.{{vert,frag,geom}}, examples glsl/example/*.comp, and includes end in .glsl"
+                     glsl/raster/*.{{vert,frag,geom}}, examples glsl/example/*.comp, those of tests glsl/test/*, and includes end in .glsl"
                 ));
             }
         }

@@ -1,12 +1,14 @@
 //! What lives as long as the caller's device: function tables, allocator, samplers, pipelines.
 
-use crate::gpu::{ComputePipeline, Device, ShaderStruct};
+use crate::device_features::DeviceFeatures;
+use crate::gpu::{ComputePipeline, Device, RasterPipeline, RasterState, ShaderStruct};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::any::Any;
 use std::collections::HashMap;
 use std::ffi::CStr;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The caller's handles.
@@ -17,6 +19,9 @@ pub struct ContextDesc<'a> {
     pub physical_device: vk::PhysicalDevice,
     /// The device, made with what [`requirements`] lists.
     pub device: &'a ash::Device,
+    /// What `device` was made with beyond that; `DeviceFeatures::default()` for nothing. Techniques that need more are
+    /// refused when they are prepared.
+    pub features: DeviceFeatures,
     /// True if the instance has `VK_EXT_debug_utils`: objects get names and passes get labels.
     pub debug_utils: bool,
     /// Where memory comes from; `None` makes an allocator of our own.
@@ -37,12 +42,13 @@ pub struct Requirements {
     pub extensions: &'static [&'static CStr],
     /// Features of Vulkan 1.0.
     pub features: vk::PhysicalDeviceFeatures,
-    /// Names of the features of Vulkan 1.2 and 1.3: `scalarBlockLayout`, `synchronization2`,
-    /// and `dynamicRendering` (the last for the host's raster passes only).
+    /// Names of the features of Vulkan 1.2 and 1.3.
     pub newer_features: &'static [&'static str],
 }
 
-/// What every technique needs: the baseline. Techniques that need more say so in their registry entry.
+/// What every technique needs: the baseline. Techniques that need more say so in their registry entry,
+/// [`crate::technique::Info::needs`]; `edgeshade list ID` prints it. Make the device with the [`DeviceFeatures`] for it,
+/// and hand these to [`Context::new`].
 pub fn requirements() -> Requirements {
     Requirements {
         api_version: vk::API_VERSION_1_3,
@@ -107,6 +113,10 @@ pub struct Context {
     device: Arc<Device>,
     nearest: vk::Sampler,
     pipelines: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
+    /// By the text of their state, which names every part of it.
+    raster_pipelines: Mutex<HashMap<String, Arc<RasterPipeline>>>,
+    /// A raster pass was recorded: later frames must wait for the stages of one.
+    has_rastered: AtomicBool,
 }
 
 impl Context {
@@ -114,7 +124,7 @@ impl Context {
     ///
     /// # Safety
     /// The handles are valid and belong together, the device was created with what [`requirements`]
-    /// lists, and all of it outlives the context and everything made from it.
+    /// and [`ContextDesc::features`] list, and all of it outlives the context and everything made from it.
     pub unsafe fn new(desc: &ContextDesc<'_>) -> Result<Self> {
         // SAFETY: vouched for by the caller.
         let missing = unsafe { requirements().missing(desc.instance, desc.physical_device) };
@@ -144,7 +154,13 @@ impl Context {
             .address_mode_w(vk::SamplerAddressMode::CLAMP_TO_BORDER)
             .border_color(vk::BorderColor::FLOAT_OPAQUE_WHITE);
         let nearest = device.sampler(&info, "nearest, white border")?;
-        Ok(Self { device, nearest, pipelines: Mutex::default() })
+        Ok(Self {
+            device,
+            nearest,
+            pipelines: Mutex::default(),
+            raster_pipelines: Mutex::default(),
+            has_rastered: AtomicBool::new(false),
+        })
     }
 
     /// The shared device.
@@ -167,6 +183,31 @@ impl Context {
         let pipeline = Arc::new(ComputePipeline::new::<P>(&self.device, shader, constants)?);
         pipelines.insert(key, pipeline.clone());
         Ok(pipeline)
+    }
+
+    /// The raster pipeline of a state, made once; all its stages see the push constants `P`.
+    pub fn raster_pipeline<P: ShaderStruct>(&self, state: &RasterState<'_>) -> Result<Arc<RasterPipeline>> {
+        let key = format!("{state:?}");
+        let mut pipelines = self.raster_pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = pipelines.get(&key) {
+            return Ok(pipeline.clone());
+        }
+        let pipeline = Arc::new(RasterPipeline::new::<P>(&self.device, state)?);
+        pipelines.insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    /// What the caller's device was made with.
+    pub fn features(&self) -> DeviceFeatures {
+        self.device.features
+    }
+
+    pub(crate) fn has_rastered(&self) -> bool {
+        self.has_rastered.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn note_raster(&self) {
+        self.has_rastered.store(true, Ordering::Relaxed);
     }
 }
 

@@ -1,37 +1,22 @@
 //! One frame's recording: labels, barriers, timestamps, bindings, dispatches. Nothing else records.
 
+mod bind;
 mod copy;
-#[cfg(feature = "app")]
 mod raster;
 #[cfg(feature = "app")]
 mod transfer;
 
-#[cfg(feature = "app")]
-pub(crate) use raster::{Draw, Target};
+pub use bind::Bind;
+pub(crate) use raster::{Bound, Draw, RasterPass, Target};
 
 use crate::context::Context;
-use crate::gpu::{Binding, Buffer, ComputePipeline, Image, ResourceAccess, ResourceKind};
+use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::hazard::{Barrier, Hazards, Use};
 use crate::inputs::{Handoff, ImageRef};
 use crate::timing::Timings;
 use crate::{Error, Result};
 use ash::vk::{self, Handle};
 use std::ffi::CString;
-
-/// Something bound to a shader.
-#[derive(Clone, Copy)]
-pub enum Bind<'a> {
-    /// An image of ours, all of its mip levels.
-    Image(&'a Image),
-    /// One mip level of an image of ours.
-    Mip(&'a Image, u32),
-    /// Somebody else's image, in the layout that it states; read only.
-    Input(&'a ImageRef),
-    /// A buffer.
-    Buffer(&'a Buffer),
-    /// Somebody else's buffer from its start, that many bytes; read only.
-    Foreign(vk::Buffer, u64),
-}
 
 /// How many workgroups run.
 #[derive(Clone, Copy)]
@@ -64,12 +49,11 @@ pub struct Frame<'a> {
     timings: Option<&'a mut Timings>,
     hazards: Hazards,
     groups: u32,
-    /// A raster pass of this frame has waited for those of the frame before.
-    #[cfg(feature = "app")]
-    rastered: bool,
+    /// The stages in which this frame and those before it touch memory, as far as this frame has waited for them.
+    stages: vk::PipelineStageFlags2,
 }
 
-/// Every stage in which the library itself, or the host's raster passes, touch memory.
+/// Every stage in which the library itself touches memory, those of raster passes apart.
 const OWN_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
     vk::PipelineStageFlags2::COMPUTE_SHADER.as_raw()
         | vk::PipelineStageFlags2::DRAW_INDIRECT.as_raw()
@@ -84,7 +68,7 @@ impl<'a> Frame<'a> {
     /// barrier here, so any number of frames may be in flight.
     ///
     /// # Safety
-    /// `cmd` is recording, outside a render pass, for a queue with compute, and belongs to the
+    /// `cmd` is recording, outside a render pass, for a queue with compute (and graphics, for techniques with raster passes), and belongs to the
     /// context's device. Command buffers recorded through one context are submitted to one queue, in
     /// the order of their recording; none is thrown away, since layouts and kept results are tracked as
     /// recorded. Techniques and inputs outlive the execution.
@@ -94,23 +78,16 @@ impl<'a> Frame<'a> {
         handoff: Handoff,
         timings: Option<&'a mut Timings>,
     ) -> Self {
-        let mut frame = Self {
-            context,
-            cmd,
-            handoff,
-            timings,
-            hazards: Hazards::default(),
-            groups: 0,
-            #[cfg(feature = "app")]
-            rastered: false,
-        };
+        let mut frame =
+            Self { context, cmd, handoff, timings, hazards: Hazards::default(), groups: 0, stages: OWN_STAGES };
+        frame.stages |= frame.raster_stages();
         if let Some(timings) = &mut frame.timings {
             timings.begin(cmd);
         }
         frame.memory_barrier(&Barrier {
-            src_stage: OWN_STAGES | handoff.stage,
+            src_stage: frame.stages | handoff.stage,
             src_access: vk::AccessFlags2::MEMORY_WRITE,
-            dst_stage: OWN_STAGES,
+            dst_stage: frame.stages,
             dst_access: MEMORY,
         });
         frame
@@ -137,22 +114,13 @@ impl<'a> Frame<'a> {
 
     /// Runs a compute pass, after the barrier that it needs, if it needs one.
     pub(crate) fn dispatch(&mut self, pass: &Pass<'_>) -> Result<()> {
-        let reflection = &pass.pipeline.reflection;
-        let shader_error = |problem: String| Error::Shader { shader: pass.pipeline.shader.into(), problem };
-        if pass.bind.len() != reflection.bindings.len() {
-            let names: Vec<_> = reflection.bindings.iter().map(|b| b.name.as_str()).collect();
-            return Err(shader_error(format!("{} resources were bound; it declares {names:?}", pass.bind.len())));
+        let interface = &pass.pipeline.interface;
+        interface.check(pass.bind)?;
+        if pass.push.len() != interface.push_size as usize {
+            let problem = format!("got {} bytes of push constants", pass.push.len());
+            return Err(Error::Shader { shader: interface.name.clone(), problem });
         }
-        let unfit = |(b, bound): &(&Binding, &Bind<'_>)| b.kind.is_buffer() != bound.buffer().is_some();
-        if let Some((b, _)) = reflection.bindings.iter().zip(pass.bind).find(unfit) {
-            return Err(shader_error(format!("binding {} ({}) wants {:?}", b.binding, b.name, b.kind)));
-        }
-        if pass.push.len() != pass.pipeline.interface.push_size as usize {
-            return Err(shader_error(format!("got {} bytes of push constants", pass.push.len())));
-        }
-        let mut uses: Vec<_> = (reflection.bindings.iter().zip(pass.bind))
-            .map(|(b, bound)| (bound.id(), compute_use(b.kind, b.access)))
-            .collect();
+        let mut uses = interface.uses(pass.bind);
         if let Threads::Indirect(buffer, _) = pass.threads {
             uses.push((buffer.handle().as_raw(), INDIRECT_USE));
         }
@@ -160,18 +128,18 @@ impl<'a> Frame<'a> {
         self.hazard(&uses);
         let query = self.begin_pass(pass.name);
         let (raw, cmd) = (&self.context.device().raw, self.cmd);
-        let interface = &pass.pipeline.interface;
         // SAFETY: the command buffer records (contract of `begin`); bindings and push constants were
         // checked against the shader above.
         unsafe {
             raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::COMPUTE, pass.pipeline.handle);
-            self.push_descriptors(vk::PipelineBindPoint::COMPUTE, interface.layout, &interface.kinds, pass.bind);
+            self.push_descriptors(vk::PipelineBindPoint::COMPUTE, interface, pass.bind);
             if !pass.push.is_empty() {
                 raw.cmd_push_constants(cmd, interface.layout, interface.push_stages, 0, pass.push);
             }
             match pass.threads {
                 Threads::Count(n) => {
-                    let groups: [u32; 3] = std::array::from_fn(|i| n[i].div_ceil(reflection.local_size[i]));
+                    let groups: [u32; 3] =
+                        std::array::from_fn(|i| n[i].div_ceil(pass.pipeline.reflection.local_size[i]));
                     if !groups.contains(&0) {
                         raw.cmd_dispatch(cmd, groups[0], groups[1], groups[2]);
                     }
@@ -214,8 +182,8 @@ impl<'a> Frame<'a> {
         self.close();
         let barrier = self
             .image_barrier(output, self.handoff.layout)
-            .src_stage_mask(OWN_STAGES)
-            .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE | vk::AccessFlags2::TRANSFER_WRITE)
+            .src_stage_mask(self.stages)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
             .dst_stage_mask(self.handoff.stage)
             .dst_access_mask(self.handoff.access);
         self.image_barriers(&[barrier]);
@@ -266,9 +234,9 @@ impl<'a> Frame<'a> {
             .filter(|i| i.layout() != vk::ImageLayout::GENERAL)
             .map(|i| {
                 self.image_barrier(i, vk::ImageLayout::GENERAL)
-                    .src_stage_mask(OWN_STAGES | self.handoff.stage | stage)
+                    .src_stage_mask(self.stages | self.handoff.stage | stage)
                     .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-                    .dst_stage_mask(OWN_STAGES | stage)
+                    .dst_stage_mask(self.stages | stage)
                     .dst_access_mask(MEMORY)
             })
             .collect();
@@ -322,87 +290,6 @@ impl<'a> Frame<'a> {
             unsafe { debug.cmd_end_debug_utils_label(self.cmd) };
         }
     }
-
-    fn push_descriptors(
-        &self,
-        point: vk::PipelineBindPoint,
-        layout: vk::PipelineLayout,
-        kinds: &[(u32, ResourceKind)],
-        bind: &[Bind<'_>],
-    ) {
-        let sampler = self.context.nearest();
-        let images: Vec<_> = (kinds.iter().zip(bind))
-            .map(|((_, kind), b)| {
-                let sampler = if *kind == ResourceKind::SampledImage { sampler } else { vk::Sampler::null() };
-                let image = b.image();
-                [vk::DescriptorImageInfo {
-                    sampler,
-                    image_view: image.map_or(vk::ImageView::null(), |i| i.view),
-                    image_layout: image.map_or(vk::ImageLayout::UNDEFINED, |i| i.layout),
-                }]
-            })
-            .collect();
-        let buffers: Vec<_> = bind
-            .iter()
-            .map(|b| {
-                let (buffer, range) = b.buffer().unwrap_or((vk::Buffer::null(), vk::WHOLE_SIZE));
-                [vk::DescriptorBufferInfo { buffer, offset: 0, range }]
-            })
-            .collect();
-        let writes: Vec<_> = (kinds.iter().zip(&images).zip(&buffers))
-            .map(|(((binding, kind), image), buffer)| {
-                let write =
-                    vk::WriteDescriptorSet::default().dst_binding(*binding).descriptor_type(kind.descriptor_type());
-                match kind {
-                    ResourceKind::SampledImage | ResourceKind::StorageImage => write.image_info(image),
-                    ResourceKind::UniformBuffer | ResourceKind::StorageBuffer => write.buffer_info(buffer),
-                }
-            })
-            .collect();
-        if writes.is_empty() {
-            return;
-        }
-        let push = &self.context.device().push_descriptor;
-        // SAFETY: layout and writes come from one reflection; the resources outlive the execution.
-        unsafe { push.cmd_push_descriptor_set(self.cmd, point, layout, 0, &writes) };
-    }
-}
-
-impl<'a> Bind<'a> {
-    fn owned(&self) -> Option<&'a Image> {
-        match *self {
-            Self::Image(i) | Self::Mip(i, _) => Some(i),
-            _ => None,
-        }
-    }
-
-    fn image(&self) -> Option<ImageRef> {
-        match *self {
-            Self::Image(i) => Some(i.as_ref()),
-            Self::Mip(i, level) => Some(i.mip(level)),
-            Self::Input(i) => Some(*i),
-            Self::Buffer(_) | Self::Foreign(..) => None,
-        }
-    }
-
-    /// Handle and size of a buffer.
-    fn buffer(&self) -> Option<(vk::Buffer, u64)> {
-        match *self {
-            Self::Buffer(b) => Some((b.handle(), vk::WHOLE_SIZE)),
-            Self::Foreign(buffer, size) => Some((buffer, size)),
-            _ => None,
-        }
-    }
-
-    /// The handle by which hazards are tracked. Vulkan handles of different types may be equal in
-    /// theory only: they are pointers on every desktop driver, and a clash merely adds a barrier.
-    fn id(&self) -> u64 {
-        match self {
-            Self::Buffer(b) => b.handle().as_raw(),
-            Self::Foreign(b, _) => b.as_raw(),
-            _ => self.image().map_or(0, |i| i.image.as_raw()),
-        }
-    }
 }
 
 /// What makes copies visible to the CPU once a fence has signalled.
@@ -423,18 +310,3 @@ const INDIRECT_USE: Use = Use {
 };
 const TRANSFER_USE: Use =
     Use { stage: vk::PipelineStageFlags2::ALL_TRANSFER, access: vk::AccessFlags2::TRANSFER_WRITE, writes: true };
-
-fn compute_use(kind: ResourceKind, access: ResourceAccess) -> Use {
-    let read = match kind {
-        ResourceKind::SampledImage => vk::AccessFlags2::SHADER_SAMPLED_READ,
-        ResourceKind::UniformBuffer => vk::AccessFlags2::UNIFORM_READ,
-        ResourceKind::StorageImage | ResourceKind::StorageBuffer => vk::AccessFlags2::SHADER_STORAGE_READ,
-    };
-    let write = vk::AccessFlags2::SHADER_STORAGE_WRITE;
-    let access_flags = match access {
-        ResourceAccess::Read => read,
-        ResourceAccess::Write => write,
-        ResourceAccess::ReadWrite => read | write,
-    };
-    Use { stage: vk::PipelineStageFlags2::COMPUTE_SHADER, access: access_flags, writes: access != ResourceAccess::Read }
-}

@@ -56,7 +56,21 @@ pub(crate) struct Hazards {
 
 impl Hazards {
     /// The barrier that must precede a command with these uses; empty where no real hazard is.
+    ///
+    /// Several uses of one resource, by several stages or through several bindings, count as one that does all of it.
     pub fn before(&mut self, uses: &[(u64, Use)]) -> Barrier {
+        let mut whole: Vec<(u64, Use)> = vec![];
+        for &(id, usage) in uses {
+            match whole.iter_mut().find(|w| w.0 == id) {
+                Some((_, all)) => {
+                    all.stage |= usage.stage;
+                    all.access |= usage.access;
+                    all.writes |= usage.writes;
+                }
+                None => whole.push((id, usage)),
+            }
+        }
+        let uses = &whole;
         let mut barrier = Barrier::default();
         for (id, usage) in uses {
             let Some(s) = self.states.get(id) else { continue };
@@ -154,6 +168,19 @@ mod tests {
         h.before(&[(1, WRITE), (2, WRITE)]);
         assert!(!h.before(&[(1, READ)]).is_empty());
         assert!(h.before(&[(2, READ)]).is_empty(), "the barrier for 1 was global");
+    }
+
+    #[test]
+    fn several_uses_of_one_command_count_together() {
+        let vertex = Use { stage: Stages::VERTEX_SHADER, access: Access::SHADER_STORAGE_READ, writes: false };
+        let fragment = Use { stage: Stages::FRAGMENT_SHADER, ..WRITE };
+        for uses in [[(1, vertex), (1, fragment)], [(1, fragment), (1, vertex)]] {
+            let mut h = Hazards::default();
+            assert!(h.before(&uses).is_empty());
+            let b = h.before(&[(1, WRITE)]);
+            let both = Stages::VERTEX_SHADER | Stages::FRAGMENT_SHADER;
+            assert_eq!((b.src_stage, b.src_access), (both, Access::SHADER_STORAGE_WRITE));
+        }
     }
 
     #[test]

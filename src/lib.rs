@@ -17,6 +17,7 @@
 //!         instance,
 //!         physical_device,
 //!         device,
+//!         features: DeviceFeatures::default(), // what the device was made with beyond that
 //!         debug_utils: false,
 //!         allocator: None,
 //!         pipeline_cache: ash::vk::PipelineCache::null(),
@@ -80,6 +81,7 @@
 
 pub mod casters;
 mod context;
+mod device_features;
 pub mod error;
 mod frame;
 pub mod gpu;
@@ -104,6 +106,7 @@ pub mod timing;
 pub mod view;
 
 pub use context::{Context, ContextDesc, Requirements, requirements};
+pub use device_features::{DeviceFeatures, Need};
 pub use error::{Error, Result};
 pub use frame::Frame;
 pub(crate) use frame::{Bind, Pass, Threads};

@@ -29,8 +29,22 @@ pub fn all() -> &'static [Shader] {
     TABLE
 }
 
+/// Those of the crate's own tests.
+#[cfg(test)]
+const TESTS: &[Shader] = &[
+    Shader { name: "test/quads.frag", spirv: include_bytes!("../spv/test/quads.frag.spv") },
+    Shader { name: "test/quads.geom", spirv: include_bytes!("../spv/test/quads.geom.spv") },
+    Shader { name: "test/quads.vert", spirv: include_bytes!("../spv/test/quads.vert.spv") },
+    Shader { name: "test/quads_count.frag", spirv: include_bytes!("../spv/test/quads_count.frag.spv") },
+    Shader { name: "test/stencil.comp", spirv: include_bytes!("../spv/test/stencil.comp.spv") },
+];
+
 /// The shader whose source is `glsl/<path>`.
 pub(crate) fn find(path: &str) -> Result<&'static Shader> {
+    #[cfg(test)]
+    if let Some(shader) = TESTS.iter().find(|s| s.name == path) {
+        return Ok(shader);
+    }
     TABLE
         .binary_search_by(|shader| shader.name.cmp(path))
         .map(|i| &TABLE[i])

@@ -29,7 +29,7 @@ pub use params::{Param, ParamKind, Params};
 
 use crate::casters::Casters;
 use crate::gpu::{Device, Image, ImageDesc};
-use crate::{Context, Error, Frame, ImageRef, Inputs, Result};
+use crate::{Context, Error, Frame, ImageRef, Inputs, Need, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -117,6 +117,8 @@ pub struct Info {
     pub summary: &'static str,
     /// The parameter table: CLI, viewer and documentation come from it.
     pub params: &'static [Param],
+    /// What it needs of device and inputs beyond the baseline, [`crate::requirements`].
+    pub needs: &'static [Need],
     /// How it is made.
     pub kind: Kind,
 }
@@ -158,6 +160,7 @@ pub const ALL: &[Info] = &[
         paper: "the ground truth of Macedo et al. 2017-2019",
         summary: "Averages the hard shadows of many points on the light, a shadow map each; carries their aliasing and bias.",
         params: &[Param::int("samples", 1, 16384, 256, "shadow maps", "points on the area light")],
+        needs: &[],
         kind: Kind::Reference,
     },
     Info {
@@ -169,6 +172,7 @@ pub const ALL: &[Info] = &[
             PENUMBRA,
             Param::int("subsamples", 1, 16, 4, "samples", "samples along a pixel's side that the boundary is found by"),
         ],
+        needs: &[],
         kind: Kind::Reference,
     },
     Info {
@@ -184,6 +188,7 @@ pub const ALL: &[Info] = &[
             "rays",
             "rays a pixel over the area light; 1 = the light's centre",
         )],
+        needs: &[],
         kind: Kind::Reference,
     },
 ];
@@ -206,6 +211,9 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
     if !setup.params.are_for(info) {
         let problem = format!("the parameters are another technique's: make them with Params::new or parse for {id}");
         return Err(Error::Parameter(problem));
+    }
+    if let Some(need) = info.needs.iter().find(|n| !n.is_met(context.features())) {
+        return Err(Error::NoDevice(format!("{id} needs {}; this device was made without", need.text())));
     }
     let largest = context.device().limits.max_image_dimension2_d.min(16384);
     for (what, size) in [("image", setup.extent), ("shadow map", setup.map_size)] {

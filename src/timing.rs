@@ -1,9 +1,9 @@
-//! GPU times and tile counts by pass name, read back without ever waiting.
+//! GPU times, tile counts and pipeline statistics by pass name, read back without ever waiting.
 
-use crate::Result;
 use crate::context::Context;
 use crate::error::VkContext;
 use crate::gpu::{Buffer, BufferDesc, Device, MemoryKind};
+use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -22,6 +22,61 @@ pub struct PassTiming {
     pub gpu_ms: f64,
     /// Tiles of the frame and how many of them the pass worked on, for passes that skip.
     pub tiles: Option<Tiles>,
+    /// What went through the pipeline, where [`Timings::with_statistics`] asked for it.
+    pub statistics: Option<Statistics>,
+}
+
+/// What a pass sent through the pipeline, as `VK_QUERY_TYPE_PIPELINE_STATISTICS` counts it; drivers may count a little
+/// more or less than a plain reading of Vulkan has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "app", derive(serde::Serialize))]
+pub struct Statistics {
+    /// Primitives that the draws assembled from their vertices.
+    pub input_primitives: u64,
+    /// Runs of the vertex shader.
+    pub vertex_invocations: u64,
+    /// Primitives that clipping left, before culling by facing.
+    pub clipped_primitives: u64,
+    /// Runs of the fragment shader.
+    pub fragment_invocations: u64,
+    /// Runs of the compute shader.
+    pub compute_invocations: u64,
+}
+
+impl Statistics {
+    /// What a queue with graphics counts, in the order of the values.
+    const GRAPHICS: vk::QueryPipelineStatisticFlags = vk::QueryPipelineStatisticFlags::from_raw(
+        vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_PRIMITIVES.as_raw()
+            | vk::QueryPipelineStatisticFlags::VERTEX_SHADER_INVOCATIONS.as_raw()
+            | vk::QueryPipelineStatisticFlags::CLIPPING_PRIMITIVES.as_raw()
+            | vk::QueryPipelineStatisticFlags::FRAGMENT_SHADER_INVOCATIONS.as_raw()
+            | Self::COMPUTE.as_raw(),
+    );
+    /// And one without.
+    const COMPUTE: vk::QueryPipelineStatisticFlags = vk::QueryPipelineStatisticFlags::COMPUTE_SHADER_INVOCATIONS;
+
+    fn new(values: &[u64]) -> Option<Self> {
+        match *values {
+            [input_primitives, vertex_invocations, clipped_primitives, fragment_invocations, compute_invocations] => {
+                Some(Self {
+                    input_primitives,
+                    vertex_invocations,
+                    clipped_primitives,
+                    fragment_invocations,
+                    compute_invocations,
+                })
+            }
+            [compute_invocations] => Some(Self { compute_invocations, ..Self::default() }),
+            _ => None,
+        }
+    }
+}
+
+/// The statistics' own queries: one a pass.
+struct StatisticsPool {
+    pool: vk::QueryPool,
+    /// How many figures each query holds.
+    figures: usize,
 }
 
 /// How much of a frame a skipping pass touched.
@@ -60,6 +115,7 @@ struct Slot {
 pub struct Timings {
     device: Arc<Device>,
     pool: vk::QueryPool,
+    statistics: Option<StatisticsPool>,
     counters: Buffer,
     slots: Vec<Slot>,
     current: usize,
@@ -72,11 +128,30 @@ impl Timings {
     /// `queue_family` is the family whose queue runs the frames. `frames_in_flight` is how many frames
     /// may be recorded before the results of the first are polled; results of older ones are lost.
     pub fn new(context: &Context, queue_family: u32, frames_in_flight: u32) -> Result<Self> {
+        Self::make(context, queue_family, frames_in_flight, false)
+    }
+
+    /// The same with [`Statistics`] of every pass, which may cost time of their own.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] where the device was made without [`crate::DeviceFeatures::pipeline_statistics`].
+    pub fn with_statistics(context: &Context, queue_family: u32, frames_in_flight: u32) -> Result<Self> {
+        Self::make(context, queue_family, frames_in_flight, true)
+    }
+
+    fn make(context: &Context, queue_family: u32, frames_in_flight: u32, statistics: bool) -> Result<Self> {
+        if statistics && !context.features().pipeline_statistics {
+            let problem = "pipeline statistics need the feature pipelineStatisticsQuery; \
+                           by ContextDesc::features, this device was made without";
+            return Err(Error::NoDevice(problem.into()));
+        }
         let device = context.device().clone();
         let slots = frames_in_flight.max(1);
         // SAFETY: the physical device is the caller's and alive.
         let families = unsafe { device.instance.get_physical_device_queue_family_properties(device.physical_device) };
-        let bits = families.get(queue_family as usize).map_or(0, |f| f.timestamp_valid_bits);
+        let family = families.get(queue_family as usize);
+        let bits = family.map_or(0, |f| f.timestamp_valid_bits);
+        let has_graphics = family.is_some_and(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS));
         let info =
             vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(slots * SLOT_QUERIES);
         // SAFETY: the create info is complete.
@@ -91,15 +166,33 @@ impl Timings {
                 memory: MemoryKind::Readback,
             },
         )?;
-        Ok(Self {
+        let mut timings = Self {
             pool,
+            statistics: None,
             counters,
             slots: (0..slots).map(|_| Slot::default()).collect(),
             current: slots as usize - 1,
             tick_ms: f64::from(device.limits.timestamp_period) * 1e-6,
             mask: if bits >= 64 { u64::MAX } else { (1 << bits) - 1 },
             device,
-        })
+        };
+        if statistics {
+            timings.count_statistics(if has_graphics { Statistics::GRAPHICS } else { Statistics::COMPUTE })?;
+        }
+        Ok(timings)
+    }
+
+    fn count_statistics(&mut self, which: vk::QueryPipelineStatisticFlags) -> Result<()> {
+        let info = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::PIPELINE_STATISTICS)
+            .pipeline_statistics(which)
+            .query_count(self.slots.len() as u32 * MAX_PASSES);
+        // SAFETY: the feature was checked for, and the figures are such as the queue counts.
+        let pool =
+            unsafe { self.device.raw.create_query_pool(&info, None) }.context("vkCreateQueryPool(statistics)")?;
+        self.device.name(pool, "statistics");
+        self.statistics = Some(StatisticsPool { pool, figures: which.as_raw().count_ones() as usize });
+        Ok(())
     }
 
     /// Frames finished since the last call, oldest first. Never waits.
@@ -132,6 +225,7 @@ impl Timings {
                 return None;
             }
         }
+        let statistics = self.collect_statistics(index, passes)?;
         let slot = &mut self.slots[index];
         slot.pending = false;
         slot.seen = Some(ticks[0][0]);
@@ -141,7 +235,8 @@ impl Timings {
             .names
             .drain(..)
             .zip(ticks.chunks_exact(2))
-            .map(|(name, t)| PassTiming { name, gpu_ms: span(t[0][0], t[1][0]), tiles: None })
+            .zip(statistics)
+            .map(|((name, t), statistics)| PassTiming { name, gpu_ms: span(t[0][0], t[1][0]), tiles: None, statistics })
             .collect();
         for (i, (pass, total)) in slot.counters.drain(..).enumerate() {
             let at = (index * MAX_PASSES as usize + i) * 4;
@@ -152,6 +247,34 @@ impl Timings {
         Some(FrameTiming { passes, total_gpu_ms })
     }
 
+    /// One for each pass; `None` where the GPU has not finished. Called once the timestamps are known to be the frame's
+    /// own: the statistics were reset along with these.
+    fn collect_statistics(&self, index: usize, passes: usize) -> Option<Vec<Option<Statistics>>> {
+        let Some(statistics) = &self.statistics else { return Some(vec![None; passes]) };
+        let width = statistics.figures + 1;
+        // One query at a time: the element type of ash's call is what a query holds, and its length is not constant.
+        let one = |i: usize| {
+            let mut values = vec![0u64; width];
+            let query = index as u32 * MAX_PASSES + i as u32;
+            // SAFETY: the query lies within the pool, and `values` has room for its figures and their availability.
+            let result = unsafe {
+                (self.device.raw.fp_v1_0().get_query_pool_results)(
+                    self.device.raw.handle(),
+                    statistics.pool,
+                    query,
+                    1,
+                    size_of_val(&values[..]),
+                    values.as_mut_ptr().cast(),
+                    size_of_val(&values[..]) as u64,
+                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY,
+                )
+            };
+            let (available, figures) = values.split_last()?;
+            (result == vk::Result::SUCCESS && *available != 0).then(|| Statistics::new(figures))
+        };
+        (0..passes).map(one).collect()
+    }
+
     pub(crate) fn begin(&mut self, cmd: vk::CommandBuffer) {
         self.current = (self.current + 1) % self.slots.len();
         let slot = &mut self.slots[self.current];
@@ -160,7 +283,13 @@ impl Timings {
         slot.pending = true;
         let first = self.current as u32 * SLOT_QUERIES;
         // SAFETY: `cmd` is recording outside a render pass (contract of `Frame::begin`).
-        unsafe { self.device.raw.cmd_reset_query_pool(cmd, self.pool, first, SLOT_QUERIES) };
+        unsafe {
+            self.device.raw.cmd_reset_query_pool(cmd, self.pool, first, SLOT_QUERIES);
+            if let Some(statistics) = &self.statistics {
+                let first = self.current as u32 * MAX_PASSES;
+                self.device.raw.cmd_reset_query_pool(cmd, statistics.pool, first, MAX_PASSES);
+            }
+        }
     }
 
     /// Writes the first timestamp of a pass; the returned query is for [`Self::end_pass`].
@@ -169,16 +298,26 @@ impl Timings {
         if self.mask == 0 || slot.names.len() >= MAX_PASSES as usize {
             return None;
         }
-        let query = self.current as u32 * SLOT_QUERIES + slot.names.len() as u32 * 2;
+        let pass = slot.names.len() as u32;
+        let query = self.current as u32 * SLOT_QUERIES + pass * 2;
         slot.names.push(name.into());
         self.stamp(cmd, query);
+        if let Some(statistics) = &self.statistics {
+            let query = self.current as u32 * MAX_PASSES + pass;
+            // SAFETY: reset at the frame's begin; passes neither nest nor lie within a rendering.
+            unsafe { self.device.raw.cmd_begin_query(cmd, statistics.pool, query, vk::QueryControlFlags::empty()) };
+        }
         Some(query + 1)
     }
 
     pub(crate) fn end_pass(&self, cmd: vk::CommandBuffer, query: Option<u32>) {
-        if let Some(query) = query {
-            self.stamp(cmd, query);
+        let Some(query) = query else { return };
+        if let Some(statistics) = &self.statistics {
+            let pass = self.slots[self.current].names.len() as u32 - 1;
+            // SAFETY: begun with the pass, which is the last one.
+            unsafe { self.device.raw.cmd_end_query(cmd, statistics.pool, self.current as u32 * MAX_PASSES + pass) };
         }
+        self.stamp(cmd, query);
     }
 
     fn stamp(&self, cmd: vk::CommandBuffer, query: u32) {
@@ -213,6 +352,11 @@ impl Timings {
 impl Drop for Timings {
     fn drop(&mut self) {
         // SAFETY: the owner vouches that no command buffer in flight writes the queries.
-        unsafe { self.device.raw.destroy_query_pool(self.pool, None) };
+        unsafe {
+            self.device.raw.destroy_query_pool(self.pool, None);
+            if let Some(statistics) = &self.statistics {
+                self.device.raw.destroy_query_pool(statistics.pool, None);
+            }
+        }
     }
 }

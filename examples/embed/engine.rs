@@ -110,6 +110,7 @@ impl Engine {
                 instance: &gpu.instance,
                 physical_device: gpu.physical_device,
                 device: &gpu.device,
+                features: gpu.features,
                 debug_utils: gpu.debug_utils,
                 allocator: None,
                 pipeline_cache: vk::PipelineCache::null(),

@@ -1,6 +1,7 @@
 //! The engine's own Vulkan: instance, device, images, pipelines. Edgeshade knows nothing of this file.
 
 use ash::vk;
+use edgeshade::DeviceFeatures;
 use std::cell::RefCell;
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
@@ -23,6 +24,8 @@ pub struct Gpu {
     pub device: ash::Device,
     pub queue: vk::Queue,
     pub family: u32,
+    /// What the device was made with for Edgeshade's techniques.
+    pub features: DeviceFeatures,
     pub debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT, *const Mutex<Vec<String>>)>,
     at_exit: RefCell<Vec<Destroy>>,
@@ -142,12 +145,16 @@ impl Gpu {
                 .scalar_block_layout(true)
                 .separate_depth_stencil_layouts(true);
             let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
+            // All that some technique may want, and the device has.
+            let features = DeviceFeatures::of(&instance, physical_device);
+            let mut core = needs.features;
+            features.enable(&mut core, &mut v12, &mut v13);
             let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
             let extensions: Vec<_> = needs.extensions.iter().map(|e| e.as_ptr()).collect();
             let info = vk::DeviceCreateInfo::default()
                 .queue_create_infos(&queues)
                 .enabled_extension_names(&extensions)
-                .enabled_features(&needs.features)
+                .enabled_features(&core)
                 .push_next(&mut v12)
                 .push_next(&mut v13);
             let device = instance.create_device(physical_device, &info, None)?;
@@ -160,6 +167,7 @@ impl Gpu {
                 device,
                 queue,
                 family,
+                features,
                 debug_utils,
                 messenger,
                 at_exit,

@@ -12,11 +12,9 @@ layout(triangle_strip, max_vertices = 21) out;
 layout(binding = 7, scalar) readonly buffer Neighbours { uvec3 neighbours[]; }; // face across (0,1), (1,2), (2,0)
 const uint NO_NEIGHBOUR = 0xFFFFFFFFu, FAN = 0xFFFFFFFEu;
 
-layout(location = 0) in Corner {
-  vec4 infinity;
-  flat uint instance;
-  flat uint triangle;
-} corner[];
+layout(location = 0) in vec4 infinity[];
+layout(location = 1) flat in uint instance_of[];
+layout(location = 2) flat in uint triangle_of[];
 
 layout(location = 0) flat out float weight;
 
@@ -34,7 +32,7 @@ void emit(vec4 a, vec4 b, vec4 c) {
 }
 
 void main() {
-  uint instance = corner[0].instance, t = corner[0].triangle;
+  uint instance = instance_of[0], t = triangle_of[0];
   CasterInstance info = instances[instance];
   if (t >= info.triangles) return;
   uint first_bit = CHUNK * info.first_triangle_chunk;
@@ -51,8 +49,8 @@ void main() {
     }
     bool swapped = v[k] > v[l];
     uint low = swapped ? l : k, high = swapped ? k : l;
-    vec4 a = gl_in[low].gl_Position, a_far = corner[low].infinity;
-    vec4 b = gl_in[high].gl_Position, b_far = corner[high].infinity;
+    vec4 a = gl_in[low].gl_Position, a_far = infinity[low];
+    vec4 b = gl_in[high].gl_Position, b_far = infinity[high];
     // As in volume_side.vert: the order of the corners does not depend on the direction, only the winding does.
     if (faces != swapped) {
       emit(a, a_far, b);
@@ -64,6 +62,6 @@ void main() {
   }
   // Of a parallel light the far cap is a point.
   if (lights[instance].light.w == 0.0) return;
-  vec4 i = corner[0].infinity, j = corner[1].infinity;
-  emit(faces ? j : i, faces ? i : j, corner[2].infinity);
+  vec4 i = infinity[0], j = infinity[1];
+  emit(faces ? j : i, faces ? i : j, infinity[2]);
 }

@@ -3,21 +3,17 @@
 #extension GL_GOOGLE_include_directive : require
 #include "volume_triangle.glsl"
 
-layout(location = 0) out Corner {
-  vec4 infinity;
-  flat uint instance;
-  flat uint triangle; // of the instance's; the last chunk is not full
-} corner;
-
-invariant corner.infinity;
+layout(location = 0) invariant out vec4 infinity;
+layout(location = 1) flat out uint instance_of;
+layout(location = 2) flat out uint triangle_of; // of the instance's
 
 void main() {
   uint v = gl_VertexIndex;
-  corner.instance = chunks[v / (3 * CHUNK)];
-  CasterInstance info = instances[corner.instance];
-  corner.triangle = v / 3 - CHUNK * info.first_triangle_chunk;
-  vec3 p = positionOf(triangles[info.first_triangle + min(corner.triangle, info.triangles - 1)][v % 3]);
-  mat4 m = cameras[corner.instance].clip_from_object;
+  instance_of = chunks[v / (3 * CHUNK)];
+  CasterInstance info = instances[instance_of];
+  triangle_of = v / 3 - CHUNK * info.first_triangle_chunk;
+  vec3 p = positionOf(triangles[info.first_triangle + min(triangle_of, info.triangles - 1)][v % 3]);
+  mat4 m = cameras[instance_of].clip_from_object;
   gl_Position = m * vec4(p, 1.0);
-  corner.infinity = infinityOf(p, lights[corner.instance].light, m);
+  infinity = infinityOf(p, lights[instance_of].light, m);
 }

@@ -52,6 +52,9 @@ fn all() -> String {
 fn detail(info: &Info) -> String {
     let Info { id, title, paper, summary, .. } = info;
     let mut text = format!("{id}: {title} ({paper}), {}\n{summary}\n", kind(info));
+    for need in info.needs {
+        text += &format!("  needs {}\n", need.text());
+    }
     for p in info.params {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
         text += &format!("\n  {}={}    {}{unit}\n      {}\n", p.name, p.show(p.default), p.range(), p.help);

@@ -68,6 +68,9 @@ pub struct Args {
     /// Render N times as wide and high and average in linear light; the times are of the larger frame
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
     supersample: u32,
+    /// Count what every pass sends through the pipeline: primitives, and runs of vertex, fragment and compute shaders
+    #[arg(long)]
+    statistics: bool,
     /// Write all figures as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -116,6 +119,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
         map_size: args.shadow_map,
         casters: args.scene.casters(),
         intermediates: !view::NAMES.contains(&args.view.as_str()),
+        statistics: args.statistics,
         ..RenderDesc::default()
     };
     let mut renderer = Renderer::new(&host, &stage.scene, stage.camera, &stage.light, desc)?;
@@ -291,6 +295,9 @@ fn say(
     } else {
         console.say(format_args!("{id}{settings}, {w}x{h}, shadow map {map}x{map}, {} frames\n", figures.frames))?;
         console.say(pass_table(figures, frames))?;
+        if figures.passes.iter().any(|p| p.statistics.is_some()) {
+            console.say(statistics_table(figures))?;
+        }
     }
     let s = figures.seconds;
     let mib = |bytes: u64| number(bytes as f64 / f64::from(1 << 20), 1);
@@ -335,5 +342,22 @@ fn pass_table(figures: &report::Render, frames: &[FrameTiming]) -> String {
         sum("technique", technique);
     }
     sum("frame", total);
+    table.to_string()
+}
+
+fn statistics_table(figures: &report::Render) -> String {
+    let mut table = Table::new(["pass", "primitives", "clipped", "vertices", "fragments", "compute"]);
+    for p in &figures.passes {
+        let Some(s) = p.statistics else { continue };
+        let figures = [
+            s.input_primitives,
+            s.clipped_primitives,
+            s.vertex_invocations,
+            s.fragment_invocations,
+            s.compute_invocations,
+        ];
+        let figures = figures.map(|n| if n == 0 { String::new() } else { n.to_string() });
+        table.row([&p.name].into_iter().chain(&figures));
+    }
     table.to_string()
 }

@@ -194,6 +194,7 @@ pub fn technique(info: &Info, kind: &str) -> Value {
     };
     json!({
         "id": info.id, "title": info.title, "paper": info.paper, "summary": info.summary, "kind": kind,
+        "needs": info.needs.iter().map(|n| n.text()).collect::<Vec<_>>(),
         "params": info.params.iter().map(row).collect::<Vec<_>>(),
     })
 }

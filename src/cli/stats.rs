@@ -1,6 +1,6 @@
 //! From the times of single frames to medians a pass.
 
-use edgeshade::timing::{FrameTiming, Tiles};
+use edgeshade::timing::{FrameTiming, PassTiming, Statistics};
 use serde::Serialize;
 
 /// Passes that every frame has, whatever the technique.
@@ -36,32 +36,35 @@ pub struct PassStats {
     pub tiles_total: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiles_active: Option<u32>,
+    /// Of the last frame that has them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub statistics: Option<Statistics>,
 }
 
 /// The passes in recording order. A name that comes twice in a frame gives two entries; a pass that some frames
 /// skip is measured over those that have it.
 pub fn passes(frames: &[FrameTiming]) -> Vec<PassStats> {
-    let mut found: Vec<(&str, usize, Vec<f64>, Option<Tiles>)> = vec![];
+    let mut found: Vec<(usize, Vec<&PassTiming>)> = vec![];
     for frame in frames {
         for (i, pass) in frame.passes.iter().enumerate() {
             let repeat = frame.passes[..i].iter().filter(|p| p.name == pass.name).count();
-            let at = found.iter().position(|f| f.0 == pass.name && f.1 == repeat).unwrap_or_else(|| {
-                found.push((&pass.name, repeat, vec![], None));
-                found.len() - 1
-            });
-            found[at].2.push(pass.gpu_ms);
-            found[at].3 = pass.tiles.or(found[at].3);
+            match found.iter_mut().find(|f| f.0 == repeat && f.1[0].name == pass.name) {
+                Some((_, all)) => all.push(pass),
+                None => found.push((repeat, vec![pass])),
+            }
         }
     }
-    let entry = |(name, _, times, tiles): (&str, usize, Vec<f64>, Option<Tiles>)| {
-        let span = Span::of(times)?;
+    let entry = |(_, all): (usize, Vec<&PassTiming>)| {
+        let span = Span::of(all.iter().map(|p| p.gpu_ms))?;
+        let tiles = all.iter().rev().find_map(|p| p.tiles);
         Some(PassStats {
-            name: name.into(),
+            name: all[0].name.clone(),
             gpu_ms: span.median,
             gpu_ms_min: span.min,
             gpu_ms_max: span.max,
             tiles_total: tiles.map(|t| t.total),
             tiles_active: tiles.map(|t| t.active),
+            statistics: all.iter().rev().find_map(|p| p.statistics),
         })
     };
     found.into_iter().filter_map(entry).collect()
@@ -89,10 +92,9 @@ fn timed(frames: &[FrameTiming]) -> impl Iterator<Item = &FrameTiming> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use edgeshade::timing::PassTiming;
-
     fn frame(passes: &[(&str, f64)]) -> FrameTiming {
-        let pass = |&(name, gpu_ms): &(&str, f64)| PassTiming { name: name.into(), gpu_ms, tiles: None };
+        let pass =
+            |&(name, gpu_ms): &(&str, f64)| PassTiming { name: name.into(), gpu_ms, tiles: None, statistics: None };
         FrameTiming { passes: passes.iter().map(pass).collect(), total_gpu_ms: passes.iter().map(|p| p.1).sum() }
     }
 

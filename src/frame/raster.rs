@@ -1,33 +1,78 @@
-//! Raster passes, for the host's shadow map and G-buffer.
+//! Raster passes: dynamic rendering into images of ours.
 
-use super::{Bind, Frame, MEMORY, OWN_STAGES};
-use crate::Result;
-use crate::gpu::{Buffer, Image, RasterPipeline};
+use super::{Bind, Frame, INDIRECT_USE, MEMORY};
+use crate::gpu::{Buffer, Image, Interface, RasterPipeline, has_stencil};
 use crate::hazard::{Barrier, Use};
+use crate::{Error, Result};
 use ash::vk::{self, Handle};
+use std::ops::Range;
 
-/// A target of a raster pass, cleared at its start.
+/// A target of a raster pass.
 #[derive(Clone, Copy)]
 pub struct Target<'a> {
     /// The image.
     pub image: &'a Image,
-    /// What it is cleared to.
-    pub clear: vk::ClearValue,
+    /// What it is cleared to; `None` keeps what it holds.
+    pub clear: Option<vk::ClearValue>,
+}
+
+impl<'a> Target<'a> {
+    /// A colour target cleared to floats.
+    pub fn color(image: &'a Image, float32: [f32; 4]) -> Self {
+        Self { image, clear: Some(vk::ClearValue { color: vk::ClearColorValue { float32 } }) }
+    }
+
+    /// A depth target cleared to `depth`, its stencil, if it has one, to 0.
+    pub fn depth(image: &'a Image, depth: f32) -> Self {
+        let depth_stencil = vk::ClearDepthStencilValue { depth, stencil: 0 };
+        Self { image, clear: Some(vk::ClearValue { depth_stencil }) }
+    }
+
+    /// A target that keeps what it holds.
+    pub fn kept(image: &'a Image) -> Self {
+        Self { image, clear: None }
+    }
+}
+
+/// A pipeline with what is bound to it.
+#[derive(Clone, Copy)]
+pub struct Bound<'a> {
+    /// The pipeline.
+    pub pipeline: &'a RasterPipeline,
+    /// What is bound, in ascending order of its shaders' bindings.
+    pub bind: &'a [Bind<'a>],
+}
+
+/// One raster pass.
+pub struct RasterPass<'a> {
+    /// Name for labels and timings.
+    pub name: &'a str,
+    /// Size of all targets, and of the viewport.
+    pub extent: [u32; 2],
+    /// Colour targets.
+    pub colors: &'a [Target<'a>],
+    /// Depth target, with its stencil where it has one.
+    pub depth: Option<Target<'a>>,
+    /// Every pipeline that the draws use, with its resources: the pass waits for these before it begins.
+    pub bound: &'a [Bound<'a>],
+    /// Buffers that [`Draw::indirect`] reads.
+    pub indirect: &'a [&'a Buffer],
 }
 
 const RASTER_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
     // Vertex and index buffers come from an upload, which nothing else makes visible to their fetch.
     vk::PipelineStageFlags2::VERTEX_INPUT.as_raw()
-        | vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
+        | vk::PipelineStageFlags2::PRE_RASTERIZATION_SHADERS.as_raw()
         | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw()
-        | vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
-        | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw()
-        | vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT.as_raw(),
+        | DEPTH_USE.stage.as_raw()
+        | COLOR_USE.stage.as_raw(),
 );
 
 const COLOR_USE: Use = Use {
     stage: vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
-    access: vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+    access: vk::AccessFlags2::from_raw(
+        vk::AccessFlags2::COLOR_ATTACHMENT_READ.as_raw() | vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw(),
+    ),
     writes: true,
 };
 
@@ -42,96 +87,160 @@ const DEPTH_USE: Use = Use {
     writes: true,
 };
 
-const VERTEX_USE: Use =
-    Use { stage: vk::PipelineStageFlags2::VERTEX_SHADER, access: vk::AccessFlags2::SHADER_STORAGE_READ, writes: false };
+impl RasterPass<'_> {
+    /// Everything that the pass touches, with what it does to it.
+    fn uses(&self) -> Vec<(u64, Use)> {
+        let id = |t: &Target<'_>| t.image.as_ref().image.as_raw();
+        let bound = self.bound.iter().flat_map(|b| b.pipeline.interface.uses(b.bind));
+        let indirect = self.indirect.iter().map(|b| (b.handle().as_raw(), INDIRECT_USE));
+        let colors = self.colors.iter().map(|t| (id(t), COLOR_USE));
+        let depth = self.depth.iter().map(|t| (id(t), DEPTH_USE));
+        bound.chain(indirect).chain(colors).chain(depth).collect()
+    }
 
-impl Frame<'_> {
-    /// Runs a raster pass over `targets` and `depth`; `draw` records the draws.
+    fn check(&self) -> Result<()> {
+        self.bound.iter().try_for_each(|b| b.pipeline.interface.check(b.bind))?;
+        let other = |t: &&Target<'_>| t.image.extent() != self.extent;
+        match self.colors.iter().chain(&self.depth).find(other) {
+            None => Ok(()),
+            Some(target) => Err(Error::Usage(format!(
+                "the pass {} is of {:?} pixels, and one of its targets of {:?}",
+                self.name,
+                self.extent,
+                target.image.extent()
+            ))),
+        }
+    }
+}
+
+impl<'a> Frame<'a> {
+    /// Runs a raster pass; `draw` records the draws. The command buffer's queue has graphics.
     pub(crate) fn raster(
         &mut self,
-        name: &str,
-        targets: &[Target<'_>],
-        depth: &Target<'_>,
-        reads: &[&Buffer],
-        draw: impl FnOnce(&mut Draw<'_>) -> Result<()>,
+        pass: &RasterPass<'_>,
+        draw: impl FnOnce(&mut Draw<'_, 'a>) -> Result<()>,
     ) -> Result<()> {
-        let read = |b: &&Buffer| (b.handle().as_raw(), VERTEX_USE);
-        let mut uses: Vec<_> = reads.iter().map(read).collect();
-        uses.extend(targets.iter().map(|t| (t.image.as_ref().image.as_raw(), COLOR_USE)));
-        uses.push((depth.image.as_ref().image.as_raw(), DEPTH_USE));
-        if !std::mem::replace(&mut self.rastered, true) {
-            // The frame before may still read or write these targets.
-            self.memory_barrier(&Barrier {
-                src_stage: OWN_STAGES | RASTER_STAGES,
-                src_access: vk::AccessFlags2::MEMORY_WRITE,
-                dst_stage: RASTER_STAGES,
-                dst_access: MEMORY,
-            });
-        }
-        self.transition(targets.iter().chain([depth]).map(|t| t.image), RASTER_STAGES);
-        self.hazard(&uses);
-        let query = self.begin_pass(name);
+        pass.check()?;
+        self.wait_for_raster();
+        let bound = pass.bound.iter().flat_map(|b| b.bind).filter_map(|b| b.owned());
+        self.transition(pass.colors.iter().chain(&pass.depth).map(|t| t.image).chain(bound), RASTER_STAGES);
+        self.hazard(&pass.uses());
+        let query = self.begin_pass(pass.name);
         let attachment = |t: &Target<'_>| {
             vk::RenderingAttachmentInfo::default()
-                .image_view(t.image.as_ref().view)
+                .image_view(t.image.attachment_view())
                 .image_layout(vk::ImageLayout::GENERAL)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
+                .load_op(if t.clear.is_some() { vk::AttachmentLoadOp::CLEAR } else { vk::AttachmentLoadOp::LOAD })
                 .store_op(vk::AttachmentStoreOp::STORE)
-                .clear_value(t.clear)
+                .clear_value(t.clear.unwrap_or_default())
         };
-        let colors: Vec<_> = targets.iter().map(attachment).collect();
-        let depth_attachment = attachment(depth);
-        let [width, height] = depth.image.extent();
+        let colors: Vec<_> = pass.colors.iter().map(attachment).collect();
+        let depth = pass.depth.as_ref().map(attachment);
+        let [width, height] = pass.extent;
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
-        let info = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&colors)
-            .depth_attachment(&depth_attachment);
+        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
+        if let Some(depth) = &depth {
+            info = info.depth_attachment(depth);
+        }
+        if let (Some(depth), Some(target)) = (&depth, &pass.depth)
+            && has_stencil(target.image.format())
+        {
+            info = info.stencil_attachment(depth);
+        }
         let viewport =
             vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
         let (raw, cmd) = (&self.context.device().raw, self.cmd);
-        // SAFETY: the targets are in GENERAL after `transition` and large enough for the area.
+        // SAFETY: the targets are in GENERAL after `transition` and of the area's size.
         unsafe {
             raw.cmd_begin_rendering(cmd, &info);
             raw.cmd_set_viewport(cmd, 0, &[viewport]);
             raw.cmd_set_scissor(cmd, 0, &[area]);
+            raw.cmd_set_cull_mode(cmd, vk::CullModeFlags::NONE);
+            raw.cmd_set_front_face(cmd, vk::FrontFace::COUNTER_CLOCKWISE);
         }
-        let drawn = draw(&mut Draw { frame: self });
+        let drawn = draw(&mut Draw { frame: self, pass, pipeline: None });
         // SAFETY: begun above.
         unsafe { raw.cmd_end_rendering(cmd) };
         self.end_pass(query);
         drawn
     }
-}
 
-/// The draws of one raster pass.
-pub struct Draw<'f> {
-    frame: &'f Frame<'f>,
-}
-
-impl Draw<'_> {
-    /// Binds a pipeline and its resources, in ascending order of the shaders' bindings.
-    pub fn bind(&mut self, pipeline: &RasterPipeline, bind: &[Bind<'_>]) {
-        let cmd = self.frame.cmd;
-        let interface = &pipeline.interface;
-        // SAFETY: recording inside the rendering that `Frame::raster` began.
-        unsafe {
-            self.frame.context.device().raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, pipeline.handle);
+    /// The first raster pass of a context waits for what came before in the stages that no frame has waited for yet;
+    /// from then on, [`Frame::begin`] does.
+    fn wait_for_raster(&mut self) {
+        if self.stages.contains(RASTER_STAGES) {
+            return;
         }
-        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, interface.layout, &interface.kinds, bind);
+        self.context.note_raster();
+        self.stages |= RASTER_STAGES;
+        self.memory_barrier(&Barrier {
+            src_stage: self.stages,
+            src_access: vk::AccessFlags2::MEMORY_WRITE,
+            dst_stage: self.stages,
+            dst_access: MEMORY,
+        });
     }
 
-    /// Binds the vertex buffers of the pipeline's attributes, and the index buffer (`u32`).
-    pub fn buffers(&mut self, vertices: &[(&Buffer, u64)], indices: &Buffer) {
+    /// The stages of raster passes, once there was one.
+    pub(super) fn raster_stages(&self) -> vk::PipelineStageFlags2 {
+        if self.context.has_rastered() { RASTER_STAGES } else { vk::PipelineStageFlags2::empty() }
+    }
+}
+
+/// The draws of one raster pass. Culling is off until [`Draw::faces`], counter-clockwise faces are front, the scissor is
+/// the whole image.
+pub struct Draw<'f, 'a> {
+    frame: &'f Frame<'a>,
+    pass: &'f RasterPass<'f>,
+    pipeline: Option<&'f RasterPipeline>,
+}
+
+impl Draw<'_, '_> {
+    /// Takes the pipeline and the resources of [`RasterPass::bound`] by index.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there is none of that index.
+    pub fn bind(&mut self, index: usize) -> Result<()> {
+        let Some(bound) = self.pass.bound.get(index) else {
+            return Err(Error::Usage(format!("the pass {} has no pipeline {index}", self.pass.name)));
+        };
+        self.pipeline = Some(bound.pipeline);
         let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+        // SAFETY: recording inside the rendering that `Frame::raster` began.
+        unsafe { raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, bound.pipeline.handle) };
+        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, &bound.pipeline.interface, bound.bind);
+        self.compare(bound.pipeline.compare);
+        self.bias(bound.pipeline.bias);
+        Ok(())
+    }
+
+    /// Binds other resources to the current pipeline: such as nothing of this frame or the one before wrote, or as stand
+    /// in [`RasterPass::bound`] too, since no barrier can be placed in a pass.
+    pub fn rebind(&mut self, bind: &[Bind<'_>]) -> Result<()> {
+        let interface = self.interface()?;
+        interface.check(bind)?;
+        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, interface, bind);
+        Ok(())
+    }
+
+    fn interface(&self) -> Result<&Interface> {
+        let none = || Error::Usage(format!("the pass {} draws without a pipeline", self.pass.name));
+        self.pipeline.map(|p| &p.interface).ok_or_else(none)
+    }
+
+    /// Binds the vertex buffers of the pipeline's attributes, each from an offset in bytes on.
+    pub fn vertices(&mut self, vertices: &[(&Buffer, u64)]) {
         let handles: Vec<_> = vertices.iter().map(|v| v.0.handle()).collect();
         let offsets: Vec<_> = vertices.iter().map(|v| v.1).collect();
         // SAFETY: as in `bind`.
-        unsafe {
-            raw.cmd_bind_vertex_buffers(cmd, 0, &handles, &offsets);
-            raw.cmd_bind_index_buffer(cmd, indices.handle(), 0, vk::IndexType::UINT32);
-        }
+        unsafe { self.frame.context.device().raw.cmd_bind_vertex_buffers(self.frame.cmd, 0, &handles, &offsets) };
+    }
+
+    /// Binds the index buffer, of `u32`.
+    pub fn indices(&mut self, indices: &Buffer) {
+        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+        // SAFETY: as in `bind`.
+        unsafe { raw.cmd_bind_index_buffer(cmd, indices.handle(), 0, vk::IndexType::UINT32) };
     }
 
     /// Sets which faces are culled and which winding faces the viewer.
@@ -144,23 +253,80 @@ impl Draw<'_> {
         }
     }
 
-    /// Pushes constants and draws indexed triangles.
-    pub fn indexed(
-        &mut self,
-        pipeline: &RasterPipeline,
-        push: &[u8],
-        indices: std::ops::Range<u32>,
-        instances: std::ops::Range<u32>,
-    ) {
-        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
-        let interface = &pipeline.interface;
-        // SAFETY: as in `bind`; `push` is the struct the pipeline was made with.
-        unsafe {
-            if !push.is_empty() {
-                raw.cmd_push_constants(cmd, interface.layout, interface.push_stages, 0, push);
-            }
-            let count = indices.end - indices.start;
-            raw.cmd_draw_indexed(cmd, count, instances.end - instances.start, indices.start, 0, instances.start);
+    /// Sets how a fragment's depth must compare with the target's, until the next [`Draw::bind`].
+    pub fn compare(&mut self, compare: vk::CompareOp) {
+        // SAFETY: as in `bind`.
+        unsafe { self.frame.context.device().raw.cmd_set_depth_compare_op(self.frame.cmd, compare) };
+    }
+
+    /// Sets the `[constant, slope]` depth bias of a pipeline that has one, until the next [`Draw::bind`].
+    pub fn bias(&mut self, [constant, slope]: [f32; 2]) {
+        // SAFETY: as in `bind`.
+        unsafe { self.frame.context.device().raw.cmd_set_depth_bias(self.frame.cmd, constant, 0.0, slope) };
+    }
+
+    /// Draws only where `x` and `y`, in pixels, lie in these ranges; both are cut to the image.
+    pub fn scissor(&mut self, x: Range<u32>, y: Range<u32>) {
+        let [width, height] = self.pass.extent;
+        let cut = |r: Range<u32>, n: u32| (r.start.min(n), r.end.min(n).saturating_sub(r.start.min(n)));
+        let ((x, width), (y, height)) = (cut(x, width), cut(y, height));
+        let area =
+            vk::Rect2D { offset: vk::Offset2D { x: x as i32, y: y as i32 }, extent: vk::Extent2D { width, height } };
+        // SAFETY: as in `bind`.
+        unsafe { self.frame.context.device().raw.cmd_set_scissor(self.frame.cmd, 0, &[area]) };
+    }
+
+    /// Pushes constants; they stay until the next of another layout.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] if they are not of the size that the pipeline was made with.
+    pub fn push(&mut self, push: &[u8]) -> Result<()> {
+        let interface = self.interface()?;
+        if push.len() != interface.push_size as usize {
+            let problem = format!("got {} bytes of push constants", push.len());
+            return Err(Error::Shader { shader: interface.name.clone(), problem });
         }
+        if !push.is_empty() {
+            let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+            // SAFETY: as in `bind`; the size was checked.
+            unsafe { raw.cmd_push_constants(cmd, interface.layout, interface.push_stages, 0, push) };
+        }
+        Ok(())
+    }
+
+    /// Draws vertices by number.
+    pub fn draw(&mut self, vertices: Range<u32>, instances: Range<u32>) -> Result<()> {
+        self.interface()?;
+        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+        let (count, copies) = (vertices.len() as u32, instances.len() as u32);
+        // SAFETY: as in `bind`.
+        unsafe { raw.cmd_draw(cmd, count, copies, vertices.start, instances.start) };
+        Ok(())
+    }
+
+    /// Draws vertices by index.
+    pub fn indexed(&mut self, indices: Range<u32>, instances: Range<u32>) -> Result<()> {
+        self.interface()?;
+        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+        let (count, copies) = (indices.len() as u32, instances.len() as u32);
+        // SAFETY: as in `bind`.
+        unsafe { raw.cmd_draw_indexed(cmd, count, copies, indices.start, 0, instances.start) };
+        Ok(())
+    }
+
+    /// Draws what a `VkDrawIndirectCommand` at this offset of a buffer says; its `firstInstance` is 0. The buffer stands
+    /// in [`RasterPass::indirect`].
+    pub fn indirect(&mut self, buffer: &Buffer, offset: u64) -> Result<()> {
+        self.interface()?;
+        if !self.pass.indirect.iter().any(|b| b.handle() == buffer.handle()) {
+            return Err(Error::Usage(format!("the pass {} does not list its indirect buffer", self.pass.name)));
+        }
+        let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
+        // SAFETY: as in `bind`.
+        unsafe { raw.cmd_draw_indirect(cmd, buffer.handle(), offset, 1, 0) };
+        Ok(())
     }
 }
+
+#[cfg(all(test, feature = "app"))]
+mod tests;

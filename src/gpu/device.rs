@@ -1,6 +1,7 @@
 //! The caller's device with the function tables and the allocator that everything else shares.
 
 use crate::context::ContextDesc;
+use crate::device_features::DeviceFeatures;
 use crate::error::VkContext;
 use crate::{Error, Result};
 use ash::vk::{self, Handle};
@@ -20,6 +21,7 @@ pub struct Device {
     pub(crate) push_descriptor: ash::khr::push_descriptor::Device,
     pub(crate) debug_utils: Option<ash::ext::debug_utils::Device>,
     pub(crate) limits: vk::PhysicalDeviceLimits,
+    pub(crate) features: DeviceFeatures,
     device_type: vk::PhysicalDeviceType,
     pub(crate) pipeline_cache: vk::PipelineCache,
     allocator: Arc<Mutex<Allocator>>,
@@ -39,6 +41,7 @@ impl Device {
             push_descriptor: ash::khr::push_descriptor::Device::new(instance, device),
             debug_utils: desc.debug_utils.then(|| ash::ext::debug_utils::Device::new(instance, device)),
             limits: properties.limits,
+            features: desc.features,
             device_type: properties.device_type,
             pipeline_cache: desc.pipeline_cache,
             allocator,

@@ -62,14 +62,14 @@ pub(crate) fn aspect(format: vk::Format) -> vk::ImageAspectFlags {
     }
 }
 
+/// True for depth with stencil.
+pub(crate) fn has_stencil(format: vk::Format) -> bool {
+    matches!(format, vk::Format::D16_UNORM_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D32_SFLOAT_S8_UINT)
+}
+
 /// All aspects of a format: barriers must name them together.
 pub(crate) fn full_aspect(format: vk::Format) -> vk::ImageAspectFlags {
-    match format {
-        vk::Format::D16_UNORM_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D32_SFLOAT_S8_UINT => {
-            vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL
-        }
-        _ => aspect(format),
-    }
+    if has_stencil(format) { vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL } else { aspect(format) }
 }
 
 /// An image with its memory and views. Dropping it while the GPU still uses it is the owner's mistake.
@@ -79,6 +79,8 @@ pub struct Image {
     handle: vk::Image,
     view: vk::ImageView,
     mip_views: Vec<vk::ImageView>,
+    /// Of depth with stencil: both for an attachment, and the stencil alone for reading.
+    stencil_views: Vec<vk::ImageView>,
     format: vk::Format,
     extent: [u32; 2],
     layers: u32,
@@ -123,6 +125,7 @@ impl Image {
             handle,
             view: vk::ImageView::null(),
             mip_views: vec![],
+            stencil_views: vec![],
             format: desc.format,
             extent,
             layers: desc.layers,
@@ -143,24 +146,36 @@ impl Image {
         unsafe { device.raw.bind_image_memory(handle, allocation.memory(), allocation.offset()) }
             .context(format!("vkBindImageMemory({})", desc.name))?;
         image.allocation = Some(allocation);
-        image.view = image.make_view(desc, 0, desc.mips)?;
+        image.view = image.make_view(desc, 0, desc.mips, aspect(desc.format))?;
         if desc.mips > 1 {
             for mip in 0..desc.mips {
-                let view = image.make_view(desc, mip, 1)?;
+                let view = image.make_view(desc, mip, 1, aspect(desc.format))?;
                 image.mip_views.push(view);
+            }
+        }
+        if has_stencil(desc.format) {
+            for aspect in [full_aspect(desc.format), vk::ImageAspectFlags::STENCIL] {
+                let view = image.make_view(desc, 0, desc.mips, aspect)?;
+                image.stencil_views.push(view);
             }
         }
         Ok(image)
     }
 
-    fn make_view(&self, desc: &ImageDesc<'_>, mip: u32, count: u32) -> Result<vk::ImageView> {
+    fn make_view(
+        &self,
+        desc: &ImageDesc<'_>,
+        mip: u32,
+        count: u32,
+        aspect_mask: vk::ImageAspectFlags,
+    ) -> Result<vk::ImageView> {
         let array = desc.array || desc.layers > 1;
         let info = vk::ImageViewCreateInfo::default()
             .image(self.handle)
             .view_type(if array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D })
             .format(desc.format)
             .subresource_range(vk::ImageSubresourceRange {
-                aspect_mask: aspect(desc.format),
+                aspect_mask,
                 base_mip_level: mip,
                 level_count: count,
                 base_array_layer: 0,
@@ -191,6 +206,16 @@ impl Image {
         ImageRef { view, extent: self.extent.map(|e| (e >> level).max(1)), ..self.as_ref() }
     }
 
+    /// The stencil alone, for binding as a `usampler2D`; the whole image where it has none.
+    pub fn stencil(&self) -> ImageRef {
+        ImageRef { view: self.stencil_views.get(1).copied().unwrap_or(self.view), ..self.as_ref() }
+    }
+
+    /// With all aspects, for rendering into.
+    pub(crate) fn attachment_view(&self) -> vk::ImageView {
+        self.stencil_views.first().copied().unwrap_or(self.view)
+    }
+
     /// Width and height of level 0.
     pub fn extent(&self) -> [u32; 2] {
         self.extent
@@ -219,7 +244,7 @@ impl Drop for Image {
     fn drop(&mut self) {
         // SAFETY: the owner vouches that the GPU is done with it.
         unsafe {
-            for &view in self.mip_views.iter().chain([&self.view]) {
+            for &view in self.mip_views.iter().chain([&self.view]).chain(&self.stencil_views) {
                 self.device.raw.destroy_image_view(view, None);
             }
             self.device.raw.destroy_image(self.handle, None);

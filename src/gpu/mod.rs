@@ -3,17 +3,20 @@
 mod buffer;
 mod device;
 mod image;
+mod interface;
 mod pipeline;
+mod raster_pipeline;
 mod reflect;
 mod shader_struct;
 
 pub use buffer::{Buffer, BufferDesc, MemoryKind};
 pub use device::Device;
-#[cfg(feature = "app")]
-pub(crate) use image::aspect;
-pub(crate) use image::full_aspect;
 pub use image::{Image, ImageDesc};
-pub use pipeline::{ComputePipeline, RasterPipeline, RasterState};
+pub(crate) use image::{aspect, full_aspect, has_stencil};
+pub(crate) use interface::{Interface, Slot};
+pub use pipeline::ComputePipeline;
+use pipeline::check_uniform;
+pub use raster_pipeline::{Blend, DepthState, RasterPipeline, RasterState, StencilFace, StencilState};
 pub use reflect::{Binding, Block, Member, Reflection, ResourceAccess, ResourceKind};
 pub use shader_struct::ShaderStruct;
 pub(crate) use shader_struct::shader_struct;

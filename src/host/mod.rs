@@ -45,6 +45,7 @@ impl Host {
                 instance: &owner.instance,
                 physical_device: owner.physical_device,
                 device: &owner.device,
+                features: owner.features,
                 debug_utils: owner.debug_utils,
                 allocator: None,
                 pipeline_cache: vk::PipelineCache::null(),
@@ -87,7 +88,7 @@ impl Host {
 
     /// True if the device clamps depth instead of clipping.
     pub fn depth_clamp(&self) -> bool {
-        self.owner.depth_clamp
+        self.owner.features.depth_clamp
     }
 
     /// Records a command buffer, submits it and waits until it has run.

@@ -3,7 +3,7 @@
 use super::{HostDesc, no_driver, select};
 use crate::context::requirements;
 use crate::error::VkContext;
-use crate::{Error, Result};
+use crate::{DeviceFeatures, Error, Result};
 use ash::vk;
 use std::borrow::Cow;
 use std::ffi::{CStr, c_void};
@@ -31,7 +31,7 @@ pub(super) struct Owner {
     pub queue: vk::Queue,
     pub queue_family: u32,
     pub debug_utils: bool,
-    pub depth_clamp: bool,
+    pub features: DeviceFeatures,
     pub messages: Messages,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     _entry: ash::Entry,
@@ -103,10 +103,9 @@ impl Owner {
             .position(|f| f.queue_flags.contains(wanted))
             .ok_or_else(|| destroy(Error::NoDevice("the device has no queue with graphics and compute".into())))?
             as u32;
-        // SAFETY: as above.
-        let available = unsafe { instance.get_physical_device_features(physical_device) };
-        let depth_clamp = available.depth_clamp == vk::TRUE;
-        let device = create_device(&instance, physical_device, queue_family, available).map_err(destroy)?;
+        // SAFETY: as above; `choose` takes devices of version 1.3 only.
+        let features = unsafe { DeviceFeatures::of(&instance, physical_device) };
+        let device = create_device(&instance, physical_device, queue_family, features).map_err(destroy)?;
         // SAFETY: the family was asked for with one queue.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let messages = Messages::default();
@@ -117,7 +116,7 @@ impl Owner {
             queue,
             queue_family,
             debug_utils,
-            depth_clamp,
+            features,
             messages,
             messenger: None,
             _entry: entry,
@@ -149,22 +148,23 @@ fn create_device(
     instance: &ash::Instance,
     physical_device: vk::PhysicalDevice,
     queue_family: u32,
-    available: vk::PhysicalDeviceFeatures,
+    available: DeviceFeatures,
 ) -> Result<ash::Device> {
     let needed = requirements();
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
     let extensions: Vec<_> = needed.extensions.iter().map(|e| e.as_ptr()).collect();
-    let features = vk::PhysicalDeviceFeatures {
-        // The host's raster passes: casters in front of the light's near plane, triangle ids.
-        depth_clamp: available.depth_clamp,
-        geometry_shader: available.geometry_shader,
+    // SAFETY: the physical device is the instance's.
+    let offered = unsafe { instance.get_physical_device_features(physical_device) };
+    let mut features = vk::PhysicalDeviceFeatures {
         // All meshes share one vertex buffer: without it, indices end at 2^24 - 1 on any device.
-        full_draw_index_uint32: available.full_draw_index_uint32,
+        full_draw_index_uint32: offered.full_draw_index_uint32,
         ..needed.features
     };
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true);
+    // The host's raster passes need some of these (`select` has checked), techniques others.
+    available.enable(&mut features, &mut v12, &mut v13);
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)

@@ -125,6 +125,11 @@ impl GpuScene {
         Ok(gpu)
     }
 
+    /// The texture of what has none.
+    pub(super) fn white(&self) -> &Image {
+        &self.textures[self.textures.len() - 1]
+    }
+
     /// Bytes of device memory.
     pub fn memory_bytes(&self) -> u64 {
         self.memory_bytes

@@ -2,8 +2,8 @@
 
 use super::cull::{DrawList, GpuInstance};
 use super::gpu_scene::{GpuScene, MaterialPush};
-use crate::frame::{Draw, Target};
-use crate::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState};
+use crate::frame::{Bound, Draw, RasterPass, Target};
+use crate::gpu::{Buffer, BufferDesc, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState};
 use crate::host::Host;
 use crate::{Bind, Error, Frame, Result};
 use ash::vk;
@@ -107,14 +107,11 @@ impl ShadowMap {
         let state = RasterState {
             name: "shadow map",
             vertex: "raster/depth.vert",
-            fragment: None,
             attributes: &[POSITION],
-            colors: &[],
-            depth: desc.format,
-            compare: vk::CompareOp::LESS,
+            depth: Some(DepthState::new(desc.format, vk::CompareOp::LESS)),
             bias: [options.constant_bias, options.slope_bias],
             depth_clamp: host.depth_clamp(),
-            constants: &[],
+            ..RasterState::default()
         };
         let masked = RasterState {
             name: "shadow map, masked",
@@ -140,21 +137,30 @@ impl ShadowMap {
     /// Draws the casters.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, list: &DrawList) -> Result<()> {
         self.instances.write(list)?;
-        let clear = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 1.0, stencil: 0 } };
-        let target = Target { image: &self.depth, clear };
         let cull = |double_sided: bool| match self.faces {
             _ if double_sided => vk::CullModeFlags::NONE,
             CasterFaces::Both => vk::CullModeFlags::NONE,
             CasterFaces::Front => vk::CullModeFlags::BACK,
             CasterFaces::Back => vk::CullModeFlags::FRONT,
         };
-        let instances = &self.instances.buffer;
-        frame.raster("shadow map", &[], &target, &[instances], |draw| {
+        let (instances, white) = (Bind::Buffer(&self.instances.buffer), scene.white().as_ref());
+        let bound = [
+            Bound { pipeline: &self.opaque, bind: &[instances] },
+            Bound { pipeline: &self.masked, bind: &[instances, Bind::Input(&white)] },
+        ];
+        let pass = RasterPass {
+            name: "shadow map",
+            extent: self.depth.extent(),
+            colors: &[],
+            depth: Some(Target::depth(&self.depth, 1.0)),
+            bound: &bound,
+            indirect: &[],
+        };
+        frame.raster(&pass, |draw| {
             for is_masked in [false, true] {
-                let pipeline = if is_masked { &self.masked } else { &self.opaque };
                 let with_uv = [(&scene.positions, 0), (&scene.uvs, 0), (&scene.colors, 0)];
                 let buffers = if is_masked { &with_uv[..] } else { &with_uv[..1] };
-                draw_all(draw, scene, list, pipeline, buffers, instances, is_masked, is_masked, &cull);
+                draw_all(draw, scene, list, buffers, &self.instances.buffer, is_masked, is_masked, &cull)?;
             }
             Ok(())
         })
@@ -178,11 +184,9 @@ impl GBuffer {
                 fragment: Some("raster/gbuffer.frag"),
                 attributes: &[POSITION, UV, COLOR, NORMAL],
                 colors: &colors,
-                depth: vk::Format::D32_SFLOAT,
-                compare: vk::CompareOp::GREATER,
-                bias: [0.0; 2],
-                depth_clamp: false,
+                depth: Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::GREATER)),
                 constants: &[is_masked.into()],
+                ..RasterState::default()
             };
             RasterPipeline::new::<MaterialPush>(device, &state)
         };
@@ -201,23 +205,29 @@ impl GBuffer {
     /// Draws what the camera sees.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, list: &DrawList) -> Result<()> {
         self.instances.write(list)?;
-        let color = |image, color| Target { image, clear: vk::ClearValue { color } };
-        let zero = vk::ClearColorValue { float32: [0.0; 4] };
+        let zero = [0.0; 4];
+        let sky = vk::ClearValue { color: vk::ClearColorValue { uint32: [u32::MAX; 4] } };
         let targets = [
-            color(&self.geometric_normal, zero),
-            color(&self.shading_normal, zero),
-            color(&self.albedo, zero),
-            color(&self.triangle, vk::ClearColorValue { uint32: [u32::MAX; 4] }),
+            Target::color(&self.geometric_normal, zero),
+            Target::color(&self.shading_normal, zero),
+            Target::color(&self.albedo, zero),
+            Target { image: &self.triangle, clear: Some(sky) },
         ];
-        let clear = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
-        let depth = Target { image: &self.depth, clear };
         let cull = |double_sided| if double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };
-        let instances = &self.instances.buffer;
+        let white = scene.white().as_ref();
+        let bind = [Bind::Buffer(&self.instances.buffer), Bind::Input(&white)];
+        let pass = RasterPass {
+            name: "g-buffer",
+            extent: self.depth.extent(),
+            colors: &targets,
+            depth: Some(Target::depth(&self.depth, 0.0)),
+            bound: &[&self.opaque, &self.masked].map(|pipeline| Bound { pipeline, bind: &bind }),
+            indirect: &[],
+        };
         let buffers = [(&scene.positions, 0), (&scene.uvs, 0), (&scene.colors, 0), (&scene.normals, 0)];
-        frame.raster("g-buffer", &targets, &depth, &[instances], |draw| {
+        frame.raster(&pass, |draw| {
             for is_masked in [false, true] {
-                let pipeline = if is_masked { &self.masked } else { &self.opaque };
-                draw_all(draw, scene, list, pipeline, &buffers, instances, is_masked, true, &cull);
+                draw_all(draw, scene, list, &buffers, &self.instances.buffer, is_masked, true, &cull)?;
             }
             Ok(())
         })
@@ -232,36 +242,41 @@ impl GBuffer {
     }
 }
 
-/// Draws the meshes whose material is, or is not, masked.
+/// Draws the meshes whose material is, or is not, masked, with the pass's second or first pipeline.
 #[allow(clippy::too_many_arguments)]
 fn draw_all(
-    draw: &mut Draw<'_>,
+    draw: &mut Draw<'_, '_>,
     scene: &GpuScene,
     list: &DrawList,
-    pipeline: &RasterPipeline,
     buffers: &[(&Buffer, u64)],
     instances: &Buffer,
     is_masked: bool,
     with_material: bool,
     cull: &dyn Fn(bool) -> vk::CullModeFlags,
-) {
+) -> Result<()> {
     let mut bound = None;
     for call in &list.calls {
         let material = &scene.materials[scene.mesh_materials[call.mesh]];
         if material.is_masked() != is_masked || scene.ranges[call.mesh].is_empty() {
             continue;
         }
+        if bound.is_none() {
+            draw.bind(is_masked.into())?;
+            draw.vertices(buffers);
+            draw.indices(&scene.indices);
+        }
         let texture = with_material.then_some(material.texture);
         if bound != Some(texture) {
-            let image = scene.textures[material.texture].as_ref();
-            let bind = [Bind::Buffer(instances), Bind::Input(&image)];
-            draw.bind(pipeline, if with_material { &bind } else { &bind[..1] });
-            draw.buffers(buffers, &scene.indices);
+            if with_material {
+                let image = scene.textures[material.texture].as_ref();
+                draw.rebind(&[Bind::Buffer(instances), Bind::Input(&image)])?;
+            }
             bound = Some(texture);
         }
         let front = if call.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE };
         draw.faces(cull(material.double_sided), front);
-        let push = if with_material { bytemuck::bytes_of(&material.push) } else { &[] };
-        draw.indexed(pipeline, push, scene.ranges[call.mesh].clone(), call.instances.clone());
+        draw.push(if with_material { bytemuck::bytes_of(&material.push) } else { &[] })?;
+        draw.indexed(scene.ranges[call.mesh].clone(), call.instances.clone())?;
     }
+    Ok(())
 }

@@ -38,6 +38,8 @@ pub struct RenderDesc {
     pub intermediates: bool,
     /// Build the adjacency of the casters' triangles, for the techniques that need it.
     pub adjacency: bool,
+    /// Count what every pass sends through the pipeline (needs [`crate::DeviceFeatures::pipeline_statistics`]).
+    pub statistics: bool,
 }
 
 impl Default for RenderDesc {
@@ -52,6 +54,7 @@ impl Default for RenderDesc {
             dynamic_light: true,
             intermediates: false,
             adjacency: true,
+            statistics: false,
         }
     }
 }
@@ -116,7 +119,11 @@ impl<'h> Renderer<'h> {
             map: ShadowMap::new(host, [desc.map_size; 2], instances, desc.casters)?,
             gbuffer: GBuffer::new(host, desc.size, instances)?,
             shade: Shade::new(host, desc.size, scene, light, &desc.shade)?,
-            timings: Timings::new(host.context(), host.queue_family(), 1)?,
+            timings: if desc.statistics {
+                Timings::with_statistics(host.context(), host.queue_family(), 1)?
+            } else {
+                Timings::new(host.context(), host.queue_family(), 1)?
+            },
             map_is_current: false,
             view: View { camera, light: view, light_version: 0, normals: desc.normals },
             casters,

@@ -10,5 +10,6 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário 2018, algorithm 1",
     summary: "Penumbrae of a fixed width in the world, from each pixel's distance to the edge that RBSM* draws.",
     params: euclidean::PARAMS,
+    needs: &[],
     kind: Kind::RealTime(|context, setup| euclidean::prepare(context, setup, &INFO, Revectorization::Star)),
 };

@@ -12,5 +12,6 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário 2017 (SIBGRAPI), algorithm 1",
     summary: "Penumbrae of an area light: blockers are searched at the revectorized shadow edges alone, the rest is distances.",
     params: PARAMS,
+    needs: &[],
     kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, &INFO, Revectorization::Silhouette)),
 };

@@ -39,6 +39,7 @@ pub const INFO: Info = Info {
             "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles: the same image",
         ),
     ],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

@@ -35,6 +35,7 @@ pub const INFO: Info = Info {
         ),
         soft::SKIP,
     ],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

@@ -11,5 +11,6 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário, Agüero 2017, listing 4",
     summary: "Silhouette recovery: straightens the stairs of the shadow map's edges by growing the shadow.",
     params: &[RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    needs: &[],
     kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, &INFO, Revectorization::Silhouette)),
 };

@@ -12,6 +12,7 @@ pub const INFO: Info = Info {
     paper: "the original RBSM, as Macedo, Apolinário, Agüero 2017, section 4, counts it",
     summary: "The images of rbsm and rbsm-filtered, bit for bit, from 43 branches: what those two are timed against.",
     params: &[VARIANT, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

@@ -11,5 +11,6 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário, Agüero 2017, listing 5",
     summary: "A ramp across every step of an edge, on both of its sides: anti-aliased edges about a texel wide.",
     params: &[RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    needs: &[],
     kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, &INFO, Revectorization::Filtered)),
 };

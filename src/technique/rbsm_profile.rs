@@ -12,6 +12,7 @@ pub const INFO: Info = Info {
     paper: "this project",
     summary: "A height over every run of an edge, by how its ends turn: on average the most accurate hard edge from the same texels.",
     params: &[QUALITY, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

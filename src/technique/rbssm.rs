@@ -31,6 +31,7 @@ pub const INFO: Info = Info {
         ),
         soft::SKIP,
     ],
+    needs: &[],
     kind: Kind::RealTime(|context, setup| {
         let p = &setup.params;
         prepare(context, setup, &INFO, p.word("reuse") == "auto", p.word("skip") == "auto")

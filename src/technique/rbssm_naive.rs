@@ -12,5 +12,6 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário, Agüero 2019, figures 11 and 12",
     summary: "The image of `rbssm`, every pixel and every tap worked out for itself: to compare the cost with.",
     params: &[SEARCH_TAPS, FILTER_TAPS, SEARCH, VISIBILITY, LEAST_WIDTH, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS],
+    needs: &[],
     kind: Kind::RealTime(|context, setup| prepare(context, setup, &INFO, false, false)),
 };

@@ -35,6 +35,7 @@ pub const INFO: Info = Info {
              bounds, depth bounds of the map's blocks decide pixels before any test, and the rest is listed: the same image",
         ),
     ],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

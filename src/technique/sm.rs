@@ -26,6 +26,7 @@ pub const INFO: Info = Info {
         NORMAL_OFFSET,
         Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth on top"),
     ],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

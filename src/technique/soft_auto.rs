@@ -70,6 +70,7 @@ pub const INFO: Info = Info {
             "decide pixels whose window is lit or in shadow by depth bounds of the map, before the search and after it: the same image",
         ),
     ],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

@@ -33,6 +33,7 @@ pub const INFO: Info = Info {
         Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth in the shadow test"),
         screen_space::SKIP,
     ],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

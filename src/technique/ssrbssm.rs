@@ -36,6 +36,7 @@ pub const INFO: Info = Info {
         SLACK,
         screen_space::SKIP,
     ],
+    needs: &[],
     kind: Kind::RealTime(prepare),
 };
 

@@ -28,5 +28,6 @@ mod soft_analytic;
 mod soft_edt;
 mod soft_stability;
 mod stability;
+mod statistics;
 mod structs;
 mod validation;

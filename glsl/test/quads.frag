@@ -1,0 +1,6 @@
+#version 460
+// The rectangle's value into red, twice it into green.
+layout(location = 0) flat in float value;
+layout(location = 0) out vec4 color;
+
+void main() { color = vec4(value, 2.0 * value, 0.0, 1.0); }

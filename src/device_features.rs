@@ -1,0 +1,159 @@
+//! What a device can do beyond what every technique needs.
+
+use ash::vk;
+
+/// What the caller's device was made with beyond [`crate::requirements`]: some techniques need it, which say so in
+/// [`crate::technique::Info::needs`].
+///
+/// [`DeviceFeatures::of`] says what a physical device offers, and [`DeviceFeatures::enable`] asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeviceFeatures {
+    /// `dynamicRendering`: raster passes.
+    pub dynamic_rendering: bool,
+    /// `depthClamp`.
+    pub depth_clamp: bool,
+    /// `geometryShader`.
+    pub geometry_shader: bool,
+    /// `shaderInt64` and `shaderBufferInt64Atomics`.
+    pub int64_atomics: bool,
+    /// `fragmentStoresAndAtomics`: fragment shaders that write buffers.
+    pub fragment_stores: bool,
+    /// `pipelineStatisticsQuery`: [`crate::timing::Timings::with_statistics`].
+    pub pipeline_statistics: bool,
+}
+
+impl DeviceFeatures {
+    /// What `physical_device` offers.
+    ///
+    /// # Safety
+    /// `physical_device` belongs to `instance`, and both are of version 1.3 at least.
+    pub unsafe fn of(instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> Self {
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut has = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        // SAFETY: vouched for by the caller.
+        unsafe { instance.get_physical_device_features2(physical_device, &mut has) };
+        let core = has.features;
+        Self {
+            dynamic_rendering: v13.dynamic_rendering == vk::TRUE,
+            depth_clamp: core.depth_clamp == vk::TRUE,
+            geometry_shader: core.geometry_shader == vk::TRUE,
+            int64_atomics: core.shader_int64 == vk::TRUE && v12.shader_buffer_int64_atomics == vk::TRUE,
+            fragment_stores: core.fragment_stores_and_atomics == vk::TRUE,
+            pipeline_statistics: core.pipeline_statistics_query == vk::TRUE,
+        }
+    }
+
+    /// Turns these features on in what a device is made from; leaves all others as they are.
+    pub fn enable(
+        self,
+        core: &mut vk::PhysicalDeviceFeatures,
+        v12: &mut vk::PhysicalDeviceVulkan12Features<'_>,
+        v13: &mut vk::PhysicalDeviceVulkan13Features<'_>,
+    ) {
+        let Self {
+            dynamic_rendering,
+            depth_clamp,
+            geometry_shader,
+            int64_atomics,
+            fragment_stores,
+            pipeline_statistics,
+        } = self;
+        let set = |feature: &mut vk::Bool32, on: bool| *feature |= vk::Bool32::from(on);
+        set(&mut v13.dynamic_rendering, dynamic_rendering);
+        set(&mut core.depth_clamp, depth_clamp);
+        set(&mut core.geometry_shader, geometry_shader);
+        set(&mut core.shader_int64, int64_atomics);
+        set(&mut v12.shader_buffer_int64_atomics, int64_atomics);
+        set(&mut core.fragment_stores_and_atomics, fragment_stores);
+        set(&mut core.pipeline_statistics_query, pipeline_statistics);
+    }
+}
+
+/// What a technique needs beyond the baseline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// The casters' geometry among the inputs.
+    Casters,
+    /// Raster passes.
+    DynamicRendering,
+    /// Depth clamped instead of clipped.
+    DepthClamp,
+    /// Geometry shaders.
+    GeometryShader,
+    /// 64-bit atomics on buffers.
+    Int64Atomics,
+    /// Fragment shaders that write buffers.
+    FragmentStores,
+}
+
+impl Need {
+    /// In words, with Vulkan's names of the features.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Casters => "the casters' geometry (Inputs::casters)",
+            Self::DynamicRendering => "raster passes (dynamicRendering)",
+            Self::DepthClamp => "clamped depth (depthClamp)",
+            Self::GeometryShader => "geometry shaders (geometryShader)",
+            Self::Int64Atomics => "64-bit atomics on buffers (shaderInt64, shaderBufferInt64Atomics)",
+            Self::FragmentStores => "fragment shaders that write buffers (fragmentStoresAndAtomics)",
+        }
+    }
+
+    /// True where a device of these features has it; inputs are checked when they are there.
+    pub fn is_met(self, device: DeviceFeatures) -> bool {
+        match self {
+            Self::Casters => true,
+            Self::DynamicRendering => device.dynamic_rendering,
+            Self::DepthClamp => device.depth_clamp,
+            Self::GeometryShader => device.geometry_shader,
+            Self::Int64Atomics => device.int64_atomics,
+            Self::FragmentStores => device.fragment_stores,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_enabled_is_asked_for() {
+        let all = DeviceFeatures {
+            dynamic_rendering: true,
+            depth_clamp: true,
+            geometry_shader: true,
+            int64_atomics: true,
+            fragment_stores: true,
+            pipeline_statistics: true,
+        };
+        let (mut core, mut v12, mut v13) = Default::default();
+        DeviceFeatures::default().enable(&mut core, &mut v12, &mut v13);
+        assert_eq!((core.depth_clamp, v12.shader_buffer_int64_atomics, v13.dynamic_rendering), (0, 0, 0));
+        all.enable(&mut core, &mut v12, &mut v13);
+        let asked = [
+            v13.dynamic_rendering,
+            core.depth_clamp,
+            core.geometry_shader,
+            core.shader_int64,
+            v12.shader_buffer_int64_atomics,
+            core.fragment_stores_and_atomics,
+            core.pipeline_statistics_query,
+        ];
+        assert_eq!(asked, [vk::TRUE; 7]);
+        DeviceFeatures::default().enable(&mut core, &mut v12, &mut v13);
+        assert_eq!(core.depth_clamp, vk::TRUE, "what the engine asked for itself stays");
+    }
+
+    #[test]
+    fn needs_are_told_apart() {
+        let needs =
+            [Need::DynamicRendering, Need::DepthClamp, Need::GeometryShader, Need::Int64Atomics, Need::FragmentStores];
+        for need in needs {
+            assert!(!need.is_met(DeviceFeatures::default()), "{need:?}");
+        }
+        let one = DeviceFeatures { int64_atomics: true, ..DeviceFeatures::default() };
+        let met: Vec<_> = needs.into_iter().filter(|n| n.is_met(one)).collect();
+        assert_eq!(met, [Need::Int64Atomics]);
+    }
+}
