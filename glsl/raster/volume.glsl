@@ -12,6 +12,7 @@ layout(push_constant, scalar) uniform Push {
   uint facing;      // caps: of the triangles with this facing bit
   uint infinite;    // 1: caps at infinity
   float depth_step; // caps at their place: added to their depth
+  float nearness;   // 0: infinity is infinitely far away; else its part of the way from the light
 } push;
 
 // Near caps must have the depth of the surfaces that they lie on, bit by bit: the same product as in gbuffer.vert.
@@ -22,9 +23,9 @@ vec3 positionOf(uint v) {
   return vec3(positions[i], positions[i + 1], positions[i + 2]);
 }
 
-// w is 0 only for a camera without perspective: clipping takes such points as they are.
+// Clipping takes points at infinity as they are, whatever their w.
 vec4 infinityOf(vec3 p, vec4 light, mat4 clip_from_object) {
-  return clip_from_object * vec4(light.w * p - light.xyz, 0.0);
+  return clip_from_object * vec4(light.w * p - (1.0 - push.nearness * light.w) * light.xyz, push.nearness * light.w);
 }
 
 // Of a triangle or quad that is not drawn: all corners in one place.

@@ -4,6 +4,7 @@ use super::topology::{Edge, Topology};
 use crate::gpu::{Buffer, BufferDesc, MemoryKind, shader_struct};
 use crate::{Bind, Context, Error, Result};
 use ash::vk;
+use glam::DVec4;
 
 /// Triangles, or edges, that a workgroup works on: `CHUNK` of `glsl/pass/casters.glsl`.
 pub const CHUNK: u32 = 64;
@@ -54,7 +55,7 @@ shader_struct! {
         first_edge: u32,
         edges: u32,
         first_edge_chunk: u32,
-        closed: u32,
+        outward: u32,
     }
 }
 
@@ -92,8 +93,6 @@ pub struct Casters {
     counts: CasterCounts,
     /// Center and radius, object space, of each instance's mesh.
     spheres: Vec<([f64; 3], f64)>,
-    /// Of each instance: [`Topology::outward`].
-    outward: Vec<bool>,
     masked: bool,
     memory_bytes: u64,
 }
@@ -124,10 +123,10 @@ impl Casters {
             placed.push(all.add(mesh, matches!(vertices, Vertices::Copy))?);
         }
         let mut counts = CasterCounts { instances: instances.len() as u32, ..CasterCounts::default() };
-        let (mut table, mut spheres, mut all_outward) = (vec![], vec![], vec![]);
+        let (mut table, mut spheres) = (vec![], vec![]);
         let (mut triangle_chunks, mut edge_chunks): (Vec<u32>, Vec<u32>) = (vec![], vec![]);
         for (i, &mesh) in (0u32..).zip(instances) {
-            let Some((record, sphere, outward)) = placed.get(mesh) else {
+            let Some((record, sphere)) = placed.get(mesh) else {
                 let problem = format!("caster {i} is of mesh {mesh}, but there are {}", meshes.len());
                 return Err(Error::Usage(problem));
             };
@@ -144,7 +143,6 @@ impl Casters {
             counts.triangles = add(counts.triangles, record.triangles)?;
             counts.edges = add(counts.edges, record.edges)?;
             spheres.push(*sphere);
-            all_outward.push(*outward);
         }
         counts.triangle_chunks = triangle_chunks.len() as u32;
         counts.edge_chunks = edge_chunks.len() as u32;
@@ -168,7 +166,6 @@ impl Casters {
             table,
             counts,
             spheres,
-            outward: all_outward,
             masked,
             memory_bytes: upload.bytes,
         })
@@ -189,14 +186,16 @@ impl Casters {
         &self.table[i]
     }
 
+    /// True if front faces alone tell what an instance shadows: its mesh is closed, with its outer side outside, and
+    /// the light, in object space (`w` 1 position, 0 direction), outside of it.
+    pub fn is_shell(&self, i: usize, light: DVec4) -> bool {
+        let (center, radius) = self.spheres[i];
+        self.table[i].outward != 0 && (light.w == 0.0 || light.truncate().distance(center.into()) > radius)
+    }
+
     /// Center and radius of the sphere around an instance's mesh, object space.
     pub fn sphere(&self, i: usize) -> ([f64; 3], f64) {
         self.spheres[i]
-    }
-
-    /// Whether an instance's mesh is [`Topology::outward`]: counting its front faces tells what it shadows.
-    pub fn outward(&self, i: usize) -> bool {
-        self.outward[i]
     }
 
     /// Bytes of device memory.
@@ -234,7 +233,7 @@ struct Lists {
 }
 
 impl Lists {
-    fn add(&mut self, mesh: &CasterMesh<'_>, copied: bool) -> Result<(CasterInstance, ([f64; 3], f64), bool)> {
+    fn add(&mut self, mesh: &CasterMesh<'_>, copied: bool) -> Result<(CasterInstance, ([f64; 3], f64))> {
         let built = Topology::new(mesh.positions, mesh.indices)
             .map_err(|e| Error::Usage(format!("caster mesh {}: {e}", mesh.name)))?;
         let base = if copied { self.positions.len() as u32 } else { mesh.first_vertex };
@@ -244,7 +243,7 @@ impl Lists {
             triangles: built.triangles.len() as u32,
             first_edge: self.edges.len() as u32,
             edges: built.edges.len() as u32,
-            closed: built.closed.into(),
+            outward: built.outward.into(),
             ..CasterInstance::default()
         };
         if copied {
@@ -261,7 +260,7 @@ impl Lists {
             }
             e
         }));
-        Ok((record, sphere(mesh.positions, &built.triangles), built.outward))
+        Ok((record, sphere(mesh.positions, &built.triangles)))
     }
 }
 

@@ -1,7 +1,7 @@
 //! What is bound to a shader: checked against it, tracked for hazards, and pushed.
 
 use super::Frame;
-use crate::gpu::{Buffer, Image, Interface, ResourceAccess, ResourceKind};
+use crate::gpu::{Buffer, Image, Interface, ResourceAccess, ResourceKind, Slot};
 use crate::hazard::Use;
 use crate::inputs::ImageRef;
 use crate::{Error, Result};
@@ -70,29 +70,22 @@ impl Interface {
             let names: Vec<_> = self.slots.iter().map(|s| s.name.as_str()).collect();
             return error(format!("{} resources were bound; it declares {names:?}", bind.len()));
         }
-        let unfit = |(s, b): &(_, &Bind<'_>)| is_buffer(s) != b.buffer().is_some();
-        match self.slots.iter().map(|s| s.kind).zip(bind).position(|p| unfit(&p)) {
+        let unfit = |(s, b): &(&Slot, &Bind<'_>)| s.kind.is_buffer() != b.buffer().is_some();
+        match self.slots.iter().zip(bind).find(unfit) {
             None => Ok(()),
-            Some(i) => {
-                let slot = &self.slots[i];
-                error(format!("binding {} ({}) wants {:?}", slot.binding, slot.name, slot.kind))
-            }
+            Some((s, _)) => error(format!("binding {} ({}) wants {:?}", s.binding, s.name, s.kind)),
         }
     }
 
     /// What the stages do with what is bound, by [`Bind::id`].
     pub(super) fn uses(&self, bind: &[Bind<'_>]) -> Vec<(u64, Use)> {
-        let slot = |(slot, bound): (&crate::gpu::Slot, &Bind<'_>)| {
+        let slot = |(slot, bound): (&Slot, &Bind<'_>)| {
             let id = bound.id();
             let kind = slot.kind;
             slot.uses.iter().map(move |&(stage, access)| (id, stage_use(stage, kind, access))).collect::<Vec<_>>()
         };
         self.slots.iter().zip(bind).flat_map(slot).collect()
     }
-}
-
-fn is_buffer(kind: &ResourceKind) -> bool {
-    kind.is_buffer()
 }
 
 fn stage_use(stage: vk::ShaderStageFlags, kind: ResourceKind, access: ResourceAccess) -> Use {

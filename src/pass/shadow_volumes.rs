@@ -7,9 +7,9 @@ use crate::gpu::{
     Blend, Buffer, BufferDesc, ComputePipeline, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState,
     StencilFace, StencilState, shader_struct,
 };
-use crate::pass::silhouettes::Silhouettes;
+use crate::pass::silhouettes::{CasterLight, Silhouettes};
 use crate::pass::view::{ViewConstants, depth_error};
-use crate::view::{DepthRange, LightKind};
+use crate::view::DepthRange;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use glam::DAffine3;
@@ -23,6 +23,7 @@ shader_struct! {
         facing: u32,
         infinite: u32,
         depth_step: f32,
+        nearness: f32,
     }
 }
 
@@ -90,6 +91,9 @@ const DEPTH: vk::Format = vk::Format::D32_SFLOAT_S8_UINT;
 const COUNT: vk::Format = vk::Format::R16_SFLOAT;
 /// Depth bias of near caps on top of the slopes, in steps of the depth format.
 const CAP_STEPS: f32 = 2.0;
+/// What takes the place of infinity for a parallel camera under a light with a position, as a fraction of the distance from
+/// the light: all of a parallel camera's rays meet the plane at infinity in one point, where no rasteriser finds a cap.
+const NEARNESS: f32 = 1.0 / (1 << 20) as f32;
 /// Vertices that a chunk of triangles stands for.
 const CHUNK_VERTICES: u32 = 3 * crate::casters::CHUNK;
 /// Bytes of a `VkDrawIndirectCommand`.
@@ -230,22 +234,6 @@ impl ShadowVolumes {
             + self.blended.as_ref().map_or(0, Image::memory_bytes)
     }
 
-    /// Whether counting the front faces alone tells what an instance shadows: its light sees it from outside.
-    fn has_shells(&self, i: usize, inputs: &Inputs<'_>, world_from_object: &DAffine3) -> bool {
-        if self.settings.robust || !self.casters.outward(i) {
-            return false;
-        }
-        match inputs.light[0].kind {
-            LightKind::Directional { .. } => true,
-            LightKind::Spot { .. } => {
-                let (center, radius) = self.casters.sphere(i);
-                let light = volume_cull::light_in_object(&inputs.light[0], world_from_object).truncate();
-                let distance = light.distance(center.into());
-                distance > radius + 1e-5 * (radius + distance)
-            }
-        }
-    }
-
     /// Counts the volumes that each pixel's point lies in.
     ///
     /// # Errors
@@ -274,7 +262,7 @@ impl ShadowVolumes {
         let cameras: Vec<_> = (inputs.casters.iter().enumerate())
             .map(|(i, m)| VolumeCamera {
                 clip_from_object: seen(m).as_mat4().to_cols_array_2d(),
-                shells: self.has_shells(i, inputs, m).into(),
+                shells: (!self.settings.robust && self.casters.is_shell(i, CasterLight::light(light, m))).into(),
             })
             .collect();
         if instances > 0 {
@@ -334,7 +322,7 @@ impl ShadowVolumes {
             let rect = if self.settings.cull {
                 let m =
                     volume_cull::clip_from_object(&camera.world_from_view, camera.clip_from_view, world_from_object);
-                let seen = volume_cull::light_in_object(light, world_from_object);
+                let seen = CasterLight::light(light, world_from_object);
                 let swept = volume_cull::swept(&m, self.casters.sphere(i), seen);
                 volume_cull::rectangle(&swept, camera.depth, self.extent).cut(&range)
             } else {
@@ -396,6 +384,7 @@ impl ShadowVolumes {
             facing: 0,
             infinite: 0,
             depth_step: -depth_error(inputs.depth.format, inputs.camera.depth),
+            nearness: if inputs.camera.is_orthographic() { NEARNESS } else { 0.0 },
         };
         frame.raster(&pass, |draw| {
             draw.bind(0)?;

@@ -4,7 +4,7 @@
 //! infinity. In the camera's clip space these are 16 homogeneous points. A plane through the eye that has all of them on
 //! one side, `x - s w >= 0`, has the hull there, the parts behind the viewer too.
 
-use crate::view::{CameraView, DepthRange, LightKind, LightView};
+use crate::view::{CameraView, DepthRange, LightView};
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use std::ops::Range;
 
@@ -50,17 +50,6 @@ pub(crate) fn clip_from_object(
         translation: rotation * (world_from_object.translation - world_from_view.translation),
     };
     clip_from_view * DMat4::from(view_from_object)
-}
-
-/// The light in an object's space: `w` is 1 for a position, 0 for a direction towards it.
-pub(crate) fn light_in_object(light: &LightView, world_from_object: &DAffine3) -> DVec4 {
-    let object_from_world = world_from_object.matrix3.inverse();
-    match light.kind {
-        LightKind::Spot { .. } => {
-            (object_from_world * (light.world_from_view.translation - world_from_object.translation)).extend(1.0)
-        }
-        LightKind::Directional { .. } => (object_from_world * -light.direction()).normalize_or_zero().extend(0.0),
-    }
 }
 
 /// Corners of the box around a sphere, object space.
@@ -152,6 +141,7 @@ fn bound(points: impl Iterator<Item = (f64, f64)>) -> f64 {
 mod tests {
     use super::*;
     use crate::casters::shapes::Random;
+    use crate::pass::silhouettes::CasterLight;
     use crate::view::look_at;
     use glam::dvec3;
 
@@ -196,7 +186,7 @@ mod tests {
                 _ => LightView::directional(look_at(point(&mut random, 5.0), target), [5.0; 2], 0.0, 50.0, 0.0),
             };
             let m = clip_from_object(&camera.world_from_view, camera.clip_from_view, &object);
-            let l = light_in_object(&light, &object);
+            let l = CasterLight::light(&light, &object);
             let rect = rectangle(&swept(&m, sphere, l), camera.depth, SIZE);
             culled += u32::from(rect.is_empty());
             smaller += u32::from(!rect.is_empty() && rect != Rect::all(SIZE));

@@ -36,10 +36,10 @@ pub struct RenderDesc {
     pub dynamic_light: bool,
     /// Have techniques make their intermediate images too.
     pub intermediates: bool,
-    /// Build the adjacency of the casters' triangles, for the techniques that need it.
-    pub adjacency: bool,
     /// Count what every pass sends through the pipeline (needs [`crate::DeviceFeatures::pipeline_statistics`]).
     pub statistics: bool,
+    /// Build the adjacency of the casters' triangles, for the techniques that need it.
+    pub adjacency: bool,
 }
 
 impl Default for RenderDesc {
@@ -53,8 +53,8 @@ impl Default for RenderDesc {
             normals: true,
             dynamic_light: true,
             intermediates: false,
-            adjacency: true,
             statistics: false,
+            adjacency: true,
         }
     }
 }

@@ -5,7 +5,7 @@ use super::{Info, Kind, OutputFormat, Param, Setup, Technique, visibility_image}
 use crate::gpu::{Image, ImageDesc};
 use crate::pass::shadow_volumes::{Counting, Path, Settings, ShadowVolumes};
 use crate::pass::view::ViewBuffer;
-use crate::{Context, Error, Frame, ImageRef, Inputs, Need, Result};
+use crate::{Context, Frame, ImageRef, Inputs, Need, Result};
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -57,13 +57,7 @@ struct Volumes {
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
-    let Some(casters) = &setup.casters else {
-        return Err(Error::Input {
-            technique: INFO.id.into(),
-            input: "casters",
-            problem: "none were given; make them with Casters::new and hand them in as Setup::casters".into(),
-        });
-    };
+    let casters = setup.casters(INFO.id)?;
     let p = &setup.params;
     let settings = Settings {
         counting: if p.word("count") == "float" { Counting::Blended } else { Counting::Stencil },
