@@ -19,15 +19,12 @@ layout(location = 2) flat in uint triangle_of[];
 layout(location = 0) flat out float weight;
 
 void emit(vec4 a, vec4 b, vec4 c) {
-  weight = 1.0;
-  gl_Position = a;
-  EmitVertex();
-  weight = 1.0;
-  gl_Position = b;
-  EmitVertex();
-  weight = 1.0;
-  gl_Position = c;
-  EmitVertex();
+  vec4 corners[3] = vec4[](a, b, c);
+  for (int i = 0; i < 3; ++i) {
+    weight = 1.0;
+    gl_Position = corners[i];
+    EmitVertex();
+  }
   EndPrimitive();
 }
 
@@ -56,12 +53,12 @@ void main() {
       emit(a, a_far, b);
       emit(b, a_far, b_far);
     } else {
-      emit(a_far, a, b);
-      emit(a_far, b, b_far);
+      emit(a, b, a_far);
+      emit(b, b_far, a_far);
     }
   }
   // Of a parallel light the far cap is a point.
   if (lights[instance].light.w == 0.0) return;
-  vec4 i = infinity[0], j = infinity[1];
-  emit(faces ? j : i, faces ? i : j, infinity[2]);
+  vec4 i = infinity[0], j = infinity[1], k = infinity[2];
+  emit(i, faces ? k : j, faces ? j : k);
 }

@@ -1,6 +1,7 @@
 #version 460
 // Sides of shadow volumes: a quad from each silhouette edge a -> b to infinity, a, a', b, b' as a strip, outwards. Two
-// triangles in an order that the direction of the edge does not change, but for their winding: what cancels does so exactly.
+// triangles that the direction of the edge does not change, but for their winding: each begins with the same corner. So
+// rasterisers set both up alike, and what cancels does so exactly.
 #extension GL_GOOGLE_include_directive : require
 #include "volume.glsl"
 
@@ -9,7 +10,7 @@ layout(binding = 3, scalar) readonly buffer Silhouettes { SilhouetteEdge silhoue
 layout(location = 0) flat out float weight;
 
 // Corners of both triangles: 0, 1 the end with the smaller index and its image at infinity, 2, 3 the other's.
-const uint FORWARD[6] = uint[](0, 1, 2, 2, 1, 3), BACKWARD[6] = uint[](1, 0, 2, 1, 2, 3);
+const uint FORWARD[6] = uint[](0, 1, 2, 2, 1, 3), BACKWARD[6] = uint[](0, 2, 1, 2, 3, 1);
 
 void main() {
   uint v = gl_VertexIndex;

@@ -3,13 +3,20 @@
 use crate::common::{Shot, desc, every_shipped, prepare, renderer, shipped_scene, visibility, with_gpu};
 use crate::made::{self, cuboid, moved, perspective, plane, sphere, spot, still_life, sun};
 use crate::mirrors::compare;
+use crate::noise::visibility_of;
+use ash::vk;
 use edgeshade::casters::topology::Topology;
+use edgeshade::casters::{CasterMesh, Casters, Vertices};
+use edgeshade::gpu::ImageDesc;
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::{MIN_N_DOT_L, RayScene, Target, Truth, hard};
 use edgeshade::reference::shadow_volumes::{self as mirror, Caster};
 use edgeshade::scene::{Camera, Light, Mesh, Projection, RenderDesc, Renderer, Scene};
-use edgeshade::view::LightKind;
-use glam::{DAffine3, DQuat, DVec3, dvec3};
+use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
+use edgeshade::view::{CameraView, DepthRange, LightKind};
+use edgeshade::{Inputs, NormalEncoding};
+use glam::{DAffine3, DMat4, DQuat, DVec3, dvec3};
+use std::sync::Arc;
 
 const SIZE: [u32; 2] = [160, 90];
 type Settings = &'static [(&'static str, &'static str)];
@@ -321,7 +328,11 @@ fn shipped_scenes_without_masks_equal_the_ray_traced_truth() {
     const SIZE: [u32; 2] = [256, 144];
     with_gpu(|host| {
         let mut failed = vec![];
-        for scene in every_shipped().filter(|s| s.materials.iter().all(|m| m.alpha_cutoff.is_none())) {
+        for mut scene in every_shipped() {
+            // Where leaves are cut out of cards, what is left without them.
+            let masked = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha_cutoff.is_some();
+            let opaque: Vec<_> = scene.instances.iter().copied().filter(|i| !masked(i.mesh)).collect();
+            scene.instances = opaque;
             let mut r = renderer(host, &scene, desc(SIZE, 256));
             let seen = visibility(&mut r, "shadow-volumes", &[]);
             let ids = host.read_image::<u32>(&r.gbuffer().triangle).unwrap();
@@ -376,5 +387,122 @@ fn visibility_equals_its_mirror() {
                 assert!(compare(&seen, &other, 0.5).wrong > 1000, "{name} {masked}");
             }
         }
+    });
+}
+
+/// A technique for the casters of a scene, each mesh an instance, with positions of their own.
+fn prepare_alone(host: &Host, scene: &Scene, size: [u32; 2], settings: &[(&str, &str)]) -> Box<dyn Technique> {
+    let meshes: Vec<_> = (scene.meshes.iter())
+        .map(|m| CasterMesh { name: &m.name, positions: &m.positions, indices: &m.indices, first_vertex: 0 })
+        .collect();
+    let instances: Vec<_> = scene.instances.iter().map(|i| i.mesh).collect();
+    let casters = Casters::new(host.context(), Vertices::Copy, &meshes, &instances, false).unwrap();
+    let setup = Setup {
+        extent: size,
+        map_size: [256; 2],
+        output: OutputFormat::R32,
+        params: Params::parse(find("shadow-volumes").unwrap(), settings.iter().copied()).unwrap(),
+        intermediates: false,
+        casters: Some(Arc::new(casters)),
+    };
+    technique::prepare("shadow-volumes", host.context(), &setup).unwrap()
+}
+
+/// An engine whose own vertex shader rounds otherwise than the caps', and one with standard depth: near caps come to lie
+/// before or behind the surfaces that they belong to, unless they are moved away.
+#[test]
+fn depth_that_was_drawn_otherwise_is_served_by_the_cap_bias() {
+    const SIZE: [u32; 2] = [256, 144];
+    const BIASES: [&str; 7] = ["0", "0.0009765625", "0.00390625", "0.015625", "0.0625", "0.25", "1"];
+    // z' = w - z.
+    let flip = DMat4::from_cols_array_2d(&[
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, -1.0, 0.0],
+        [0.0, 0.0, 1.0, 1.0],
+    ]);
+    with_gpu(|host| {
+        let mut failed = vec![];
+        let day = sun(dvec3(0.7, 2.0, 0.4));
+        let lamp = spot(dvec3(1.0, 7.0, 1.5), dvec3(0.0, 0.0, 0.2), 0.8);
+        let scenes = [
+            ("sun", still_life(day)),
+            ("spot", still_life(lamp)),
+            ("jenga", shipped_scene("jenga")),
+            ("drum", shipped_scene("drum")),
+        ];
+        for (name, scene) in scenes {
+            let mut r = renderer(host, &scene, desc(SIZE, 256));
+            let own = visibility(&mut r, "shadow-volumes", &[]);
+            let g = r.gbuffer();
+            let depth = host.read_values(&g.depth).unwrap();
+            let upload = |values: &[f32]| {
+                let usage = vk::ImageUsageFlags::SAMPLED;
+                let desc = ImageDesc { usage, ..ImageDesc::storage("depth", vk::Format::R32_SFLOAT, SIZE) };
+                host.upload_image(&desc, bytemuck::cast_slice(values)).unwrap()
+            };
+            // A projection times a number is the same projection, rounded otherwise.
+            let scaled = CameraView { clip_from_view: r.camera().clip_from_view * 1.37, ..*r.camera() };
+            let standard = CameraView {
+                clip_from_view: flip * r.camera().clip_from_view,
+                depth: DepthRange::Standard,
+                ..*r.camera()
+            };
+            let turned: Vec<f32> = depth.iter().map(|&z| 1.0 - z).collect();
+            let transforms: Vec<_> = scene.instances.iter().map(|i| i.world_from_object).collect();
+            for (kind, camera, depth) in [
+                ("the same", *r.camera(), upload(&depth)),
+                ("scaled matrices", scaled, upload(&depth)),
+                ("standard depth", standard, upload(&turned)),
+            ] {
+                let mut line = format!("{name:8} {kind:16} pixels that get darker, lighter:");
+                for bias in BIASES {
+                    let mut t = prepare_alone(host, &scene, SIZE, &[("cap_bias", bias)]);
+                    let inputs = Inputs {
+                        camera: &camera,
+                        depth: depth.as_ref(),
+                        normal: Some((g.geometric_normal.as_ref(), NormalEncoding::OctahedralSigned)),
+                        shadow_map: r.shadow_map().as_ref(),
+                        light: std::slice::from_ref(r.light()),
+                        light_version: None,
+                        casters: &transforms,
+                    };
+                    let seen = visibility_of(host, t.as_mut(), &inputs);
+                    let darker = (0..seen.len()).filter(|&i| seen[i] < own[i]).count();
+                    let lighter = (0..seen.len()).filter(|&i| seen[i] > own[i]).count();
+                    line += &format!(" {bias}: {darker}, {lighter};");
+                    let same = bias != "0" || kind == "the same";
+                    if same && darker + lighter > 5 || !same && kind == "scaled matrices" && darker < 100 {
+                        failed.push(format!("{name} {kind} {bias}: {darker} darker, {lighter} lighter"));
+                    }
+                }
+                println!("{line}");
+            }
+        }
+        assert!(failed.is_empty(), "{}", failed.join("\n"));
+    });
+}
+
+/// A million triangles that together are smaller than a pixel.
+#[test]
+fn a_million_triangles_in_a_pixel() {
+    with_gpu(|host| {
+        let tiny = DAffine3::from_scale_rotation_translation(DVec3::splat(1e-3), DQuat::IDENTITY, dvec3(0.0, 2.0, 0.0));
+        let parts = vec![
+            (plane(8.0), moved(DVec3::ZERO)),
+            (sphere(500, 1000), tiny),
+            (cuboid(DVec3::splat(0.5)), moved(dvec3(1.0, 2.0, 0.0))),
+        ];
+        let scene = made::scene(parts, perspective(dvec3(2.0, 4.0, 7.0), DVec3::ZERO, 0.1), sun(dvec3(0.3, 2.0, 0.2)));
+        let mut without = scene.clone();
+        without.instances.remove(1);
+        let run = |scene: &Scene| {
+            let mut r = renderer(host, scene, with_counts(SIZE));
+            counted(host, &mut r, &[]).1
+        };
+        let (with, without) = (run(&scene), run(&without));
+        let other = with.iter().zip(&without).filter(|p| p.0 != p.1).count();
+        println!("{other} pixels differ with a million triangles within one");
+        assert!(other <= 4, "{other}");
     });
 }
