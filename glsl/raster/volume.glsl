@@ -25,7 +25,9 @@ vec3 positionOf(uint v) {
 
 // Clipping takes points at infinity as they are, whatever their w.
 vec4 infinityOf(vec3 p, vec4 light, mat4 clip_from_object) {
-  return clip_from_object * vec4(light.w * p - (1.0 - push.nearness * light.w) * light.xyz, push.nearness * light.w);
+  precise vec3 d = light.w * p - (1.0 - push.nearness * light.w) * light.xyz;
+  precise vec4 q = clip_from_object * vec4(d, push.nearness * light.w);
+  return q;
 }
 
 // Of a triangle or quad that is not drawn: all corners in one place.

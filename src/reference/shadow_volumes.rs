@@ -26,10 +26,10 @@ pub struct Caster<'a> {
 /// How many volumes a pixel's point lies in; more than one answer where it lies too near to a boundary to tell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
-    /// Least of the answers.
-    pub least: u32,
+    /// Least of the answers. Of a volume thinner than can be told, one side may count and the other not: -1 as well.
+    pub least: i32,
     /// Largest of them.
-    pub most: u32,
+    pub most: i32,
 }
 
 /// How far a pixel's point may lie off, in pixels of the image: vertices are rounded to 1/256.
@@ -84,24 +84,24 @@ impl Seen {
     fn count(&self, view: &View<'_>, r: &Receiver) -> Count {
         // A surface along the light may lie in a side of its own volume, or of its neighbours'.
         if r.normal.dot(view.towards_light(r.position, r.position_error).0).abs() < ALONG {
-            return Count { least: 0, most: u32::MAX };
+            return Count { least: i32::MIN, most: i32::MAX };
         }
         // A grazing view stretches a pixel over the surface.
         let slant = 1.0 / r.normal.dot(view.ray(r.position)).abs().max(1e-2);
         let off = view.pixel_width(r.position, DVec3::ZERO).0 * slant * OFF;
         // The surface itself must not count against the side that is seen.
         let above = r.normal * (2.0 * r.allowance + r.position_error.length());
-        let mut count = Count { least: u32::MAX, most: 0 };
+        let mut count = Count { least: i32::MAX, most: 0 };
         for lift in [1.0, 8.0] {
             let p = r.position + lift * above;
             let [sure, unsure] = self.occluders(p, off);
-            count = Count { least: count.least.min(sure), most: count.most.max(sure + unsure) };
+            count = Count { least: count.least.min(sure - unsure), most: count.most.max(sure + unsure) };
         }
         count
     }
 
     /// Triangles between a point and the light, and those that are there or not for a point `off` away.
-    fn occluders(&self, p: DVec3, off: f64) -> [u32; 2] {
+    fn occluders(&self, p: DVec3, off: f64) -> [i32; 2] {
         let to_light = self.light.truncate() - self.light.w * p;
         let mut found = [0; 2];
         for t in &self.triangles {
@@ -273,7 +273,7 @@ mod tests {
                 };
                 let p = point(3.0);
                 let counted = behind(&shape, &topology, light, p, point(1.0), shells);
-                let expected = seen.occluders(p, 0.0)[0] as i32;
+                let expected = seen.occluders(p, 0.0)[0];
                 assert_eq!(counted, expected, "{p} under {light}, shells: {shells}");
                 occluded += u32::from(expected > 0);
             }
