@@ -97,15 +97,18 @@ pub(crate) fn light_range(camera: &CameraView, light: &LightView) -> [DVec4; 8] 
     })
 }
 
+/// How far inside of a plane a point is.
+type Side = fn(&DVec4) -> f64;
+
 /// The pixels in which the hull of points of the camera's clip space can be seen; empty if it cannot.
 pub(crate) fn rectangle(points: &[DVec4], depth: DepthRange, size: [u32; 2]) -> Rect {
     let nothing = Rect { x: 0..0, y: 0..0 };
     // Nearer than the near plane nothing is seen, beyond the far plane neither. An infinitely far plane is no plane.
-    let (near, far): (fn(&DVec4) -> f64, fn(&DVec4) -> f64) = match depth {
+    let (near, far): (Side, Side) = match depth {
         DepthRange::Reversed => (|p| p.w - p.z, |p| p.z),
         DepthRange::Standard => (|p| p.z, |p| p.w - p.z),
     };
-    let beyond = |inside: fn(&DVec4) -> f64| points.iter().all(|p| inside(p) < 0.0);
+    let beyond = |inside: Side| points.iter().all(|p| inside(p) < 0.0);
     if beyond(near) || beyond(far) || points.iter().any(|p| !p.is_finite()) {
         return if points.iter().any(|p| !p.is_finite()) { Rect::all(size) } else { nothing };
     }

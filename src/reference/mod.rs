@@ -6,7 +6,8 @@
 //! `edge_marks.glsl`, `edge_pixels.*`, `edge_place.comp`, `edge_tiles.comp` and `marked_tiles.comp`; `nearest_edge` covers
 //! `nearest_edge.glsl`, `nearest_block.comp` and `nearest_quad.comp`; `view` covers `receiver.glsl` and `view.glsl`; `soft`
 //! covers `soft_receiver.glsl`, `soft_filter.glsl` and `blockers.glsl`; `rbssm` covers `edge_blockers.glsl` and
-//! `revectorized_filter.glsl`; `shadow_volumes` covers `volume_draws.comp` and `volumes.glsl`; `sm` covers
+//! `revectorized_filter.glsl`; `shadow_volumes` covers `volume_draws.comp` and `volumes.glsl`; `silhouettes` covers
+//! `casters.glsl`, `facing.comp`, `silhouettes.glsl` and `silhouette_*.comp`; `sm` covers
 //! `shadow_map_test.glsl`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
