@@ -19,6 +19,7 @@ pub mod rbssm_naive;
 mod revectorized;
 pub mod rpcf;
 mod screen_space;
+pub mod shadow_volumes;
 pub mod sm;
 mod soft;
 pub mod soft_auto;
@@ -164,6 +165,7 @@ pub const ALL: &[Info] = &[
     edtssm::INFO,
     edtssm_star::INFO,
     soft_auto::INFO,
+    shadow_volumes::INFO,
     edsm_x::INFO,
     Info {
         id: "area-samples",

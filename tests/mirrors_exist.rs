@@ -5,6 +5,7 @@ use std::path::Path;
 /// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
 const COVERED: &[(&str, Option<&str>)] = &[
     ("blockers", Some("soft")),
+    ("casters", Some("silhouettes")),
     ("edge_blockers", Some("rbssm")),
     ("edge_list", Some("rbsm")),
     ("edge_marks", Some("edge_seeds")),
@@ -22,6 +23,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("edt_pba_merge", Some("edt")),
     ("edt_row", Some("edt")),
     ("edt_tile", Some("edt")),
+    ("facing", Some("silhouettes")),
     ("marked_tiles", Some("edge_seeds")),
     ("nearest_block", Some("nearest_edge")),
     ("nearest_quad", Some("nearest_edge")),
@@ -38,9 +40,14 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("receiver", Some("view")),
     ("revectorized_filter", Some("rbssm")),
     ("seed_format", Some("edge_seeds")),
+    ("shadow_map_test", Some("sm")),
+    ("silhouette_edges", Some("silhouettes")),
+    ("silhouette_offsets", Some("silhouettes")),
     ("soft_filter", Some("soft")),
     ("soft_receiver", Some("soft")),
     ("tiles", None),
+    ("volume_draws", Some("shadow_volumes")),
+    ("volumes", Some("shadow_volumes")),
 ];
 
 /// Stems that no mirror covers.

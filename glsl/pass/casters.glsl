@@ -41,6 +41,6 @@ const uint SILHOUETTE_OUTLINE = 1u << 17;  // nothing of the surface continues b
 
 // Workgroups are numbered along x, then y.
 const uint MAX_GROUPS_X = 65535;
-uint chunkIndex() { return gl_WorkGroupID.x + MAX_GROUPS_X * gl_WorkGroupID.y; }
+uint chunkIndex(uvec3 group) { return group.x + MAX_GROUPS_X * group.y; }
 
 #endif

@@ -42,7 +42,7 @@ void endAt(vec4 q, out vec2 p, out float z) {
 }
 
 void main() {
-  uint i = 64 * chunkIndex() + gl_LocalInvocationIndex;
+  uint i = 64 * chunkIndex(gl_WorkGroupID) + gl_LocalInvocationIndex;
   if (i >= header.count) return;
   SilhouetteEdge s = silhouettes[i];
   mat4 m = lights[s.instance].clip_from_object;

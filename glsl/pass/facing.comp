@@ -37,7 +37,7 @@ bool facesLight(uvec3 t, vec4 light) {
 }
 
 void main() {
-  uint chunk = chunkIndex(), local = gl_LocalInvocationIndex;
+  uint chunk = chunkIndex(gl_WorkGroupID), local = gl_LocalInvocationIndex;
   if (local < 2) bits[local] = 0;
   barrier();
   bool inside = chunk < push.chunk_count;

@@ -39,7 +39,7 @@ int sideOf(uint face, uint first_bit) {
 }
 
 void main() {
-  uint chunk = chunkIndex(), local = gl_LocalInvocationIndex;
+  uint chunk = chunkIndex(gl_WorkGroupID), local = gl_LocalInvocationIndex;
   if (local < 2) found[local] = 0;
   barrier();
   uint instance = chunks[min(chunk, push.chunk_count - 1)];

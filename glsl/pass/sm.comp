@@ -1,11 +1,7 @@
 #version 460
 // Shadow mapping: one test a pixel against the texel that its point falls into.
-// Williams, "Casting Curved Shadows on Curved Surfaces" (1978); [JCGT] eq. 1.
-// Departure: the point is moved along its normal by what its plane needs to clear its own depth, instead of a
-// constant depth bias, so that one setting holds at every scale and slope.
 #extension GL_GOOGLE_include_directive : require
-#include "receiver.glsl"
-#include "lib/shadow_test.glsl"
+#include "shadow_map_test.glsl"
 #include "pixel_steps.glsl" // all pixels at once, or those of a list that another pass makes
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
@@ -21,11 +17,7 @@ float testAt(ivec2 pixel) {
   if (dot(r.normal, towardsLight(r.position, 0)) <= 0.0) return 0.0;
   LightPoint l = lightSpace(r.position, 0);
   if (!l.inside) return 1.0;
-  l = lightSpace(offsetReceiver(r, l, push.normal_offset, 0), 0);
-  if (!l.inside) return 1.0;
-  ivec2 map_size = ivec2(view.map_size);
-  ivec2 texel = min(ivec2(l.uv * vec2(map_size)), map_size - 1);
-  return shadowTest(l.depth - push.depth_bias - DEPTH_ULPS, shadowMapDepth(shadow_map, texel, 0, map_size));
+  return shadowMapTest(shadow_map, r, l, push.normal_offset, push.depth_bias);
 }
 
 bool visibilityAt(ivec2 pixel, out float v) {

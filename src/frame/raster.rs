@@ -209,6 +209,8 @@ impl Draw<'_, '_> {
         // SAFETY: recording inside the rendering that `Frame::raster` began.
         unsafe { raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, bound.pipeline.handle) };
         self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, &bound.pipeline.interface, bound.bind);
+        self.compare(bound.pipeline.compare);
+        self.bias(bound.pipeline.bias);
         Ok(())
     }
 
@@ -249,6 +251,18 @@ impl Draw<'_, '_> {
             raw.cmd_set_cull_mode(cmd, cull);
             raw.cmd_set_front_face(cmd, front);
         }
+    }
+
+    /// Sets how a fragment's depth must compare with the target's, until the next [`Draw::bind`].
+    pub fn compare(&mut self, compare: vk::CompareOp) {
+        // SAFETY: as in `bind`.
+        unsafe { self.frame.context.device().raw.cmd_set_depth_compare_op(self.frame.cmd, compare) };
+    }
+
+    /// Sets the `[constant, slope]` depth bias of a pipeline that has one, until the next [`Draw::bind`].
+    pub fn bias(&mut self, [constant, slope]: [f32; 2]) {
+        // SAFETY: as in `bind`.
+        unsafe { self.frame.context.device().raw.cmd_set_depth_bias(self.frame.cmd, constant, 0.0, slope) };
     }
 
     /// Draws only where `x` and `y`, in pixels, lie in these ranges; both are cut to the image.

@@ -7,7 +7,8 @@ use crate::{Error, Result, shaders};
 use ash::vk;
 use std::sync::Arc;
 
-/// Fixed state of a raster pipeline. Cull mode, front face, viewport and scissor are dynamic.
+/// State of a raster pipeline. Cull mode, front face, viewport and scissor are dynamic; so are the depth test's comparison
+/// and the depth bias, which begin as given here.
 ///
 /// The default draws triangle lists from no vertex buffer, without depth, over what the colour targets hold.
 #[derive(Clone, Debug)]
@@ -36,7 +37,7 @@ pub struct RasterState<'a> {
     pub depth: Option<DepthState>,
     /// Stencil, in a depth target with one.
     pub stencil: Option<StencilState>,
-    /// `[constant, slope]` depth bias, in the units of `vkCmdSetDepthBias`.
+    /// `[constant, slope]` depth bias, in the units of `vkCmdSetDepthBias`; without any here there is none later.
     pub bias: [f32; 2],
     /// Clamp depth to the view's range instead of clipping (needs [`crate::DeviceFeatures::depth_clamp`]).
     pub depth_clamp: bool,
@@ -166,6 +167,8 @@ pub struct RasterPipeline {
     pub(crate) interface: Interface,
     pub(crate) handle: vk::Pipeline,
     reflections: Vec<Reflection>,
+    pub(crate) compare: vk::CompareOp,
+    pub(crate) bias: [f32; 2],
 }
 
 impl RasterPipeline {
@@ -235,6 +238,8 @@ impl RasterPipeline {
             vk::DynamicState::SCISSOR,
             vk::DynamicState::CULL_MODE,
             vk::DynamicState::FRONT_FACE,
+            vk::DynamicState::DEPTH_COMPARE_OP,
+            vk::DynamicState::DEPTH_BIAS,
         ];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
         let depth_format = state.depth.map_or(vk::Format::UNDEFINED, |d| d.format);
@@ -263,7 +268,8 @@ impl RasterPipeline {
             .map_err(|(_, e)| e)
             .context(format!("vkCreateGraphicsPipelines({})", state.name))?[0];
         device.name(handle, state.name);
-        Ok(Self { interface, handle, reflections })
+        let compare = state.depth.map_or(vk::CompareOp::ALWAYS, |d| d.compare);
+        Ok(Self { interface, handle, reflections, compare, bias: state.bias })
     }
 
     /// Checks that the uniform block `name` of the shaders is laid out like `U`.

@@ -219,6 +219,11 @@ impl Silhouettes {
         &self.header
     }
 
+    /// For each workgroup of edges where in the list it writes.
+    pub(crate) fn offsets(&self) -> &Buffer {
+        &self.offsets
+    }
+
     /// `CasterLight` of every instance.
     pub fn lights(&self) -> &Buffer {
         &self.lights

@@ -32,7 +32,7 @@ shader_struct! {
 
 /// How far a stored camera depth may lie off, signed towards the viewer. Reversed floating-point depth errs
 /// relative to the distance only, which the shaders allow for anyway: 0.
-fn depth_error(format: vk::Format, range: DepthRange) -> f32 {
+pub(super) fn depth_error(format: vk::Format, range: DepthRange) -> f32 {
     // Rasterisation adds to the rounding of the format: four steps of D32 next to 1 were measured to suffice.
     let steps = match format {
         vk::Format::D16_UNORM | vk::Format::D16_UNORM_S8_UINT => 1.0 / 65535.0,

@@ -6,7 +6,9 @@
 //! `edge_marks.glsl`, `edge_pixels.*`, `edge_place.comp`, `edge_tiles.comp` and `marked_tiles.comp`; `nearest_edge` covers
 //! `nearest_edge.glsl`, `nearest_block.comp` and `nearest_quad.comp`; `view` covers `receiver.glsl` and `view.glsl`; `soft`
 //! covers `soft_receiver.glsl`, `soft_filter.glsl` and `blockers.glsl`; `rbssm` covers `edge_blockers.glsl` and
-//! `revectorized_filter.glsl`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
+//! `revectorized_filter.glsl`; `shadow_volumes` covers `volume_draws.comp` and `volumes.glsl`; `silhouettes` covers
+//! `casters.glsl`, `facing.comp`, `silhouettes.glsl` and `silhouette_*.comp`; `sm` covers
+//! `shadow_map_test.glsl`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
 pub mod accumulate;
@@ -32,6 +34,7 @@ pub mod rpcf;
 pub mod screen_filter;
 pub mod seed_width;
 pub mod shade;
+pub mod shadow_volumes;
 pub mod shapes;
 pub mod silhouettes;
 pub mod sm;

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/sm.comp`.
+//! Mirror of `glsl/pass/sm.comp` and `glsl/pass/shadow_map_test.glsl`.
 
 use super::view::{DEPTH_ULPS, FrameData, Mirror, ROUNDING, Verdict, View, shadow_test};
 use crate::Result;
@@ -24,7 +24,7 @@ fn pixel(view: &View<'_>, at: [usize; 2], normal_offset: f64, depth_bias: f64) -
     }
 }
 
-fn test(view: &View<'_>, r: &super::view::Receiver, normal_offset: f64, depth_bias: f64) -> Verdict {
+pub(super) fn test(view: &View<'_>, r: &super::view::Receiver, normal_offset: f64, depth_bias: f64) -> Verdict {
     let first = view.light_point(r.position, r.position_error);
     if !first.inside.is_yes() {
         return if first.inside.is_doubtful() { Verdict::sure(1.0).or(0.0) } else { Verdict::sure(1.0) };

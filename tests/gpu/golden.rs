@@ -23,6 +23,7 @@ const GOLDEN: &[Golden] = &[
     ("robot", "rbssm", &[]),
     ("jenga", "ssabss", &[]),
     ("knot", "ssrbssm", &[]),
+    ("robot", "shadow-volumes", &[]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

@@ -23,6 +23,7 @@ mod penumbra;
 mod properties;
 mod revectorize;
 mod screen_space;
+mod shadow_volumes;
 mod shapes;
 mod soft;
 mod soft_analytic;

@@ -30,6 +30,8 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("edtssm-star", &[]),
     ("edtsm", &[]),
     ("edtsm-star", &[]),
+    ("shadow-volumes", &[]),
+    ("shadow-volumes", &[("path", "geometry"), ("count", "float"), ("robust", "always")]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.

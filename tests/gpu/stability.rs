@@ -28,6 +28,7 @@ const MODES: &[Mode] = &[
     ("soft-auto", &[], 0.02),
     ("ssrbssm", &[], 0.02),
     ("ssabss", &[], 0.02),
+    ("shadow-volumes", &[], 0.0),
 ];
 
 #[test]

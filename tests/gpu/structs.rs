@@ -11,6 +11,7 @@ use edgeshade::pass::pcf::PcfPush;
 use edgeshade::pass::penumbra_width::WidthPush;
 use edgeshade::pass::rbsm::RbsmPush;
 use edgeshade::pass::screen_filter::ScreenFilterPush;
+use edgeshade::pass::shadow_volumes::{ShadowVolumesPush, VolumeDrawsPush};
 use edgeshade::pass::sm::SmPush;
 use edgeshade::pass::soft::SoftPush;
 use edgeshade::pass::view::ViewConstants;
@@ -113,6 +114,9 @@ const SHADERS: &[(&str, Make)] = &[
     }),
     ("pass/seed_width.comp", |c| penumbra(c, "pass/seed_width.comp", &[&[0, 1, 0, 0, 0], &[1, 63, 1, 1, 1]])),
     ("pass/shade.comp", |c| c.pipeline::<ShadePush>("pass/shade.comp", &[])?.check_uniform::<ViewConstants>("view")),
+    ("pass/shadow_volumes.comp", |c| {
+        c.pipeline::<ShadowVolumesPush>("pass/shadow_volumes.comp", &[1, 1, 1])?.check_uniform::<ViewConstants>("view")
+    }),
     ("pass/sm.comp", |c| c.pipeline::<SmPush>("pass/sm.comp", &[])?.check_uniform::<ViewConstants>("view")),
     ("pass/soft_auto.comp", |c| {
         for constants in
@@ -122,6 +126,7 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
+    ("pass/volume_draws.comp", |c| c.pipeline::<VolumeDrawsPush>("pass/volume_draws.comp", &[1]).map(drop)),
 ];
 
 #[test]
