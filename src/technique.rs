@@ -23,6 +23,7 @@ mod soft;
 pub mod soft_auto;
 pub mod ssabss;
 pub mod ssrbssm;
+pub mod sssm;
 
 pub use params::{Param, ParamKind, Params};
 
@@ -152,6 +153,7 @@ pub const ALL: &[Info] = &[
     edtssm::INFO,
     edtssm_star::INFO,
     soft_auto::INFO,
+    sssm::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",
