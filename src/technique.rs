@@ -1,5 +1,6 @@
 //! The registry: the only list of techniques, with each one's parameter table and constructor.
 
+pub mod edsm;
 pub mod edtsm;
 pub mod edtsm_star;
 pub mod edtssm;
@@ -154,6 +155,7 @@ pub const ALL: &[Info] = &[
     edtssm_star::INFO,
     soft_auto::INFO,
     sssm::INFO,
+    edsm::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

@@ -77,8 +77,7 @@ impl MapEdges {
             return Ok(false);
         }
         let casters = self.silhouettes.casters();
-        let push =
-            MapEdgesPush { stride: casters.stride(), margin: self.margin, map_size: inputs.shadow_map.extent };
+        let push = MapEdgesPush { stride: casters.stride(), margin: self.margin, map_size: inputs.shadow_map.extent };
         frame.dispatch(&Pass {
             name: "edges in the map",
             pipeline: &self.pipeline,

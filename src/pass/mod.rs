@@ -5,6 +5,7 @@ mod classified;
 pub mod depth_bounds;
 pub mod edge_place;
 pub mod edge_seeds;
+pub mod edsm;
 pub mod edt;
 pub mod hsm;
 pub mod map_edges;

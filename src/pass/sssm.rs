@@ -82,10 +82,7 @@ impl SilhouettePoints {
                     constants: &[kill.into()],
                     ..RasterState::default()
                 })?,
-                keys: Image::new(
-                    device,
-                    &ImageDesc::attachment("silhouette keys", vk::Format::D32_SFLOAT, map_size),
-                )?,
+                keys: Image::new(device, &ImageDesc::attachment("silhouette keys", vk::Format::D32_SFLOAT, map_size))?,
             },
         };
         let mut desc = ImageDesc::storage("silhouette points", format, map_size);
