@@ -1,5 +1,6 @@
 //! The closed vocabulary of what goes into a technique and what comes out.
 
+use crate::casters::Casters;
 use crate::view::{CameraView, LightView};
 use crate::{Error, Result};
 use ash::vk;
@@ -103,6 +104,16 @@ impl Inputs<'_> {
     /// What to bind as the normal image: shaders do not read it where there is none.
     pub(crate) fn normal_or_depth(&self) -> &ImageRef {
         self.normal.as_ref().map_or(&self.depth, |(image, _)| image)
+    }
+
+    /// Checks that there is a transform for each caster.
+    pub(crate) fn check_casters(&self, technique: &str, casters: &Casters) -> Result<()> {
+        let (given, wanted) = (self.casters.len(), casters.counts().instances as usize);
+        if given == wanted {
+            return Ok(());
+        }
+        let problem = format!("{given} transforms are given, but Setup::casters has {wanted} instances");
+        Err(Error::Input { technique: technique.into(), input: "casters", problem })
     }
 
     /// Checks that the images fit each other and what the technique was prepared for.

@@ -1,6 +1,7 @@
 //! The registry: the only list of techniques, with each one's parameter table and constructor.
 
 pub mod edsm;
+pub mod edsm_x;
 pub mod edtsm;
 pub mod edtsm_star;
 pub mod edtssm;
@@ -49,6 +50,17 @@ pub struct Setup {
     pub intermediates: bool,
     /// Triangle meshes that cast, for the techniques that know them; the others take no notice.
     pub casters: Option<Arc<Casters>>,
+}
+
+impl Setup {
+    /// The casters that a technique needs.
+    pub(crate) fn casters(&self, technique: &str) -> Result<&Arc<Casters>> {
+        self.casters.as_ref().ok_or_else(|| {
+            let problem =
+                "the technique needs the casters' triangles: give Setup::casters, made with Casters::new".into();
+            Error::Input { technique: technique.into(), input: "casters", problem }
+        })
+    }
 }
 
 /// Format of the visibility image: 1 lit, 0 in shadow.
@@ -156,6 +168,7 @@ pub const ALL: &[Info] = &[
     soft_auto::INFO,
     sssm::INFO,
     edsm::INFO,
+    edsm_x::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

@@ -11,6 +11,8 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("edge_pixels", Some("edge_seeds")),
     ("edge_place", Some("edge_seeds")),
     ("edge_tiles", Some("edge_seeds")),
+    ("edsm_border", Some("edsm")),
+    ("edsm_distance", Some("edsm")),
     ("edt_columns", Some("edt")),
     ("edt_envelope", Some("edt")),
     ("edt_live", Some("edt")),
@@ -22,6 +24,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("edt_pba_merge", Some("edt")),
     ("edt_row", Some("edt")),
     ("edt_tile", Some("edt")),
+    ("map_edge", Some("map_edges")),
     ("marked_tiles", Some("edge_seeds")),
     ("nearest_block", Some("nearest_edge")),
     ("nearest_quad", Some("nearest_edge")),
@@ -40,6 +43,9 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("seed_format", Some("edge_seeds")),
     ("soft_filter", Some("soft")),
     ("soft_receiver", Some("soft")),
+    ("sssm_cell", Some("sssm")),
+    ("sssm_points", Some("sssm")),
+    ("sssm_quadrant", Some("sssm")),
     ("tiles", None),
 ];
 

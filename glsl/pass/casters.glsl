@@ -16,7 +16,7 @@ struct CasterInstance {
   uint first_edge;
   uint edges;
   uint first_edge_chunk;
-  uint closed;               // 1: every edge has two faces that run it in opposite directions
+  uint outward;              // 1: closed, with the outer side outside
 };
 
 // As a light sees it.
@@ -25,6 +25,7 @@ struct CasterLight {
   vec4 light;            // object space: w = 1 position, w = 0 towards the light
   float orientation;     // -1 where the transform mirrors
   uint casts;            // 0: left out
+  uint shell;            // 1: its front faces alone tell what it shadows
 };
 
 // An edge that bounds a shadow, or counts for a shadow volume. Seen from the light with its image's y down, the occluder

@@ -15,7 +15,7 @@ struct EdgeDistance {
 //   COSINE: within the span |d|, beyond it the larger of |d| and the cosine at the corner, all in half widths;
 //   else:   the distance to the edge itself, and of two edges that are equally near, both ending in the corner that is
 //           nearest, the one whose line is farther: where a point is outside of both, that one says so.
-EdgeDistance edgeDistance(MapEdge e, vec2 p, float half_width, bool cosine) {
+EdgeDistance edgeDistance(EdgeSegment e, vec2 p, float half_width, bool cosine) {
   precise vec2 d = e.b - e.a, away = p - e.a;
   precise float l = length(d), t = dot(away, d) / (l * l);
   EdgeDistance r;

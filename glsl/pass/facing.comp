@@ -31,7 +31,7 @@ bool facesLight(uvec3 t, vec4 light) {
   precise vec3 d = light.xyz - light.w * v0;
   precise float side = n.x * d.x + n.y * d.y + n.z * d.z;
   // What is within the rounding of edge-on counts as facing: any constant will do, as long as it is one bit.
-  vec3 u = abs(a), v = abs(b), size = abs(d);
+  vec3 u = abs(a), v = abs(b), size = abs(light.xyz) + light.w * abs(v0);
   float bound = 1e-6 * dot(vec3(u.y * v.z + u.z * v.y, u.z * v.x + u.x * v.z, u.x * v.y + u.y * v.x), size);
   return side >= -bound;
 }

@@ -60,7 +60,7 @@ void main() {
     if (edge.w == BOUNDARY) flags |= SILHOUETTE_BOUNDARY;
   }
   if (sum != 0) atomicOr(found[local >> 5], 1u << (local & 31u));
-  uint weight = uint(abs(sum)) >> (SHELLS && info.closed != 0 ? 1 : 0);
+  uint weight = uint(abs(sum)) >> (SHELLS && lights[instance].shell != 0 ? 1 : 0);
   if (!WRITE && sum != 0) atomicMax(header.max_weight, weight);
   barrier();
   if (chunk >= push.chunk_count) return;

@@ -50,4 +50,8 @@ void main() {
   header.quads[1] = 1;
   header.quads[2] = 0;
   header.quads[3] = 0;
+  uint walks = (count + 3) / 4;
+  header.walks[0] = min(walks, MAX_GROUPS_X);
+  header.walks[1] = (walks + MAX_GROUPS_X - 1) / MAX_GROUPS_X;
+  header.walks[2] = 1;
 }

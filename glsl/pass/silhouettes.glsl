@@ -8,6 +8,7 @@ struct SilhouetteHeader {
   uint max_weight;
   uint volumes[4];  // to draw quads of shadow volumes: 6 vertices an edge, an instance for each copy
   uint quads[4];    // to draw a quad an edge
+  uint walks[3];    // 4 edges a workgroup
 };
 
 #endif

@@ -16,7 +16,7 @@ uint packCell(vec2 point) { return packUnorm2x16(point); }
 // The point that stands for an edge in a cell, in the cell's own coordinates, and its key. False if the edge misses the cell.
 // A vertex, if one lies in there: corners stay corners; else the middle of the edge's way through. The paper takes crossings
 // with the cell's diagonals. Keys: vertices first, then longer ways, then nearer to the light; the paper keeps the last drawn.
-bool cellPoint(MapEdge e, ivec2 cell, out vec2 point, out float t, out uint key) {
+bool cellPoint(EdgeSegment e, ivec2 cell, out vec2 point, out float t, out uint key) {
   precise vec2 a = (e.a - 0.5) - vec2(cell), b = (e.b - 0.5) - vec2(cell), along = b - a;
   precise float t0 = 0.0, t1 = 1.0;
   for (int i = 0; i < 2; ++i) {
@@ -29,8 +29,8 @@ bool cellPoint(MapEdge e, ivec2 cell, out vec2 point, out float t, out uint key)
     }
   }
   if (!(t0 < t1)) return false;
-  bool has_a = (e.flags & MAP_EDGE_A) != 0 && all(greaterThanEqual(a, vec2(0.0))) && all(lessThan(a, vec2(1.0)));
-  bool has_b = (e.flags & MAP_EDGE_B) != 0 && all(greaterThanEqual(b, vec2(0.0))) && all(lessThan(b, vec2(1.0)));
+  bool has_a = (e.flags & SEGMENT_CUT_A) == 0 && all(greaterThanEqual(a, vec2(0.0))) && all(lessThan(a, vec2(1.0)));
+  bool has_b = (e.flags & SEGMENT_CUT_B) == 0 && all(greaterThanEqual(b, vec2(0.0))) && all(lessThan(b, vec2(1.0)));
   t = has_a == has_b ? (has_a ? 0.5 : 0.5 * (t0 + t1)) : has_a ? 0.0 : 1.0;
   precise vec2 found = a + t * along;
   point = clamp(found, vec2(CELL_MARGIN), vec2(1.0 - CELL_MARGIN));
@@ -42,7 +42,7 @@ bool cellPoint(MapEdge e, ivec2 cell, out vec2 point, out float t, out uint key)
 }
 
 // The same for what the light sees of an edge, where KILL.
-bool seenCellPoint(sampler2DArray shadow_map, ivec2 map_size, bool kill, MapEdge e, ivec2 cell, out vec2 point, out uint key) {
+bool seenCellPoint(sampler2DArray shadow_map, ivec2 map_size, bool kill, EdgeSegment e, ivec2 cell, out vec2 point, out uint key) {
   float t;
   if (!cellPoint(e, cell, point, t, key)) return false;
   return !(kill && isHidden(shadow_map, map_size, e, vec2(cell) + 0.5 + point, depthAlong(e, t)));

@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 
 layout(binding = 0) uniform sampler2DArray shadow_map;
 layout(binding = 1, scalar) readonly buffer Header { SilhouetteHeader header; };
-layout(binding = 2, scalar) readonly buffer MapEdges { MapEdge map_edges[]; };
+layout(binding = 2, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(binding = 3, scalar) buffer Keys { uint keys[]; };
 layout(binding = 4, scalar) buffer Winners { uint winners[]; };
 layout(binding = 5, r32ui) writeonly uniform uimage2D points;
@@ -27,7 +27,7 @@ shared uint long_count;
 
 ivec2 map_size;
 
-void consider(uint index, MapEdge e, ivec2 cell) {
+void consider(uint index, EdgeSegment e, ivec2 cell) {
   if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, map_size))) return;
   vec2 point;
   uint key;
@@ -43,7 +43,7 @@ struct Walk {
   int begin, end; // columns
 };
 
-Walk walkOf(MapEdge e) {
+Walk walkOf(EdgeSegment e) {
   vec2 d = abs(e.b - e.a);
   Walk w;
   w.axis = d.x >= d.y ? 0 : 1;
@@ -52,7 +52,7 @@ Walk walkOf(MapEdge e) {
   return w;
 }
 
-void walk(uint index, MapEdge e, Walk w, int first, int step) {
+void walk(uint index, EdgeSegment e, Walk w, int first, int step) {
   int other = 1 - w.axis;
   vec2 a = e.a - 0.5, b = e.b - 0.5;
   float slope = (b[other] - a[other]) / (b[w.axis] - a[w.axis]);
@@ -76,7 +76,7 @@ void main() {
     if (winner != 0xFFFFFFFFu) {
       vec2 point;
       float t;
-      cellPoint(map_edges[winner], cell, point, t, key);
+      cellPoint(segments[winner], cell, point, t, key);
       value = packCell(point);
     }
     imageStore(points, cell, uvec4(value));
@@ -87,8 +87,8 @@ void main() {
   barrier();
   uint i = 64 * chunkIndex() + gl_LocalInvocationIndex;
   if (i < header.count) {
-    MapEdge e = map_edges[i];
-    if (e.flags != 0) {
+    EdgeSegment e = segments[i];
+    if (isDrawn(e)) {
       Walk w = walkOf(e);
       if (w.end - w.begin <= ALONE) walk(i, e, w, 0, 1);
       else long_edges[atomicAdd(long_count, 1)] = i;
@@ -97,7 +97,7 @@ void main() {
   barrier();
   // In whatever order: the smallest wins.
   for (uint k = 0; k < long_count; ++k) {
-    MapEdge e = map_edges[long_edges[k]];
+    EdgeSegment e = segments[long_edges[k]];
     walk(long_edges[k], e, walkOf(e), int(gl_LocalInvocationIndex), 64);
   }
 }

@@ -1,11 +1,7 @@
 // The lookup in a shadow silhouette map: which corner of a cell a point belongs to.
 #ifndef EDGESHADE_SSSM_QUADRANT
 #define EDGESHADE_SSSM_QUADRANT
-
-float cross2(vec2 a, vec2 b) {
-  precise float c = a.x * b.y - a.y * b.x;
-  return c;
-}
+#include "lib/edge_segment.glsl"
 
 // Corner, as in shadowTest2x2, of the quadrant that q lies in. Four lines go from the cell's own point to those of its
 // neighbours left, top, right and bottom: rays in this order turn to the same side. A quadrant of more than half a turn is

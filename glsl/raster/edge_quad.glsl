@@ -3,16 +3,16 @@
 #define EDGESHADE_EDGE_QUAD
 #include "pass/map_edge.glsl"
 
-layout(binding = 0, scalar) readonly buffer MapEdges { MapEdge map_edges[]; };
+layout(binding = 0, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(location = 0) flat out uint edge_index;
 
 // `half_width` texels to both sides and beyond both ends; `shift` moves the map's texels on the target.
 void edgeQuad(float half_width, vec2 shift, vec2 map_size) {
   const ivec2 corners[6] = ivec2[](ivec2(0, 0), ivec2(0, 1), ivec2(1, 1), ivec2(0, 0), ivec2(1, 1), ivec2(1, 0));
   edge_index = gl_VertexIndex / 6;
-  MapEdge e = map_edges[edge_index];
+  EdgeSegment e = segments[edge_index];
   gl_Position = vec4(-2.0, -2.0, 0.0, 1.0);
-  if (e.flags == 0) return;
+  if (!isDrawn(e)) return;
   vec2 d = e.b - e.a;
   float l = length(d);
   vec2 along = l > 0.0 ? d / l : vec2(1.0, 0.0), across = vec2(-along.y, along.x);

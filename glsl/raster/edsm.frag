@@ -6,7 +6,7 @@
 layout(constant_id = 0) const bool COSINE = false;
 layout(constant_id = 1) const bool KILL = true; // leave out edges that the light does not see
 
-layout(binding = 0, scalar) readonly buffer MapEdges { MapEdge map_edges[]; };
+layout(binding = 0, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(binding = 1) uniform sampler2DArray shadow_map;
 
 layout(push_constant, scalar) uniform Push {
@@ -18,7 +18,7 @@ layout(location = 0) flat in uint edge_index;
 layout(location = 0) out float signed_distance;
 
 void main() {
-  MapEdge e = map_edges[edge_index];
+  EdgeSegment e = segments[edge_index];
   EdgeDistance r = edgeDistance(e, gl_FragCoord.xy, push.half_width, COSINE);
   vec2 foot = mix(e.a, e.b, r.along);
   if (KILL && isHidden(shadow_map, ivec2(push.map_size), e, foot, depthAlong(e, r.along))) discard;

@@ -5,7 +5,7 @@
 
 layout(constant_id = 0) const bool KILL = true;
 
-layout(binding = 0, scalar) readonly buffer MapEdges { MapEdge map_edges[]; };
+layout(binding = 0, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(binding = 1) uniform sampler2DArray shadow_map;
 
 layout(push_constant, scalar) uniform Push { uvec2 map_size; } push;
@@ -16,7 +16,7 @@ layout(location = 0) out uint cell;
 void main() {
   vec2 point;
   uint key;
-  if (!seenCellPoint(shadow_map, ivec2(push.map_size), KILL, map_edges[edge_index], ivec2(gl_FragCoord.xy), point, key)) discard;
+  if (!seenCellPoint(shadow_map, ivec2(push.map_size), KILL, segments[edge_index], ivec2(gl_FragCoord.xy), point, key)) discard;
   cell = packCell(point);
   gl_FragDepth = float(key) / float(CELL_KEYS);
 }

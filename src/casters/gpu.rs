@@ -4,6 +4,7 @@ use super::topology::{Edge, Topology};
 use crate::gpu::{Buffer, BufferDesc, MemoryKind, shader_struct};
 use crate::{Bind, Context, Error, Result};
 use ash::vk;
+use glam::DVec4;
 
 /// Triangles, or edges, that a workgroup works on: `CHUNK` of `glsl/pass/casters.glsl`.
 pub const CHUNK: u32 = 64;
@@ -54,7 +55,7 @@ shader_struct! {
         first_edge: u32,
         edges: u32,
         first_edge_chunk: u32,
-        closed: u32,
+        outward: u32,
     }
 }
 
@@ -185,6 +186,13 @@ impl Casters {
         &self.table[i]
     }
 
+    /// True if front faces alone tell what an instance shadows: its mesh is closed, with its outer side outside, and
+    /// the light, in object space (`w` 1 position, 0 direction), outside of it.
+    pub fn is_shell(&self, i: usize, light: DVec4) -> bool {
+        let (center, radius) = self.spheres[i];
+        self.table[i].outward != 0 && (light.w == 0.0 || light.truncate().distance(center.into()) > radius)
+    }
+
     /// Center and radius of the sphere around an instance's mesh, object space.
     pub fn sphere(&self, i: usize) -> ([f64; 3], f64) {
         self.spheres[i]
@@ -235,7 +243,7 @@ impl Lists {
             triangles: built.triangles.len() as u32,
             first_edge: self.edges.len() as u32,
             edges: built.edges.len() as u32,
-            closed: built.closed.into(),
+            outward: built.outward.into(),
             ..CasterInstance::default()
         };
         if copied {

@@ -43,7 +43,7 @@ impl EdgeDistances {
     pub fn new(
         context: &Context,
         technique: &'static str,
-        casters: Option<&Arc<Casters>>,
+        casters: &Arc<Casters>,
         map_size: [u32; 2],
         config: DistanceConfig,
     ) -> Result<Self> {
@@ -71,7 +71,7 @@ impl EdgeDistances {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
         }
-        let bind = [Bind::Buffer(self.edges.records()), Bind::Input(&inputs.shadow_map)];
+        let bind = [Bind::Buffer(self.edges.segments()), Bind::Input(&inputs.shadow_map)];
         let pass = RasterPass {
             name: "edge distances",
             extent: self.distances.extent(),

@@ -3,8 +3,10 @@
 pub mod accumulate;
 mod classified;
 pub mod depth_bounds;
+pub mod edge_map;
 pub mod edge_place;
 pub mod edge_seeds;
+pub mod edge_segments;
 pub mod edsm;
 pub mod edt;
 pub mod hsm;

@@ -11,7 +11,9 @@ use std::sync::Arc;
 /// Workgroups along x; more go on along y: `MAX_GROUPS_X` of `glsl/pass/casters.glsl`.
 const MAX_GROUPS_X: u32 = 65535;
 /// Bytes of `SilhouetteHeader` of `glsl/pass/silhouettes.glsl`.
-const HEADER: u64 = 13 * 4;
+const HEADER: u64 = 16 * 4;
+/// Offsets in the header: arguments of a dispatch, 4 edges a workgroup.
+pub(crate) const WALKS: u64 = 13 * 4;
 /// Bytes of an edge in the list.
 const EDGE: u64 = 16;
 
@@ -30,34 +32,37 @@ shader_struct! {
         light: [f32; 4],
         orientation: f32,
         casts: u32,
+        shell: u32,
     }
 }
 
 impl CasterLight {
+    /// The light in the space of an instance: `w` 1 position, 0 unit vector towards it.
+    pub fn light(light: &LightView, world_from_object: &DAffine3) -> DVec4 {
+        let object_from_world = world_from_object.matrix3.inverse();
+        match light.kind {
+            LightKind::Spot { .. } => {
+                let offset = light.world_from_view.translation - world_from_object.translation;
+                (object_from_world * offset).extend(1.0)
+            }
+            // Of any length: only its sides count, but tiny and huge scales leave the range of f32.
+            LightKind::Directional { .. } => (object_from_world * -light.direction()).normalize_or_zero().extend(0.0),
+        }
+    }
+
     /// An instance as a light sees it: everything composed in `f64`, positions subtracted first.
-    pub fn new(light: &LightView, world_from_object: &DAffine3, casts: bool) -> Self {
+    pub fn new(light: &LightView, world_from_object: &DAffine3) -> Self {
         let rotation = light.world_from_view.matrix3.transpose();
         let view_from_object = DAffine3 {
             matrix3: rotation * world_from_object.matrix3,
             translation: rotation * (world_from_object.translation - light.world_from_view.translation),
         };
-        let object_from_world = world_from_object.inverse();
-        let seen: DVec4 = match light.kind {
-            LightKind::Spot { .. } => {
-                let offset = light.world_from_view.translation - world_from_object.translation;
-                (object_from_world.matrix3 * offset).extend(1.0)
-            }
-            LightKind::Directional { .. } => {
-                let towards = object_from_world.matrix3 * -light.direction();
-                // Of any length: only its sides count, but tiny and huge scales leave the range of f32.
-                towards.normalize_or_zero().extend(0.0)
-            }
-        };
         Self {
             clip_from_object: (light.clip_from_view * DMat4::from(view_from_object)).as_mat4().to_cols_array_2d(),
-            light: seen.as_vec4().to_array(),
+            light: Self::light(light, world_from_object).as_vec4().to_array(),
             orientation: if world_from_object.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 },
-            casts: casts.into(),
+            casts: 1,
+            shell: 0,
         }
     }
 }
@@ -125,9 +130,15 @@ impl Silhouettes {
         if source.is_some() && self.made_from == source {
             return Ok(false);
         }
-        let seen: Vec<_> = (inputs.casters.iter().zip(casts))
-            .map(|(world_from_object, &casts)| CasterLight::new(&inputs.light[0], world_from_object, casts))
-            .collect();
+        let seen = inputs.casters.iter().zip(casts).enumerate().map(|(i, (world_from_object, &casts))| {
+            let shell = self.casters.is_shell(i, CasterLight::light(&inputs.light[0], world_from_object));
+            CasterLight {
+                casts: casts.into(),
+                shell: shell.into(),
+                ..CasterLight::new(&inputs.light[0], world_from_object)
+            }
+        });
+        let seen: Vec<_> = seen.collect();
         frame.update(&self.lights, bytemuck::cast_slice(&seen));
         frame.update(&self.header, &[0; HEADER as usize]);
         let lights = Bind::Buffer(&self.lights);

@@ -53,7 +53,7 @@ impl SilhouettePoints {
     pub fn new(
         context: &Context,
         technique: &'static str,
-        casters: Option<&Arc<Casters>>,
+        casters: &Arc<Casters>,
         map_size: [u32; 2],
         by: PointsBy,
         kill: bool,
@@ -112,7 +112,7 @@ impl SilhouettePoints {
                 let bind = [
                     Bind::Input(&inputs.shadow_map),
                     Bind::Buffer(self.edges.header()),
-                    Bind::Buffer(self.edges.records()),
+                    Bind::Buffer(self.edges.segments()),
                     Bind::Buffer(keys),
                     Bind::Buffer(winners),
                     Bind::Image(&self.points),
@@ -129,7 +129,7 @@ impl SilhouettePoints {
             }
             Maker::Raster { pipeline, keys } => {
                 let empty = vk::ClearValue { color: vk::ClearColorValue { uint32: [MIDDLE; 4] } };
-                let bind = [Bind::Buffer(self.edges.records()), Bind::Input(&inputs.shadow_map)];
+                let bind = [Bind::Buffer(self.edges.segments()), Bind::Input(&inputs.shadow_map)];
                 let pass = RasterPass {
                     name: "silhouette points",
                     extent: self.points.extent(),

@@ -6,15 +6,17 @@
 //! `edge_marks.glsl`, `edge_pixels.*`, `edge_place.comp`, `edge_tiles.comp` and `marked_tiles.comp`; `nearest_edge` covers
 //! `nearest_edge.glsl`, `nearest_block.comp` and `nearest_quad.comp`; `view` covers `receiver.glsl` and `view.glsl`; `soft`
 //! covers `soft_receiver.glsl`, `soft_filter.glsl` and `blockers.glsl`; `rbssm` covers `edge_blockers.glsl` and
-//! `revectorized_filter.glsl`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
+//! `revectorized_filter.glsl`; `map_edges` covers `edge_segments.comp` and `map_edge.glsl`; `sssm` covers `sssm_*`; `edsm` covers `edsm_*`. `tiles.glsl` is exempt: it only packs numbers of tiles and pixels, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
 
 pub mod accumulate;
 pub mod area_light;
 pub mod depth_bounds;
 pub mod edge_seeds;
+pub mod edsm;
 pub mod edt;
 pub mod hsm;
+pub mod map_edges;
 mod map_receiver;
 pub mod mean_filter;
 pub mod nearest_edge;
@@ -34,6 +36,7 @@ pub mod silhouettes;
 pub mod sm;
 mod soft;
 pub mod soft_auto;
+pub mod sssm;
 mod view;
 
 pub use view::{FrameData, Mirror};

@@ -61,7 +61,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let config = DistanceConfig { cosine: p.word("priority") == "cosine", kill: p.on("kill"), half_width };
     Ok(Box::new(EdgeDistanceMapping {
         view: ViewBuffer::new(context.device())?,
-        distances: EdgeDistances::new(context, INFO.id, setup.casters.as_ref(), setup.map_size, config)?,
+        distances: EdgeDistances::new(context, INFO.id, setup.casters(INFO.id)?, setup.map_size, config)?,
         lookup: Edsm::new(context, false, border, kernel)?,
         picture: match setup.intermediates {
             true => Some((Edsm::new(context, true, border, kernel)?, picture(context, "distance", setup)?)),

@@ -50,7 +50,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let kill = setup.params.on("kill");
     Ok(Box::new(SilhouetteMaps {
         view: ViewBuffer::new(context.device())?,
-        points: SilhouettePoints::new(context, INFO.id, setup.casters.as_ref(), setup.map_size, by, kill)?,
+        points: SilhouettePoints::new(context, INFO.id, setup.casters(INFO.id)?, setup.map_size, by, kill)?,
         lookup: Sssm::new(context, false)?,
         picture: match setup.intermediates {
             true => Some((Sssm::new(context, true)?, picture(context, "points", setup)?)),

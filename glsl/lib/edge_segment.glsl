@@ -1,0 +1,53 @@
+// A silhouette edge as the light sees it: a segment in the plane of the shadow map, with its depth. Binding-free.
+// Everything is taken relative to an end of the segment: far from the map's origin, a line's equation loses digits.
+#ifndef EDGESHADE_EDGE_SEGMENT
+#define EDGESHADE_EDGE_SEGMENT
+
+struct EdgeSegment {
+  vec2 a, b;     // texels; the occluder lies where cross2(b - a, p - a) > 0
+  float za, zb;  // the map's depth at the ends; along the segment it is affine
+  uint flags;    // 0: nothing of it lies in the map
+  uint edge;     // in the list of silhouettes
+};
+const uint SEGMENT_VALID = 1, SEGMENT_BOUNDARY = 2, SEGMENT_CUT_A = 4, SEGMENT_CUT_B = 8;
+
+float cross2(vec2 a, vec2 b) {
+  precise float c = a.x * b.y - a.y * b.x;
+  return c;
+}
+
+// Where on the segment the point closest to p lies, 0 at a to 1 at b.
+float segmentFoot(EdgeSegment e, vec2 p) {
+  vec2 d = e.b - e.a;
+  precise float along = dot(p - e.a, d), all = dot(d, d);
+  return all > 0.0 ? clamp(along / all, 0.0, 1.0) : 0.0;
+}
+
+// Squared distance of a point, texels^2. At an end it is that of the end itself, to the bit: edges that share a vertex tie.
+float segmentDistance2(EdgeSegment e, vec2 p) {
+  float t = segmentFoot(e, p);
+  precise vec2 d = t <= 0.0 ? p - e.a : t >= 1.0 ? p - e.b : p - (e.a + t * (e.b - e.a));
+  precise float d2 = d.x * d.x + d.y * d.y;
+  return d2;
+}
+
+// Distance from the segment's line, texels, positive on the occluder's side.
+float lineDistance(EdgeSegment e, vec2 p) {
+  vec2 d = e.b - e.a;
+  float l = length(d);
+  return l > 0.0 ? cross2(d, p - e.a) / l : 0.0;
+}
+
+float segmentDepth(EdgeSegment e, float t) { return e.za + t * (e.zb - e.za); }
+
+// Whether the walk from p to q crosses the segment; a vertex on the way counts for one of the edges that share it. Then `t`
+// is where on the walk.
+bool crosses(EdgeSegment e, vec2 p, vec2 q, out float t) {
+  vec2 d = e.b - e.a, walk = q - p;
+  float from = cross2(d, p - e.a), to = cross2(d, q - e.a);
+  float a = cross2(walk, e.a - p), b = cross2(walk, e.b - p);
+  t = from / (from - to);
+  return (from >= 0.0) != (to >= 0.0) && (a >= 0.0) != (b >= 0.0);
+}
+
+#endif

@@ -1,0 +1,41 @@
+#version 460
+// Writes silhouette edges into a map of edge ids by compute: 16 threads walk along an edge, a column of texels at a time.
+// raster/edge_map.vert, .frag do the same by quads; both make the same map.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "edge_map.glsl"
+#include "silhouettes.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(binding = 4, scalar) readonly buffer Header { SilhouetteHeader header; };
+
+layout(push_constant, scalar) uniform Push {
+  ivec2 map_size;
+  float radius; // texels around an edge that learn of it
+} push;
+
+const uint MAX_GROUPS_X = 65535, WALKERS = 16;
+
+void walk(uint index, uint walker) {
+  EdgeSegment e = segments[index];
+  if ((e.flags & SEGMENT_VALID) == 0) return;
+  vec2 d = e.b - e.a;
+  // Along the longer axis; across it the distance to the line widens by at most 1 + slope.
+  bool steep = abs(d.y) > abs(d.x);
+  vec2 a = steep ? e.a.yx : e.a, b = steep ? e.b.yx : e.b;
+  float slope = a.x != b.x ? (b.y - a.y) / (b.x - a.x) : 0.0, reach = push.radius * (1.0 + abs(slope)) + 1e-3;
+  ivec2 size = steep ? push.map_size.yx : push.map_size;
+  float low = min(a.x, b.x), high = max(a.x, b.x);
+  int first = max(int(floor(low - push.radius - 0.5)), 0), last = min(int(ceil(high + push.radius - 0.5)), size.x - 1);
+  for (int x = first + int(walker); x <= last; x += int(WALKERS)) {
+    float y = a.y + slope * (clamp(float(x) + 0.5, low, high) - a.x);
+    int from = max(int(floor(y - reach - 0.5)), 0), to = min(int(ceil(y + reach - 0.5)), size.y - 1);
+    for (int i = from; i <= to; ++i) insertEdge(index, e, steep ? ivec2(i, x) : ivec2(x, i), push.map_size, push.radius);
+  }
+}
+
+void main() {
+  uint index = 4 * (gl_WorkGroupID.x + MAX_GROUPS_X * gl_WorkGroupID.y) + gl_LocalInvocationIndex / WALKERS;
+  if (index < header.count) walk(index, gl_LocalInvocationIndex % WALKERS);
+}

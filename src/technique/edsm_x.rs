@@ -1,0 +1,171 @@
+//! Edge distance shadow maps with edge identities.
+
+use super::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
+use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::pass::edge_map::{EdgeMap, EdgeMapConfig};
+use crate::pass::edge_segments::EdgeSegments;
+use crate::pass::pixels::PixelPass;
+use crate::pass::silhouettes::Silhouettes;
+use crate::pass::view::{ViewBuffer, ViewConstants};
+use crate::{Bind, Context, Error, Frame, ImageRef, Inputs, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "edsm-x",
+    title: "Edge distance shadow mapping with edge identities",
+    paper: "after Kenzel 2013; the identities and the crossing rule are ours",
+    summary: "Hard shadows that follow the casters' own edges at any map resolution, for the price of a map lookup.",
+    params: &[
+        Param::int("slots", 1, 8, 2, "edges", "nearest edges that a texel keeps; one more is counted as lost"),
+        Param::choice(
+            "resolve",
+            &["always", "mixed-only"],
+            0,
+            "ask the edges wherever there are any, or only where the depth map disagrees about the light, as in the thesis: features below a texel are lost then",
+        ),
+        Param::float(
+            "radius",
+            0.75,
+            16.0,
+            1.0,
+            "texels",
+            "how far from an edge texels know of it; soft borders reach no farther",
+        ),
+        Param::switch(
+            "kill",
+            true,
+            "leave out edges that lie behind everything that the light sees around a texel: they need no slot",
+        ),
+        Param::float("border", 0.0, 16.0, 0.0, "texels", "half width of soft borders; 0 = hard"),
+        Param::choice(
+            "kernel",
+            &["box", "smoothstep", "disc"],
+            2,
+            "profile of soft borders: a disc is that of a disc light and a straight edge",
+        ),
+        Param::float(
+            "depth_bias",
+            0.0,
+            4.0,
+            0.02,
+            "texel slopes",
+            "how far in depth an edge or a texel may lie before the receiver and still be on it, in slopes of its plane a texel",
+        ),
+        Param::float(
+            "slack",
+            0.0,
+            4.0,
+            0.2,
+            "texels a texel",
+            "how far a curved receiver may lie before its plane, a texel of distance",
+        ),
+        super::revectorized::SKIP,
+    ],
+    needs: &[Need::Casters, Need::Int64Atomics],
+    kind: Kind::RealTime(prepare),
+};
+
+shader_struct! {
+    /// Push constants of `glsl/pass/edsm_x.comp`.
+    pub struct EdsmXPush {
+        depth_bias: f32,
+        slack: f32,
+        radius: f32,
+        border: f32,
+    }
+}
+
+struct EdsmX {
+    view: ViewBuffer,
+    silhouettes: Silhouettes,
+    segments: EdgeSegments,
+    map: EdgeMap,
+    lookup: PixelPass,
+    decisions: Image,
+    viewed: bool,
+    push: EdsmXPush,
+    map_size: [u32; 2],
+    visibility: Image,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let casters = setup.casters(INFO.id)?;
+    let (radius, border) = (p.float("radius"), p.float("border"));
+    if border > radius {
+        let problem =
+            format!("a border of {border} texels needs a radius as large; it is {radius}: set radius={border}");
+        return Err(Error::Parameter(problem));
+    }
+    let kernel = ["box", "smoothstep", "disc"].iter().position(|k| *k == p.word("kernel")).unwrap_or(0) as u32;
+    let slots = p.int("slots");
+    let mixed_only = p.word("resolve") == "mixed-only";
+    let lookup = |step| -> Result<Arc<ComputePipeline>> {
+        let constants = [slots, mixed_only.into(), kernel, setup.intermediates.into(), step as u32];
+        let pipeline = context.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        Ok(pipeline)
+    };
+    let silhouettes = Silhouettes::new(context, casters, false)?;
+    let decisions = if setup.intermediates { setup.extent } else { [1, 1] };
+    let desc = ImageDesc::storage("edsm-x decisions", vk::Format::R32_SFLOAT, decisions);
+    Ok(Box::new(EdsmX {
+        view: ViewBuffer::new(context.device())?,
+        segments: EdgeSegments::new(context, &silhouettes)?,
+        silhouettes,
+        map: EdgeMap::new(context, setup.map_size, EdgeMapConfig { slots, kill: p.on("kill"), radius })?,
+        lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
+        decisions: Image::new(context.device(), &desc)?,
+        viewed: setup.intermediates,
+        push: EdsmXPush { depth_bias: p.float("depth_bias"), slack: p.float("slack"), radius, border },
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "edsm-x visibility", setup)?,
+    }))
+}
+
+impl Technique for EdsmX {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
+        inputs.check_casters(INFO.id, self.silhouettes.casters())?;
+        frame.begin_group(INFO.title);
+        if self.silhouettes.record(frame, inputs, None)? {
+            self.segments.record(frame, inputs, &self.silhouettes, self.push.radius)?;
+            self.map.record(frame, inputs, &self.silhouettes, &self.segments)?;
+        }
+        let view = self.view.update(frame, inputs);
+        let bind = [
+            Bind::Buffer(view),
+            Bind::Input(&inputs.depth),
+            Bind::Input(inputs.normal_or_depth()),
+            Bind::Input(&inputs.shadow_map),
+            Bind::Image(visibility),
+            self.lookup.list(),
+            Bind::Buffer(self.map.keys()),
+            Bind::Buffer(self.segments.segments()),
+            Bind::Image(&self.decisions),
+        ];
+        self.lookup.record(frame, ["anchors", "crossings"], &bind, bytemuck::bytes_of(&self.push), visibility)?;
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        if self.viewed { vec![("decisions", &self.decisions)] } else { vec![] }
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.visibility.memory_bytes()
+            + self.decisions.memory_bytes()
+            + self.silhouettes.memory_bytes()
+            + self.segments.memory_bytes()
+            + self.map.memory_bytes()
+            + self.lookup.memory_bytes()
+    }
+}
