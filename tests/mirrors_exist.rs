@@ -10,6 +10,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("edge_marks", Some("edge_seeds")),
     ("edge_pixels", Some("edge_seeds")),
     ("edge_place", Some("edge_seeds")),
+    ("edge_segments", Some("map_edges")),
     ("edge_tiles", Some("edge_seeds")),
     ("edsm_border", Some("edsm")),
     ("edsm_distance", Some("edsm")),

@@ -23,6 +23,8 @@ const GOLDEN: &[Golden] = &[
     ("robot", "rbssm", &[]),
     ("jenga", "ssabss", &[]),
     ("knot", "ssrbssm", &[]),
+    ("jenga", "sssm", &[]),
+    ("jenga", "edsm", &[("border", "3")]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

@@ -30,6 +30,9 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("edtssm-star", &[]),
     ("edtsm", &[]),
     ("edtsm-star", &[]),
+    ("sssm", &[]),
+    ("edsm", &[]),
+    ("edsm", &[("border", "4")]),
 ];
 
 /// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.

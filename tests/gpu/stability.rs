@@ -28,6 +28,8 @@ const MODES: &[Mode] = &[
     ("soft-auto", &[], 0.02),
     ("ssrbssm", &[], 0.02),
     ("ssabss", &[], 0.02),
+    ("sssm", &[], 0.0),
+    ("edsm", &[], 0.0),
 ];
 
 #[test]

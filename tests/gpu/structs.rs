@@ -37,6 +37,12 @@ const SHADERS: &[(&str, Make)] = &[
     }),
     ("pass/edge_seeds.comp", |c| penumbra(c, "pass/edge_seeds.comp", &[&[1, 0, 0, 0], &[0, 1, 1, 1]])),
     ("pass/edge_tiles.comp", |c| penumbra(c, "pass/edge_tiles.comp", &[&[1]])),
+    ("pass/edsm.comp", |c| {
+        for constants in [[0, 0, 0, 0], [0, 1, 0x3f80_0000, 2]] {
+            c.pipeline::<RbsmPush>("pass/edsm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
     ("pass/edt_columns.comp", |c| c.pipeline::<EdtPush>("pass/edt_columns.comp", &[]).map(drop)),
     ("pass/edt_live.comp", |c| c.pipeline::<EdtPush>("pass/edt_live.comp", &[]).map(drop)),
     ("pass/edt_pack.comp", |c| c.pipeline::<EdtPush>("pass/edt_pack.comp", &[]).map(drop)),
@@ -121,6 +127,15 @@ const SHADERS: &[(&str, Make)] = &[
             c.pipeline::<RbsmPush>("pass/soft_auto.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
+    }),
+    ("pass/sssm.comp", |c| {
+        for picture in 0..2 {
+            c.pipeline::<RbsmPush>("pass/sssm.comp", &[0, picture])?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
+    ("pass/sssm_points.comp", |c| {
+        [[0, 0], [1, 1], [2, 1]].iter().try_for_each(|k| c.pipeline::<()>("pass/sssm_points.comp", k).map(drop))
     }),
 ];
 

@@ -130,6 +130,7 @@ mod tests {
             gpu_ms_max: gpu_ms,
             tiles_total: tiles_active.map(|_| 8),
             tiles_active,
+            statistics: None,
         };
         let passes_ms = [
             pass("g-buffer", 50.0, None),
