@@ -46,8 +46,9 @@ float lit(ShadowPoint p, out float d) {
     return float(tests >> nearest & 1u);
   }
   if (half_border == 0.0) return uniform_tests ? float(tests & 1u) : d > 0.0 ? 0.0 : 1.0;
-  // Where all tests agree, an edge may soften their verdict, but not turn it.
-  if (uniform_tests) d = (tests & 1u) != 0u ? -abs(d) : abs(d);
+  // Where all tests agree, an edge that says otherwise is another surface's: of the receiver itself, or within the shadow of
+  // something else.
+  if (uniform_tests && ((tests & 1u) != 0u) == (d > 0.0)) return float(tests & 1u);
   return borderVisibility(d / half_border, KERNEL);
 }
 

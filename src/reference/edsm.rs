@@ -160,8 +160,8 @@ pub fn visibility(
         match (half > 0.0, all) {
             (false, true) => value(tests[0]),
             (false, false) => value(d <= 0.0),
-            (true, true) => border(if tests[0] { -d.abs() } else { d.abs() } / half, kernel),
-            (true, false) => border(d / half, kernel),
+            (true, true) if tests[0] == (d > 0.0) => value(tests[0]),
+            (true, _) => border(d / half, kernel),
         }
     };
     Ok(Mirror::collect(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {

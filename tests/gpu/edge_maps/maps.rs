@@ -99,12 +99,8 @@ fn edges_are_where_the_casters_have_them() {
                     (a.ends[i] - b.ends[j]).length() < tolerance && (a.depths[i] - b.depths[j]).abs() < 1e-4
                 })
             };
-            let missing = |swapped: bool| {
-                expected
-                    .iter()
-                    .filter(|e| e.along().length() > 1e-2 && !got.iter().any(|g| same(e, g, swapped)))
-                    .count()
-            };
+            let long: Vec<_> = expected.iter().filter(|e| e.along().length() > 1e-2).collect();
+            let missing = |swapped: bool| long.iter().filter(|e| !got.iter().any(|g| same(e, g, swapped))).count();
             println!(
                 "{name}: {} edges, {} expected, {} missing, facing sure {sure}",
                 got.len(),
@@ -115,7 +111,11 @@ fn edges_are_where_the_casters_have_them() {
             // A facing in doubt may turn all edges of its triangle.
             let most = if sure { 0 } else { 6 };
             assert!(missing(false) <= most && got.len().abs_diff(expected.len()) <= 3 + most, "{name}");
-            assert!(missing(true) * 2 > expected.len(), "{name}: edges turned around go unnoticed");
+            assert!(
+                missing(true) * 10 > long.len() * 9 - 10 * most,
+                "{name}: edges turned around go unnoticed, all but {}",
+                missing(true)
+            );
         }
     });
 }
