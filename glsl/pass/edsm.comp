@@ -31,16 +31,19 @@ float lit(ShadowPoint p, out float d) {
   vec4 four;
   for (int i = 0; i < 4; ++i) four[i] = distanceOf(corner + ivec2(i & 1, i >> 1));
   float half_border = uintBitsToFloat(BORDER_BITS);
-  bool none = four == vec4(0.0);
+  bool none = four == vec4(0.0), uniform_tests = tests == 0u || tests == 15u;
   if (half_border > 0.0 && !none) {
-    // What no edge comes near lies beyond the border, on the side of its own test.
-    for (int i = 0; i < 4; ++i)
-      if (four[i] == 0.0) four[i] = (tests >> i & 1u) != 0u ? -half_border - 1.0 : half_border + 1.0;
+    // What no edge comes near lies beyond the border: on the side of its own test, or, where all tests agree, on that of the
+    // others.
+    float sum = four.x + four.y + four.z + four.w;
+    for (int i = 0; i < 4; ++i) {
+      bool outside = uniform_tests ? sum < 0.0 : (tests >> i & 1u) != 0u;
+      if (four[i] == 0.0) four[i] = outside ? -half_border - 1.0 : half_border + 1.0;
+    }
   }
   precise float upper = mix(four.x, four.y, q.x), lower = mix(four.z, four.w, q.x);
   precise float between = mix(upper, lower, q.y);
   d = between;
-  bool uniform_tests = tests == 0u || tests == 15u;
   if (none) {
     uint nearest = (q.x >= 0.5 ? 1u : 0u) + (q.y >= 0.5 ? 2u : 0u);
     return float(tests >> nearest & 1u);

@@ -149,9 +149,10 @@ pub fn visibility(
             return value(tests[usize::from(q.x >= 0.5) + 2 * usize::from(q.y >= 0.5)]);
         }
         if half > 0.0 {
+            let sum: f64 = four.iter().sum();
             for (d, lit) in four.iter_mut().zip(tests) {
                 if *d == 0.0 {
-                    *d = if lit { -half - 1.0 } else { half + 1.0 };
+                    *d = if if all { sum < 0.0 } else { lit } { -half - 1.0 } else { half + 1.0 };
                 }
             }
         }

@@ -111,11 +111,10 @@ fn edges_are_where_the_casters_have_them() {
             // A facing in doubt may turn all edges of its triangle.
             let most = if sure { 0 } else { 6 };
             assert!(missing(false) <= most && got.len().abs_diff(expected.len()) <= 3 + most, "{name}");
-            assert!(
-                missing(true) * 10 > long.len() * 9 - 10 * most,
-                "{name}: edges turned around go unnoticed, all but {}",
-                missing(true)
-            );
+            // A mesh with a crack has an edge in either direction there; all others are found in their own alone.
+            let twin = |e: &MapEdge| long.iter().any(|o| same(e, o, true));
+            let single = long.iter().filter(|e| !twin(e)).count();
+            assert!(single > 20 && missing(true) >= single, "{name}: {single}, edges turned around go unnoticed");
         }
     });
 }
