@@ -7,7 +7,9 @@ mod raster;
 mod transfer;
 
 pub use bind::Bind;
-pub(crate) use raster::{Bound, Draw, RasterPass, Target};
+#[cfg(feature = "app")]
+pub(crate) use raster::Draw;
+pub(crate) use raster::{Bound, RasterPass, Target};
 
 use crate::context::Context;
 use crate::gpu::{Buffer, ComputePipeline, Image};

@@ -49,9 +49,15 @@ float lit(ShadowPoint p, out float d) {
     return float(tests >> nearest & 1u);
   }
   if (half_border == 0.0) return uniform_tests ? float(tests & 1u) : d > 0.0 ? 0.0 : 1.0;
-  // Where all tests agree, an edge that says otherwise is another surface's: of the receiver itself, or within the shadow of
-  // something else.
-  if (uniform_tests && ((tests & 1u) != 0u) == (d > 0.0)) return float(tests & 1u);
+  if (uniform_tests) {
+    // Where all tests agree, the edge need not be a shadow's: it may be the receiver's own, or lie within the shadow of
+    // something else. A shadow's has the other verdict beyond it.
+    precise vec2 inwards = vec2(mix(four.y - four.x, four.w - four.z, q.y), mix(four.z - four.x, four.w - four.y, q.x));
+    float l = length(inwards);
+    precise vec2 beyond = vec2(p.texel) + p.fraction - inwards / l * (d + (d > 0.0 ? 0.75 : -0.75));
+    bool is_lit = (tests & 1u) != 0u;
+    if (!(l > 0.0) || is_lit == (d > 0.0) || (shadowTest(p, ivec2(floor(beyond))) != 0.0) == is_lit) return float(tests & 1u);
+  }
   return borderVisibility(d / half_border, KERNEL);
 }
 

@@ -118,6 +118,24 @@ pub fn border(x: f64, kernel: BorderKernel) -> f64 {
     }
 }
 
+/// Whether the test just beyond the edge, from a place whose own tests all say `verdict`, says otherwise.
+fn differs_beyond(
+    four: [f64; 4],
+    q: DVec2,
+    d: f64,
+    place: DVec2,
+    verdict: bool,
+    lit: &dyn Fn([i64; 2]) -> bool,
+) -> bool {
+    let mix = |a: f64, b: f64, t: f64| a * (1.0 - t) + b * t;
+    let inwards = dvec2(mix(four[1] - four[0], four[3] - four[2], q.y), mix(four[2] - four[0], four[3] - four[1], q.x));
+    if inwards == DVec2::ZERO {
+        return false;
+    }
+    let beyond = place - inwards.normalize() * (d + if d > 0.0 { 0.75 } else { -0.75 });
+    lit([beyond.x.floor() as i64, beyond.y.floor() as i64]) != verdict
+}
+
 /// The visibility of every pixel, from a map of distances as the GPU has it; of the settings those of the receiver count.
 /// `width` is that of the border, texels.
 ///
@@ -161,7 +179,9 @@ pub fn visibility(
         match (half > 0.0, all) {
             (false, true) => value(tests[0]),
             (false, false) => value(d <= 0.0),
-            (true, true) if tests[0] == (d > 0.0) => value(tests[0]),
+            (true, true) if tests[0] == (d > 0.0) || !differs_beyond(four, q, d, place, tests[0], lit) => {
+                value(tests[0])
+            }
             (true, _) => border(d / half, kernel),
         }
     };

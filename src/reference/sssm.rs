@@ -171,8 +171,11 @@ pub fn visibility(data: &FrameData<'_>, settings: &rbsm::Settings, points: &[u32
     })))
 }
 
+/// Visibility of a place in the map, texels, by the tests of texels.
+pub(super) type LookUp<'a> = dyn Fn(DVec2, &dyn Fn([i64; 2]) -> bool) -> f64 + 'a;
+
 /// A lookup at a place, with what a place that is a little off, or tests in doubt, may make of it.
-pub(super) fn displaced(tests: &Tests<'_>, look_up: &dyn Fn(DVec2, &dyn Fn([i64; 2]) -> bool) -> f64) -> Verdict {
+pub(super) fn displaced(tests: &Tests<'_>, look_up: &LookUp<'_>) -> Verdict {
     let error = tests.place_error + 1e-6 * (1.0 + 1e-2 * tests.place.abs());
     let mut found: Option<Verdict> = None;
     for [i, j] in [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, -1], [-1, 1], [1, 1]] {
