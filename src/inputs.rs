@@ -56,7 +56,7 @@ pub struct Inputs<'a> {
     /// A number that the caller changes whenever the shadow map's content changes. What depends only
     /// on the map, or on how the casters stand to the light, is kept while it stays equal; `None` recomputes it every frame.
     pub light_version: Option<u64>,
-    /// Where each instance of [`crate::technique::Setup::casters`] stands: the transform from its own space to the
+    /// Where each instance of [`Setup::casters`](field@crate::technique::Setup::casters) stands: the transform from its own space to the
     /// world, any affine one. Empty for techniques without casters.
     pub casters: &'a [DAffine3],
 }

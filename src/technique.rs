@@ -1,5 +1,6 @@
 //! The registry: the only list of techniques, with each one's parameter table and constructor.
 
+pub mod edsm;
 pub mod edsm_x;
 pub mod edtsm;
 pub mod edtsm_star;
@@ -25,6 +26,7 @@ mod soft;
 pub mod soft_auto;
 pub mod ssabss;
 pub mod ssrbssm;
+pub mod sssm;
 
 pub use params::{Param, ParamKind, Params};
 
@@ -166,6 +168,8 @@ pub const ALL: &[Info] = &[
     edtssm_star::INFO,
     soft_auto::INFO,
     shadow_volumes::INFO,
+    sssm::INFO,
+    edsm::INFO,
     edsm_x::INFO,
     Info {
         id: "area-samples",

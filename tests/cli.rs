@@ -91,6 +91,11 @@ fn lists_are_text_and_json() {
     assert_eq!((&pcf["params"][0]["name"], &pcf["params"][0]["default"]), (&"width".into(), &3.into()));
     assert!(place.good(&["list", "pcf"]).contains("width=3"));
     place.bad(&["list", "pfc"], 2, &["pfc", "sm, pcf"]);
+    assert_eq!(pcf["needs"], serde_json::json!([]));
+    let edsm = place.json(&["list", "edsm", "--json"]);
+    let needs: Vec<_> = edsm["needs"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
+    assert!(needs.iter().any(|n| n.contains("casters")) && needs.iter().any(|n| n.contains("dynamicRendering")));
+    assert!(place.good(&["list", "edsm"]).contains("needs raster passes (dynamicRendering)"));
 
     let scenes = place.json(&["scenes", "--json"]);
     assert!(scenes.as_array().unwrap().iter().all(|s| s["triangles"].as_u64().unwrap() > 1000));
@@ -101,6 +106,22 @@ fn lists_are_text_and_json() {
 }
 
 const SMALL: [&str; 4] = ["--size", "256x144", "--frames", "2"];
+
+#[test]
+fn statistics_are_written_where_asked_for() {
+    let place = Place::new();
+    let plain = place.json(&[&["render", "jenga", "-t", "sm", "--json", "-"], &SMALL[..]].concat());
+    assert!(plain["passes"].as_array().unwrap().iter().all(|p| p.get("statistics").is_none()));
+    let counted = place.json(&[&["render", "jenga", "-t", "sm", "--statistics", "--json", "-"], &SMALL[..]].concat());
+    let of = |pass: &str, figure: &str| {
+        let passes = counted["passes"].as_array().unwrap();
+        passes.iter().find(|p| p["name"] == pass).unwrap()["statistics"][figure].as_u64().unwrap()
+    };
+    assert_eq!(of("shadow test", "compute_invocations"), 256 * 144);
+    assert!(of("g-buffer", "input_primitives") > 1000 && of("g-buffer", "fragment_invocations") > 1000);
+    let table = place.good(&[&["render", "jenga", "-t", "sm", "--statistics"], &SMALL[..]].concat());
+    assert!(table.lines().any(|l| l.contains("primitives") && l.contains("fragments")), "{table}");
+}
 
 #[test]
 fn render_writes_picture_and_figures() {

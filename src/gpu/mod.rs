@@ -11,8 +11,10 @@ mod shader_struct;
 
 pub use buffer::{Buffer, BufferDesc, MemoryKind};
 pub use device::Device;
+#[cfg(feature = "app")]
+pub(crate) use image::aspect;
 pub use image::{Image, ImageDesc};
-pub(crate) use image::{aspect, full_aspect, has_stencil};
+pub(crate) use image::{full_aspect, has_stencil};
 pub(crate) use interface::{Interface, Slot};
 pub use pipeline::ComputePipeline;
 use pipeline::check_uniform;

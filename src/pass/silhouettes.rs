@@ -209,7 +209,7 @@ impl Silhouettes {
         self.casters.instance(i)
     }
 
-    /// The list: [`EDGE`] bytes an edge, `SilhouetteEdge` of `glsl/pass/casters.glsl`.
+    /// The list: 16 bytes an edge, `SilhouetteEdge` of `glsl/pass/casters.glsl`.
     pub fn edges(&self) -> &Buffer {
         &self.edges
     }

@@ -1,9 +1,7 @@
-//! Mirror of `glsl/pass/edge_segments.comp` and of `glsl/lib/edge_segment.glsl`: silhouette edges as segments in the plane of the
-//! shadow map.
+//! Mirror of `glsl/lib/edge_segment.glsl`: what is asked of a segment in the plane of the shadow map.
 
-use crate::pass::edge_segments::EdgeSegmentsPush;
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DVec2, DVec4, dvec2};
+use glam::{DVec2, dvec2};
 
 /// `EdgeSegment` as the shaders store it: [`crate::pass::edge_segments::SEGMENT`] bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -81,38 +79,4 @@ impl Segment {
         let crosses = (from >= 0.0) != (to >= 0.0) && (a >= 0.0) != (b >= 0.0);
         crosses.then(|| from / (from - to))
     }
-}
-
-/// Projects an edge, in object space, by a light's matrix. `None` where nothing of it lies in the map with its margin.
-pub fn project(ends: [[f32; 3]; 2], light_clip_from_object: &DMat4, push: &EdgeSegmentsPush) -> Option<Segment> {
-    let clip = ends.map(|p| *light_clip_from_object * DVec4::new(p[0].into(), p[1].into(), p[2].into(), 1.0));
-    let [a, b] = if push.mirrored > 0.0 { [clip[1], clip[0]] } else { clip };
-    let map = dvec2(push.map_size[0].into(), push.map_size[1].into());
-    let reach = 1.0 + 2.0 * f64::from(push.margin) / map;
-    let planes: [&dyn Fn(DVec4) -> f64; 5] = [
-        &|q| q.w - f64::from(push.nearest),
-        &|q| reach.x * q.w + q.x,
-        &|q| reach.x * q.w - q.x,
-        &|q| reach.y * q.w + q.y,
-        &|q| reach.y * q.w - q.y,
-    ];
-    let mut range = [0.0f64, 1.0];
-    for plane in planes {
-        let (from, to) = (plane(a), plane(b));
-        if from < 0.0 {
-            range[0] = range[0].max(if to > from { from / (from - to) } else { 2.0 });
-        }
-        if to < 0.0 {
-            range[1] = range[1].min(if from > to { from / (from - to) } else { -1.0 });
-        }
-    }
-    if range[0] > range[1] {
-        return None;
-    }
-    let texel = |t: f64| {
-        let q = a.lerp(b, t);
-        ((0.5 * dvec2(q.x, q.y) / q.w + 0.5) * map, q.z / q.w)
-    };
-    let (from, to) = (texel(range[0]), texel(range[1]));
-    Some(Segment { a: from.0, b: to.0, z: [from.1, to.1] })
 }

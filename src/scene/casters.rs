@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Casters with where each of them stands.
 #[derive(Clone, Debug)]
 pub struct SceneCasters {
-    /// For [`crate::technique::Setup::casters`].
+    /// For [`Setup::casters`](field@crate::technique::Setup::casters).
     pub casters: Arc<Casters>,
     /// For [`crate::Inputs::casters`].
     pub transforms: Vec<DAffine3>,

@@ -24,6 +24,9 @@ const GOLDEN: &[Golden] = &[
     ("jenga", "ssabss", &[]),
     ("knot", "ssrbssm", &[]),
     ("robot", "shadow-volumes", &[]),
+    ("jenga", "sssm", &[]),
+    ("jenga", "edsm", &[("border", "3")]),
+    ("fence", "edsm-x", &[]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

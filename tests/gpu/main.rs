@@ -8,6 +8,7 @@ mod bias;
 mod borders;
 mod branches;
 mod common;
+mod edge_maps;
 mod edsm_x;
 mod edt;
 mod flat;

@@ -32,10 +32,16 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("edtsm-star", &[]),
     ("shadow-volumes", &[]),
     ("shadow-volumes", &[("path", "geometry"), ("count", "float"), ("robust", "always")]),
+    ("sssm", &[]),
+    ("edsm", &[]),
+    ("edsm-x", &[]),
+    ("edsm-x", &[("border", "1")]),
 ];
 
-/// The fixed depth of the papers shadows falsely whatever is not parallel to the map: only its range can be checked.
+/// The fixed depth of the papers shadows falsely whatever is not parallel to the map, and soft borders from a map of distances
+/// know no depth of the edges: only their range can be checked.
 const FIXED: &[(&str, &[(&str, &str)])] = &[
+    ("edsm", &[("border", "4")]),
     ("rbsm-filtered", &[("receiver", "fixed"), ("max_distance", "1"), ("skip", "off")]),
     ("rpcf", &[("receiver", "fixed"), ("visibility", "profile"), ("skip", "off")]),
 ];

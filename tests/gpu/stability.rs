@@ -29,6 +29,9 @@ const MODES: &[Mode] = &[
     ("ssrbssm", &[], 0.02),
     ("ssabss", &[], 0.02),
     ("shadow-volumes", &[], 0.0),
+    ("sssm", &[], 0.0),
+    ("edsm", &[], 0.0),
+    ("edsm-x", &[], 0.0),
 ];
 
 #[test]

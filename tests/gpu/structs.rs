@@ -4,7 +4,9 @@ use crate::common::with_gpu;
 use edgeshade::Context;
 use edgeshade::pass::accumulate::AccumulatePush;
 use edgeshade::pass::depth_bounds::DepthBoundsPush;
+use edgeshade::pass::edge_map::EdgeMapPush;
 use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
+use edgeshade::pass::edge_segments::EdgeSegmentsPush;
 use edgeshade::pass::edt::EdtPush;
 use edgeshade::pass::hsm::HsmPush;
 use edgeshade::pass::pcf::PcfPush;
@@ -12,11 +14,13 @@ use edgeshade::pass::penumbra_width::WidthPush;
 use edgeshade::pass::rbsm::RbsmPush;
 use edgeshade::pass::screen_filter::ScreenFilterPush;
 use edgeshade::pass::shadow_volumes::{ShadowVolumesPush, VolumeDrawsPush};
+use edgeshade::pass::silhouettes::CasterPush;
 use edgeshade::pass::sm::SmPush;
 use edgeshade::pass::soft::SoftPush;
 use edgeshade::pass::view::ViewConstants;
 use edgeshade::scene::ShadePush;
 use edgeshade::shaders;
+use edgeshade::technique::edsm_x::EdsmXPush;
 
 /// Makes the pipelines of one shader.
 type Make = fn(&Context) -> edgeshade::Result<()>;
@@ -32,12 +36,28 @@ fn penumbra(c: &Context, shader: &str, constants: &[&[u32]]) -> edgeshade::Resul
 const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
     ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
+    ("pass/edge_map.comp", |c| {
+        [[1, 0, 0], [2, 1, 64]].iter().try_for_each(|k| c.pipeline::<EdgeMapPush>("pass/edge_map.comp", k).map(drop))
+    }),
     ("pass/edge_pixels.comp", |c| penumbra(c, "pass/edge_pixels.comp", &[&[1, 0, 0]])),
     ("pass/edge_place.comp", |c| {
         c.pipeline::<RbsmPush>("pass/edge_place.comp", &[0, 16, 2, 0, 3])?.check_uniform::<ViewConstants>("view")
     }),
     ("pass/edge_seeds.comp", |c| penumbra(c, "pass/edge_seeds.comp", &[&[1, 0, 0, 0], &[0, 1, 1, 1]])),
+    ("pass/edge_segments.comp", |c| c.pipeline::<EdgeSegmentsPush>("pass/edge_segments.comp", &[]).map(drop)),
     ("pass/edge_tiles.comp", |c| penumbra(c, "pass/edge_tiles.comp", &[&[1]])),
+    ("pass/edsm.comp", |c| {
+        for constants in [[0, 0, 0, 0], [0, 1, 0x3f80_0000, 2]] {
+            c.pipeline::<RbsmPush>("pass/edsm.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
+    ("pass/edsm_x.comp", |c| {
+        for constants in [[2, 0, 2, 0, 0], [1, 1, 0, 1, 1], [8, 0, 1, 0, 2]] {
+            c.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
     ("pass/edt_columns.comp", |c| c.pipeline::<EdtPush>("pass/edt_columns.comp", &[]).map(drop)),
     ("pass/edt_live.comp", |c| c.pipeline::<EdtPush>("pass/edt_live.comp", &[]).map(drop)),
     ("pass/edt_pack.comp", |c| c.pipeline::<EdtPush>("pass/edt_pack.comp", &[]).map(drop)),
@@ -48,6 +68,7 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/edt_pba_merge.comp", |c| c.pipeline::<EdtPush>("pass/edt_pba_merge.comp", &[]).map(drop)),
     ("pass/edt_row.comp", |c| c.pipeline::<EdtPush>("pass/edt_row.comp", &[]).map(drop)),
     ("pass/edt_tile.comp", |c| c.pipeline::<EdtPush>("pass/edt_tile.comp", &[]).map(drop)),
+    ("pass/facing.comp", |c| c.pipeline::<CasterPush>("pass/facing.comp", &[]).map(drop)),
     ("pass/hsm.comp", |c| (0..2).try_for_each(|from| c.pipeline::<HsmPush>("pass/hsm.comp", &[from]).map(drop))),
     ("pass/marked_tiles.comp", |c| c.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[1]).map(drop)),
     ("pass/mean_filter.comp", |c| penumbra(c, "pass/mean_filter.comp", &[&[1, 0, 1], &[0, 1, 63, 1]])),
@@ -117,6 +138,10 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/shadow_volumes.comp", |c| {
         c.pipeline::<ShadowVolumesPush>("pass/shadow_volumes.comp", &[1, 1, 1])?.check_uniform::<ViewConstants>("view")
     }),
+    ("pass/silhouette_edges.comp", |c| {
+        [[0, 0], [1, 1]].iter().try_for_each(|k| c.pipeline::<CasterPush>("pass/silhouette_edges.comp", k).map(drop))
+    }),
+    ("pass/silhouette_offsets.comp", |c| c.pipeline::<CasterPush>("pass/silhouette_offsets.comp", &[]).map(drop)),
     ("pass/sm.comp", |c| c.pipeline::<SmPush>("pass/sm.comp", &[])?.check_uniform::<ViewConstants>("view")),
     ("pass/soft_auto.comp", |c| {
         for constants in
@@ -127,6 +152,15 @@ const SHADERS: &[(&str, Make)] = &[
         Ok(())
     }),
     ("pass/volume_draws.comp", |c| c.pipeline::<VolumeDrawsPush>("pass/volume_draws.comp", &[1]).map(drop)),
+    ("pass/sssm.comp", |c| {
+        for picture in 0..2 {
+            c.pipeline::<RbsmPush>("pass/sssm.comp", &[0, picture])?.check_uniform::<ViewConstants>("view")?;
+        }
+        Ok(())
+    }),
+    ("pass/sssm_points.comp", |c| {
+        [[0, 0], [1, 1], [2, 1]].iter().try_for_each(|k| c.pipeline::<()>("pass/sssm_points.comp", k).map(drop))
+    }),
 ];
 
 #[test]

@@ -186,7 +186,7 @@ fn stencil_counts_and_fragments_store() {
             };
             let wrong: Vec<_> = (0..PIXELS).filter(|&i| got[i] != expected(i)).collect();
             assert!(wrong.is_empty(), "{wrong:?}: {} and {}", got[wrong[0]], expected(wrong[0]));
-            let found = |n: u32| got.iter().any(|&v| v == n);
+            let found = |n: u32| got.contains(&n);
             assert!(found(0) && found(1) && found(255) && found(6000) && found(6001), "{got:?}");
         }
     });

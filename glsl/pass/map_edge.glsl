@@ -1,0 +1,30 @@
+// What the techniques share that draw silhouette edges into a map of the shadow map's size: which of them count, and whether
+// the light sees them.
+#ifndef EDGESHADE_MAP_EDGE
+#define EDGESHADE_MAP_EDGE
+#extension GL_EXT_scalar_block_layout : require
+#include "lib/bias.glsl"
+#include "lib/edge_segment.glsl"
+#include "lib/shadow_test.glsl"
+
+// An edge seen end-on has no sides.
+bool isDrawn(EdgeSegment e) { return e.flags != 0 && e.a != e.b; }
+
+// Depth at a share of the way from a to b, the same in every pipeline.
+float depthAlong(EdgeSegment e, float t) {
+  precise float z = e.za + t * (e.zb - e.za);
+  return z;
+}
+
+// True where an edge at a point of the map lies behind all that the map holds around it. Next to the edge the map holds the
+// occluder itself, which may be nearer than its edge; but of an edge that the light sees, one side always is farther.
+bool isHidden(sampler2DArray shadow_map, ivec2 map_size, EdgeSegment e, vec2 p, float z) {
+  ivec2 middle = ivec2(floor(p));
+  float farthest = 0.0;
+  for (int y = -1; y <= 1; ++y)
+    for (int x = -1; x <= 1; ++x) farthest = max(farthest, shadowMapDepth(shadow_map, middle + ivec2(x, y), 0, map_size));
+  precise float slope = abs(e.zb - e.za) / max(distance(e.a, e.b), 1.0);
+  return z > farthest + 2.0 * DEPTH_ULPS + slope;
+}
+
+#endif

@@ -1,0 +1,10 @@
+#version 460
+// Quads that cover the middle of every cell of a shadow silhouette map that an edge touches: no farther from it than half a
+// diagonal, 0.708 texels, and what rasterisation's grid of 1/256 takes.
+#extension GL_GOOGLE_include_directive : require
+#include "edge_quad.glsl"
+
+layout(push_constant, scalar) uniform Push { uvec2 map_size; } push;
+
+// Cell (i, j) begins at the centre of texel (i, j).
+void main() { edgeQuad(0.75, vec2(-0.5), vec2(push.map_size)); }

@@ -1,0 +1,161 @@
+//! Edge distance shadow mapping: the map of signed distances to the casters' edges, and the lookup.
+
+use super::map_edges::{MapEdges, QUADS};
+use crate::casters::Casters;
+use crate::frame::{Bound, RasterPass, Target};
+use crate::gpu::{Buffer, ComputePipeline, DepthState, Image, ImageDesc, RasterPipeline, RasterState, shader_struct};
+use crate::pass::rbsm::RbsmPush;
+use crate::pass::view::ViewConstants;
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+shader_struct! {
+    /// Push constants of `glsl/raster/edsm.vert` and `.frag`.
+    pub struct EdgeQuadPush {
+        map_size: [u32; 2],
+        half_width: f32,
+    }
+}
+
+/// How a map of distances is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistanceConfig {
+    /// Of several edges, the one whose cosine at the corner is smallest instead of the nearest.
+    pub cosine: bool,
+    /// Leave out edges that the light does not see.
+    pub kill: bool,
+    /// How far from an edge distances are known, texels.
+    pub half_width: f32,
+}
+
+/// The map with the passes that make it.
+pub struct EdgeDistances {
+    edges: MapEdges,
+    pipeline: Arc<RasterPipeline>,
+    distances: Image,
+    priorities: Image,
+    half_width: f32,
+}
+
+impl EdgeDistances {
+    /// Allocates.
+    pub fn new(
+        context: &Context,
+        technique: &'static str,
+        casters: &Arc<Casters>,
+        map_size: [u32; 2],
+        config: DistanceConfig,
+    ) -> Result<Self> {
+        let (format, depth) = (vk::Format::R16_SFLOAT, vk::Format::D32_SFLOAT);
+        let target = |name, format| Image::new(context.device(), &ImageDesc::attachment(name, format, map_size));
+        Ok(Self {
+            edges: MapEdges::new(context, technique, casters, config.half_width + 2.0)?,
+            pipeline: context.raster_pipeline::<EdgeQuadPush>(&RasterState {
+                name: "edge distances",
+                vertex: "raster/edsm.vert",
+                fragment: Some("raster/edsm.frag"),
+                colors: &[format],
+                depth: Some(DepthState::new(depth, vk::CompareOp::LESS)),
+                constants: &[config.cosine.into(), config.kill.into()],
+                ..RasterState::default()
+            })?,
+            distances: target("edge distances", format)?,
+            priorities: target("edge priorities", depth)?,
+            half_width: config.half_width,
+        })
+    }
+
+    /// Makes the map, unless that of the frame before still holds.
+    pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
+        if !self.edges.record(frame, inputs)? {
+            return Ok(());
+        }
+        let bind = [Bind::Buffer(self.edges.segments()), Bind::Input(&inputs.shadow_map)];
+        let pass = RasterPass {
+            name: "edge distances",
+            extent: self.distances.extent(),
+            colors: &[Target::color(&self.distances, [0.0; 4])],
+            // Farther than any priority: all of a quad counts.
+            depth: Some(Target::depth(&self.priorities, 1.0)),
+            bound: &[Bound { pipeline: &self.pipeline, bind: &bind }],
+            indirect: &[self.edges.header()],
+        };
+        let push = EdgeQuadPush { map_size: self.distances.extent(), half_width: self.half_width };
+        frame.raster(&pass, |draw| {
+            draw.bind(0)?;
+            draw.push(bytemuck::bytes_of(&push))?;
+            draw.indirect(self.edges.header(), QUADS)
+        })
+    }
+
+    /// Signed distance of each texel's centre to the edge that counts there, texels, positive on the occluder's side; 0 where
+    /// no edge comes near.
+    pub fn distances(&self) -> &Image {
+        &self.distances
+    }
+
+    /// The edges it is made from.
+    pub fn edges(&self) -> &MapEdges {
+        &self.edges
+    }
+
+    /// Bytes of device memory.
+    pub fn memory_bytes(&self) -> u64 {
+        self.edges.memory_bytes() + self.distances.memory_bytes() + self.priorities.memory_bytes()
+    }
+}
+
+/// What becomes of the border of a shadow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BorderKernel {
+    /// A ramp.
+    Box,
+    /// A ramp with soft ends.
+    Smoothstep,
+    /// The share of a disc beyond a straight edge.
+    Disc,
+}
+
+/// The lookup.
+pub struct Edsm {
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl Edsm {
+    /// Makes the pipeline: of the visibility, or of a picture of the distances over it. `border` is the width of soft borders
+    /// in texels; 0 for hard ones.
+    pub fn new(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<Self> {
+        let constants = [0, picture.into(), (0.5 * border).to_bits(), kernel as u32];
+        let pipeline = context.pipeline::<RbsmPush>("pass/edsm.comp", &constants)?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        Ok(Self { pipeline })
+    }
+
+    /// Writes every pixel of `output`.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        distances: &Image,
+        output: &Image,
+    ) -> Result<()> {
+        let [width, height] = output.extent();
+        frame.dispatch(&Pass {
+            name: "edge distance lookup",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(view),
+                Bind::Input(&inputs.depth),
+                Bind::Input(inputs.normal_or_depth()),
+                Bind::Input(&inputs.shadow_map),
+                Bind::Image(output),
+                Bind::Image(distances),
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+}

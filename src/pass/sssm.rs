@@ -1,0 +1,209 @@
+//! Shadow silhouette maps: a point of an edge for each cell of the shadow map, and the lookup.
+
+use super::map_edges::{MapEdges, QUADS};
+use crate::casters::Casters;
+use crate::frame::{Bound, RasterPass, Target};
+use crate::gpu::{
+    Buffer, BufferDesc, ComputePipeline, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState,
+    shader_struct,
+};
+use crate::pass::rbsm::RbsmPush;
+use crate::pass::view::ViewConstants;
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+shader_struct! {
+    /// Push constants of the draws over the map's edges.
+    pub struct MapSizePush {
+        map_size: [u32; 2],
+    }
+}
+
+/// How the points are made; the map is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointsBy {
+    /// Edges are walked along by compute shaders.
+    Compute,
+    /// A quad is drawn around each edge.
+    Raster,
+}
+
+enum Maker {
+    Compute { steps: [Arc<ComputePipeline>; 3], keys: Buffer, winners: Buffer },
+    Raster { pipeline: Arc<RasterPipeline>, keys: Image },
+}
+
+/// The map with the passes that make it.
+pub struct SilhouettePoints {
+    edges: MapEdges,
+    maker: Maker,
+    points: Image,
+}
+
+/// Edges that reach this far around the map are kept, texels.
+const MARGIN: f32 = 16.0;
+/// What a cell without an edge holds: its middle, `CELL_MIDDLE` of `glsl/pass/sssm_cell.glsl`.
+const MIDDLE: u32 = 0x8000_8000;
+/// Workgroups along x, `MAX_GROUPS_X` of `glsl/pass/casters.glsl`.
+const MAX_GROUPS_X: u32 = 65535;
+
+impl SilhouettePoints {
+    /// Allocates. With `kill`, edges that the light does not see are left out.
+    pub fn new(
+        context: &Context,
+        technique: &'static str,
+        casters: &Arc<Casters>,
+        map_size: [u32; 2],
+        by: PointsBy,
+        kill: bool,
+    ) -> Result<Self> {
+        let device = context.device();
+        let cells = u64::from(map_size[0]) * u64::from(map_size[1]);
+        let buffer = |name| {
+            let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+            Buffer::new(device, &BufferDesc { name, size: 4 * cells, usage, memory: MemoryKind::Gpu })
+        };
+        let step = |step: u32| context.pipeline::<()>("pass/sssm_points.comp", &[step, kill.into()]);
+        let format = vk::Format::R32_UINT;
+        let maker = match by {
+            PointsBy::Compute => Maker::Compute {
+                steps: [step(0)?, step(1)?, step(2)?],
+                keys: buffer("silhouette keys")?,
+                winners: buffer("silhouette winners")?,
+            },
+            PointsBy::Raster => Maker::Raster {
+                pipeline: context.raster_pipeline::<MapSizePush>(&RasterState {
+                    name: "silhouette points",
+                    vertex: "raster/sssm.vert",
+                    fragment: Some("raster/sssm.frag"),
+                    colors: &[format],
+                    depth: Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::LESS)),
+                    constants: &[kill.into()],
+                    ..RasterState::default()
+                })?,
+                keys: Image::new(device, &ImageDesc::attachment("silhouette keys", vk::Format::D32_SFLOAT, map_size))?,
+            },
+        };
+        let mut desc = ImageDesc::storage("silhouette points", format, map_size);
+        if by == PointsBy::Raster {
+            desc.usage |= vk::ImageUsageFlags::COLOR_ATTACHMENT;
+        }
+        Ok(Self {
+            edges: MapEdges::new(context, technique, casters, MARGIN)?,
+            maker,
+            points: Image::new(device, &desc)?,
+        })
+    }
+
+    /// Makes the map, unless that of the frame before still holds.
+    pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
+        if !self.edges.record(frame, inputs)? {
+            return Ok(());
+        }
+        let [width, height] = self.points.extent();
+        match &self.maker {
+            Maker::Compute { steps, keys, winners } => {
+                frame.fill("clear silhouette keys", keys, u32::MAX);
+                frame.fill("clear silhouette winners", winners, u32::MAX);
+                let groups = (width * height).div_ceil(64);
+                let [x, y] = [groups.min(MAX_GROUPS_X), groups.div_ceil(MAX_GROUPS_X)];
+                let all = Threads::Count([64 * x, y, 1]);
+                let bind = [
+                    Bind::Input(&inputs.shadow_map),
+                    Bind::Buffer(self.edges.header()),
+                    Bind::Buffer(self.edges.segments()),
+                    Bind::Buffer(keys),
+                    Bind::Buffer(winners),
+                    Bind::Image(&self.points),
+                ];
+                let edges = || self.edges.threads();
+                for (name, pipeline, threads) in [
+                    ("silhouette keys", &steps[0], edges()),
+                    ("silhouette winners", &steps[1], edges()),
+                    ("silhouette points", &steps[2], all),
+                ] {
+                    frame.dispatch(&Pass { name, pipeline, bind: &bind, push: &[], threads })?;
+                }
+                Ok(())
+            }
+            Maker::Raster { pipeline, keys } => {
+                let empty = vk::ClearValue { color: vk::ClearColorValue { uint32: [MIDDLE; 4] } };
+                let bind = [Bind::Buffer(self.edges.segments()), Bind::Input(&inputs.shadow_map)];
+                let pass = RasterPass {
+                    name: "silhouette points",
+                    extent: self.points.extent(),
+                    colors: &[Target { image: &self.points, clear: Some(empty) }],
+                    depth: Some(Target::depth(keys, 1.0)),
+                    bound: &[Bound { pipeline, bind: &bind }],
+                    indirect: &[self.edges.header()],
+                };
+                frame.raster(&pass, |draw| {
+                    draw.bind(0)?;
+                    draw.push(bytemuck::bytes_of(&MapSizePush { map_size: [width, height] }))?;
+                    draw.indirect(self.edges.header(), QUADS)
+                })
+            }
+        }
+    }
+
+    /// The map: for each cell the point that stands for its edge, 16 bits an axis; the middle where it has none.
+    pub fn points(&self) -> &Image {
+        &self.points
+    }
+
+    /// The edges it is made from.
+    pub fn edges(&self) -> &MapEdges {
+        &self.edges
+    }
+
+    /// Bytes of device memory.
+    pub fn memory_bytes(&self) -> u64 {
+        let maker = match &self.maker {
+            Maker::Compute { keys, winners, .. } => keys.size() + winners.size(),
+            Maker::Raster { keys, .. } => keys.memory_bytes(),
+        };
+        self.edges.memory_bytes() + self.points.memory_bytes() + maker
+    }
+}
+
+/// The lookup.
+pub struct Sssm {
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl Sssm {
+    /// Makes the pipeline: of the visibility, or of a picture of the points over it.
+    pub fn new(context: &Context, picture: bool) -> Result<Self> {
+        let pipeline = context.pipeline::<RbsmPush>("pass/sssm.comp", &[0, picture.into()])?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        Ok(Self { pipeline })
+    }
+
+    /// Writes every pixel of `output`.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        points: &Image,
+        output: &Image,
+    ) -> Result<()> {
+        let [width, height] = output.extent();
+        frame.dispatch(&Pass {
+            name: "silhouette lookup",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(view),
+                Bind::Input(&inputs.depth),
+                Bind::Input(inputs.normal_or_depth()),
+                Bind::Input(&inputs.shadow_map),
+                Bind::Image(output),
+                Bind::Image(points),
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+}
