@@ -214,6 +214,7 @@ impl Draw<'_, '_> {
         Ok(())
     }
 
+    #[cfg(feature = "app")]
     /// Binds other resources to the current pipeline: such as nothing of this frame or the one before wrote, or as stand
     /// in [`RasterPass::bound`] too, since no barrier can be placed in a pass.
     pub fn rebind(&mut self, bind: &[Bind<'_>]) -> Result<()> {
@@ -228,6 +229,7 @@ impl Draw<'_, '_> {
         self.pipeline.map(|p| &p.interface).ok_or_else(none)
     }
 
+    #[cfg(feature = "app")]
     /// Binds the vertex buffers of the pipeline's attributes, each from an offset in bytes on.
     pub fn vertices(&mut self, vertices: &[(&Buffer, u64)]) {
         let handles: Vec<_> = vertices.iter().map(|v| v.0.handle()).collect();
@@ -236,6 +238,7 @@ impl Draw<'_, '_> {
         unsafe { self.frame.context.device().raw.cmd_bind_vertex_buffers(self.frame.cmd, 0, &handles, &offsets) };
     }
 
+    #[cfg(feature = "app")]
     /// Binds the index buffer, of `u32`.
     pub fn indices(&mut self, indices: &Buffer) {
         let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
@@ -304,6 +307,7 @@ impl Draw<'_, '_> {
         Ok(())
     }
 
+    #[cfg(feature = "app")]
     /// Draws vertices by index.
     pub fn indexed(&mut self, indices: Range<u32>, instances: Range<u32>) -> Result<()> {
         self.interface()?;

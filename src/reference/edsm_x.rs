@@ -57,6 +57,8 @@ impl Kernel {
 /// `SNAPPED` of `edge_rule.glsl`.
 const SNAPPED: f64 = 1.0 / 128.0;
 
+/// Distance from a line, texels, that single precision may turn round.
+const LINE_DOUBT: f64 = 1e-3;
 /// `STEEPEST` of `edsm_x.comp`.
 const STEEPEST: f64 = 4.0;
 
@@ -76,6 +78,8 @@ struct Point {
     bias: f64,
     slack: f64,
     steepest: f64,
+    /// Distance from an edge's line above which the point lies on the occluder's side.
+    inside_from: f64,
 }
 
 impl Point {
@@ -104,7 +108,7 @@ fn pixel(view: &View<'_>, map: &EdgeMap<'_>, open: &OpenReceiver, settings: &Set
     let size = view.map_extent();
     let (uv, plane) = (open.light.uv * size, open.plane.slope / size);
     let slope = plane.abs().element_sum();
-    let at = |offset: DVec2, depth_offset: f64, widened: f64| Point {
+    let at = |offset: DVec2, depth_offset: f64, widened: f64, inside_from: f64| Point {
         texels: uv + offset,
         depth: open.light.depth - open.bias + depth_offset,
         plane,
@@ -112,19 +116,24 @@ fn pixel(view: &View<'_>, map: &EdgeMap<'_>, open: &OpenReceiver, settings: &Set
         bias: DEPTH_ULPS + f64::from(settings.depth_bias) * slope,
         slack: f64::from(settings.slack) * open.texel_depth,
         steepest: STEEPEST * open.texel_depth,
+        inside_from,
     };
     // The map's own edges are rounded to single precision too.
     let off = open.light.uv_error * size + 2.0 * ROUNDING * uv.abs() + 2.0 * f64::from(f32::EPSILON) * size;
     let rounded =
         4.0 * ROUNDING * (slope * f64::from(settings.depth_bias + 1.0) + f64::from(settings.slack) * open.texel_depth);
     let deep = 2.0 * open.light.depth_error + (open.plane.error / size).element_sum() + DEPTH_ULPS * 0.25 + rounded;
-    let found = look_up(view, map, &at(DVec2::ZERO, 0.0, 0.0), settings);
+    let found = look_up(view, map, &at(DVec2::ZERO, 0.0, 0.0, 0.0), settings);
     let mut verdict = Verdict::sure(found);
     let shifts = (0..9).map(|i| dvec2(f64::from(i % 3 - 1), f64::from(i / 3 - 1)) * off);
     for shift in shifts {
         for (depth, widened) in [(0.0, 0.0), (deep, 0.0), (-deep, 0.0), (0.0, deep), (0.0, -deep)] {
-            verdict = differing(verdict, look_up(view, map, &at(shift, depth, widened), settings), settings);
+            verdict = differing(verdict, look_up(view, map, &at(shift, depth, widened, 0.0), settings), settings);
         }
+    }
+    // The ends of edges a thousandth of a texel long are known no better than to this part of a texel, seen from a texel away.
+    for inside_from in [LINE_DOUBT, -LINE_DOUBT] {
+        verdict = differing(verdict, look_up(view, map, &at(DVec2::ZERO, 0.0, 0.0, inside_from), settings), settings);
     }
     verdict
 }
@@ -177,7 +186,7 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
                 nearest = nearest.min(d2);
                 nearest_line = line;
             }
-            let side = usize::from(line > 0.0);
+            let side = usize::from(line > p.inside_from);
             of_side[side] = of_side[side].min(distance);
         }
         for k in 0..4 {
@@ -202,7 +211,7 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
             likely[k] = false;
             if above > p.tolerance && s < first_crossing[k] {
                 first_crossing[k] = s;
-                from_inside[k] = line > 0.0;
+                from_inside[k] = line > p.inside_from;
             }
         }
     }
@@ -210,7 +219,7 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
         let of: Vec<usize> = (0..4).filter(|&k| open[k] && lit[k] == light).collect();
         of.into_iter().min_by(|&a, &b| center(a).distance(p.texels).total_cmp(&center(b).distance(p.texels)))
     };
-    let inside = nearest_line > 0.0 || from_inside.contains(&true);
+    let inside = nearest_line > p.inside_from || from_inside.contains(&true);
     let is_lit = match (reached(true), reached(false)) {
         (None, Some(_)) => false,
         (Some(_), None) if (0..4).any(|k| open[k] && lit[k] && sure[k]) => true,

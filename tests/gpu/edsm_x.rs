@@ -204,7 +204,10 @@ fn it_equals_its_mirror() {
                 let doubtful = mirror.doubt.iter().filter(|d| **d > 0.0).count();
                 println!("{name} {map_size} {set:?}: {} of {} wrong, {doubtful} in doubt", wrong(&found), found.len());
                 for i in (0..found.len()).filter(|&i| off(&found, i)) {
-                    println!("  pixel {i}: {} and {} +- {} + {}", found[i], mirror.visibility[i], mirror.doubt[i], mirror.rounding[i]);
+                    println!(
+                        "  pixel {i}: {} and {} +- {} + {}",
+                        found[i], mirror.visibility[i], mirror.doubt[i], mirror.rounding[i]
+                    );
                 }
                 assert_eq!(wrong(&found), 0, "{name} {set:?}");
                 assert!(doubtful * 100 < 2 * found.len(), "{name} {set:?}: {doubtful} pixels are in doubt");
