@@ -1,6 +1,8 @@
 //! `edgeshade bench`: variants measured in turns, A B A B, so that what drifts drifts for all of them.
 
 mod accuracy;
+mod edges;
+mod edges_cost;
 mod judge;
 mod motion;
 mod penumbra;
@@ -145,6 +147,16 @@ const CUSTOM: &[Custom] = &[
         name: "accuracy",
         about: "error against the truth over scenes and map sizes, with a plot",
         run: accuracy::run,
+    },
+    Custom {
+        name: "edges",
+        about: "error of hard shadows from the casters' edges over scenes and map sizes, with a plot",
+        run: edges::run,
+    },
+    Custom {
+        name: "edges-cost",
+        about: "GPU time, primitives and memory of hard shadows, casters standing and moving",
+        run: edges_cost::run,
     },
     Custom { name: "slopes", about: "false shadow and boundary error over the receiver's tilt", run: slopes::run },
     Custom { name: "motion", about: "change and flicker as light and camera move by sub-texels", run: motion::run },

@@ -6,13 +6,14 @@ use crate::cli::stage::Stage;
 use crate::cli::techniques::Choice;
 use crate::cli::truth::{self, Tracer};
 use crate::cli::{console, report};
-use edgeshade::Result;
 use edgeshade::host::Host;
 use edgeshade::picture::write_atomic;
 use edgeshade::reference::ray_traced::Truth;
 use edgeshade::scene::{Light, LightShape, RenderDesc, Renderer};
 use edgeshade::technique::{self, OutputFormat};
+use edgeshade::timing::FrameTiming;
 use edgeshade::view::LightView;
+use edgeshade::{DeviceFeatures, Result};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -112,11 +113,28 @@ pub fn tracer<'a>(stage: &'a Stage, light: &LightView, size: [u32; 2]) -> Tracer
     Tracer::new(stage, light, size, &TruthArgs { samples: None, cache: None })
 }
 
+/// Visibility of one frame, and what its passes took and counted.
+pub fn frame(renderer: &mut Renderer<'_>, choice: &Choice) -> Result<(Vec<f32>, FrameTiming)> {
+    let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
+    let timing = renderer.frame(technique.as_mut())?;
+    Ok((renderer.visibility(technique.as_ref())?, timing))
+}
+
 /// Visibility of one frame.
 pub fn visibility(renderer: &mut Renderer<'_>, choice: &Choice) -> Result<Vec<f32>> {
-    let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
-    renderer.frame(technique.as_mut())?;
-    renderer.visibility(technique.as_ref())
+    Ok(frame(renderer, choice)?.0)
+}
+
+/// Sorts out what the device cannot do, with the reason.
+pub fn possible(choices: Vec<Choice>, device: DeviceFeatures) -> (Vec<Choice>, Vec<String>) {
+    let (mut found, mut left_out) = (vec![], vec![]);
+    for choice in choices {
+        match choice.info.needs.iter().find(|n| !n.is_met(device)) {
+            None => found.push(choice),
+            Some(need) => left_out.push(format!("{} (the device has no {})", label(&choice), need.text())),
+        }
+    }
+    (found, left_out)
 }
 
 /// The pixels that count in a frame as the renderer now stands.
@@ -169,6 +187,20 @@ mod tests {
         assert!(left_out[1].starts_with("pcf no=1 (") && left_out[1].len() > 20, "{left_out:?}");
         assert_eq!(left_out_note(&[]), "");
         assert!(left_out_note(&left_out).contains("none a=1, pcf no=1 ("));
+    }
+
+    #[test]
+    fn what_the_device_cannot_do_is_left_out_with_the_reason() {
+        let (choices, _) = available(&[("sm", &[]), ("edsm-x", &[("slots", "4")])]);
+        let all = DeviceFeatures { int64_atomics: true, ..DeviceFeatures::default() };
+        let (found, left_out) = possible(choices.clone(), all);
+        assert_eq!((found.len(), left_out.len()), (2, 0));
+        let (found, left_out) = possible(choices, DeviceFeatures::default());
+        assert_eq!(found.iter().map(label).collect::<Vec<_>>(), ["sm"]);
+        assert!(
+            left_out.len() == 1 && left_out[0].starts_with("edsm-x slots=4 (the device has no 64-bit"),
+            "{left_out:?}"
+        );
     }
 
     #[test]
