@@ -463,7 +463,9 @@ fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
         };
         let (json, page) = (with("json"), with("md"));
         assert!(text.contains(&page), "{text}");
-        let line = [("accuracy", "sm"), ("penumbra", "7 texels: rpcf")].into_iter().find(|(s, _)| *s == suite);
+        let line = [("accuracy", "sm"), ("edges", "sm"), ("penumbra", "7 texels: rpcf")]
+            .into_iter()
+            .find(|(s, _)| *s == suite);
         assert_eq!(files.len(), if line.is_some() { 3 } else { 2 }, "{files:?}");
         if let Some((_, line)) = line {
             let plot = with("svg");
@@ -661,6 +663,48 @@ fn the_soft_cost_suite_says_what_is_added() {
     for r in rows {
         let added = r["gpu_ms"].as_f64().unwrap() - rows[0]["gpu_ms"].as_f64().unwrap();
         assert!((r["added_ms"].as_f64().unwrap() - added).abs() < 1e-9, "{r}");
+    }
+}
+
+#[test]
+fn the_edges_suite_sees_volumes_err_least_and_counts_edges() {
+    let place = Place::new();
+    let (figures, page) = quick_suite(&place, "edges");
+    let of = |id: &str, name: &str| figures_of(&figures, &[("technique", id)], name);
+    let volumes = of("shadow-volumes", "mismatch");
+    assert_eq!((volumes.len(), of("sm", "mismatch").len()), (1, 2));
+    for id in ["sm", "rbsm-star", "edsm", "sssm"] {
+        assert!(of(id, "mismatch").iter().all(|m| *m > volumes[0]), "{id}: {page}");
+    }
+    let rows = figures["results"].as_array().unwrap();
+    for r in rows.iter().filter(|r| r["technique"] == "edsm-x") {
+        assert!(r["counts"]["edges"].as_u64().unwrap() > 100, "{r}");
+        let [spilled, lost] = ["edges_spilled", "edges_lost"].map(|name| r["counts"][name].as_u64().unwrap());
+        assert!(r["params"]["slots"] != 1 || spilled + lost > 0, "{r}");
+    }
+}
+
+#[test]
+fn the_edges_cost_suite_splits_frames_into_update_and_shading() {
+    let place = Place::new();
+    let args = ["bench", "--suite", "edges-cost", "--quick", "--size", "64x36", "--frames", "2", "-o", "out"];
+    let text = place.good(&args);
+    let json = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path());
+    let json = json.into_iter().find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
+    let figures: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let rows = figures["results"].as_array().unwrap();
+    assert!(rows.len() >= 4 && rows.len() % 2 == 0 && text.contains("| shadow-volumes |"), "{text}");
+    for r in rows {
+        let [update, shading] = ["update", "shading"].map(|part| r["times"][part]["median_ms"].as_f64().unwrap());
+        // What of the casters is kept costs nothing; what is not, does; all look at every pixel.
+        assert_eq!(update > 0.0, r["state"] == "moving", "{r}");
+        assert!(shading > 0.0, "{r}");
+        let memory = |name: &str| r["memory"][name].as_u64().unwrap();
+        assert_eq!(memory("shadow_map_bytes") > 0, r["technique"] != "shadow-volumes", "{r}");
+        assert_eq!(memory("casters_bytes") > 0, r["technique"] != "sm" && r["technique"] != "pcf", "{r}");
+    }
+    for r in rows.iter().filter(|r| r["technique"] == "sm") {
+        assert_eq!(r["times"]["both"]["ratio"], 1.0);
     }
 }
 

@@ -538,20 +538,32 @@ mod tests {
         assert!((500_000..600_000).contains(&scene.triangles()), "{}", scene.triangles());
         let knot = one.instances.len() - floor;
         assert_eq!(scene.instances.len(), floor + KNOTS.len() * knot);
-        // The floor is as it was, the knots' boxes touch neither each other nor the edge of light or picture.
-        let boxes: Vec<_> = scene.instances[floor..]
-            .chunks(knot)
-            .map(|all| all.iter().map(|i| scene.instance_bounds(i)).reduce(|a, b| a.union(b)).unwrap())
-            .collect();
-        let [a, b] = &boxes[..] else { panic!("two") };
-        assert!(a.max.x < b.min.x || b.max.z < a.min.z, "{a:?} {b:?}");
+        // The floor is as it was; the knots do not touch, and light and camera see all of both.
+        let points = |i: &edgeshade::scene::Instance| {
+            let to_world = i.world_from_object;
+            scene.meshes[i.mesh]
+                .positions
+                .iter()
+                .map(move |&p| to_world.transform_point3(DVec3::from(p.map(f64::from))))
+        };
+        let knots: Vec<Vec<DVec3>> =
+            scene.instances[floor..].chunks(knot).map(|all| all.iter().flat_map(points).collect()).collect();
+        let extent = |points: &[DVec3]| {
+            let low = points.iter().copied().reduce(DVec3::min).unwrap();
+            let high = points.iter().copied().reduce(DVec3::max).unwrap();
+            (0.5 * (low + high), 0.5 * (high - low).max_element())
+        };
+        let [(a, a_radius), (b, b_radius)] = [extent(&knots[0]), extent(&knots[1])];
+        assert!(a.distance(b) > a_radius + b_radius, "{a} {b} {a_radius} {b_radius}");
         let light = edgeshade::scene::light_view(scene, &stage.light);
-        for corner in boxes.iter().flat_map(|b| b.corners()) {
-            for clip in [
-                stage.camera.clip_from_view * stage.camera.world_from_view.inverse() * corner.extend(1.0),
-                light.clip_from_view * light.world_from_view.inverse() * corner.extend(1.0),
-            ] {
-                assert!(clip.w > 0.0 && clip.x.abs().max(clip.y.abs()) <= clip.w, "{corner} {clip}");
+        for [projection, world_from_view] in [
+            [stage.camera.clip_from_view, stage.camera.world_from_view.into()],
+            [light.clip_from_view, light.world_from_view.into()],
+        ] {
+            let clip_from_world = projection * glam::DMat4::inverse(&world_from_view);
+            for p in knots.iter().flatten() {
+                let clip = clip_from_world * p.extend(1.0);
+                assert!(clip.w > 0.0 && clip.x.abs().max(clip.y.abs()) <= clip.w, "{p} {clip}");
             }
         }
     }
