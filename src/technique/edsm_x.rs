@@ -125,19 +125,21 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
     };
     let mixed_only = p.word("resolve") == "mixed-only";
+    let silhouettes = Silhouettes::new(context, casters, false)?;
+    let map = EdgeMap::new(context, &silhouettes, setup.map_size, config)?;
+    let split: u32 = map.is_split().into();
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
-        let constants = [slots, mixed_only.into(), kernel, setup.intermediates.into(), step as u32];
+        let constants = [slots, mixed_only.into(), kernel, setup.intermediates.into(), step as u32, split];
         let pipeline = context.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(pipeline)
     };
-    let silhouettes = Silhouettes::new(context, casters, false)?;
     let decisions = if setup.intermediates { setup.extent } else { [1, 1] };
     let desc = ImageDesc::storage("edsm-x decisions", vk::Format::R32_SFLOAT, decisions);
     Ok(Box::new(EdsmX {
         view: ViewBuffer::new(context.device())?,
         segments: EdgeSegments::new(context, &silhouettes)?,
-        map: EdgeMap::new(context, &silhouettes, setup.map_size, config)?,
+        map,
         silhouettes,
         lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
         decisions: Image::new(context.device(), &desc)?,
@@ -176,6 +178,7 @@ impl Technique for EdsmX {
             Bind::Buffer(self.segments.segments()),
             Bind::Buffer(self.map.spill()),
             Bind::Buffer(self.map.heads()),
+            Bind::Buffer(self.map.lower_keys()),
             Bind::Image(&self.decisions),
         ];
         self.lookup.record(frame, ["anchors", "crossings"], &bind, bytemuck::bytes_of(&self.push), visibility)?;
