@@ -4,7 +4,7 @@ use crate::common::with_gpu;
 use edgeshade::Context;
 use edgeshade::pass::accumulate::AccumulatePush;
 use edgeshade::pass::depth_bounds::DepthBoundsPush;
-use edgeshade::pass::edge_map::EdgeMapPush;
+use edgeshade::pass::edge_map::{EdgeIdsPush, EdgeMapPush};
 use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
 use edgeshade::pass::edge_segments::EdgeSegmentsPush;
 use edgeshade::pass::edt::EdtPush;
@@ -36,6 +36,7 @@ fn penumbra(c: &Context, shader: &str, constants: &[&[u32]]) -> edgeshade::Resul
 const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
     ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
+    ("pass/edge_ids.comp", |c| c.pipeline::<EdgeIdsPush>("pass/edge_ids.comp", &[]).map(drop)),
     ("pass/edge_map.comp", |c| {
         [[1, 0, 0], [2, 1, 64]].iter().try_for_each(|k| c.pipeline::<EdgeMapPush>("pass/edge_map.comp", k).map(drop))
     }),
@@ -151,7 +152,6 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
-    ("pass/volume_draws.comp", |c| c.pipeline::<VolumeDrawsPush>("pass/volume_draws.comp", &[1]).map(drop)),
     ("pass/sssm.comp", |c| {
         for picture in 0..2 {
             c.pipeline::<RbsmPush>("pass/sssm.comp", &[0, picture])?.check_uniform::<ViewConstants>("view")?;
@@ -161,6 +161,7 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/sssm_points.comp", |c| {
         [[0, 0], [1, 1], [2, 1]].iter().try_for_each(|k| c.pipeline::<()>("pass/sssm_points.comp", k).map(drop))
     }),
+    ("pass/volume_draws.comp", |c| c.pipeline::<VolumeDrawsPush>("pass/volume_draws.comp", &[1]).map(drop)),
 ];
 
 #[test]
