@@ -1,11 +1,12 @@
 #version 460
-// A map of edge ids as a picture: the nearest edge of each texel, a colour for each id, near bright; black where there is none.
+// A map of edge ids as a picture: the nearest edge of each texel, a colour for each id, near bright; black where there
+// is none.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 0, scalar) readonly buffer Keys { uvec2 keys[]; }; // as in edge_map.glsl: segment, bits of squared distance
+layout(binding = 0, scalar) readonly buffer Keys { uvec2 keys[]; }; // of edge_map.glsl: segment, squared distance
 layout(binding = 1) writeonly uniform image2D picture;
 
 layout(push_constant, scalar) uniform Push {

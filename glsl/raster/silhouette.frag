@@ -15,7 +15,7 @@ const float DIM = 0.4;
 // Of a depth's distance from the far plane: rounding of the matrices' products.
 const float ROUNDING = 1e-5;
 
-// How far depth changes from the pixel to the next, on its own surface: the smaller step of both, unless there is but one.
+// How far depth changes to the next pixel of the same surface: the smaller step of both, unless there is but one.
 float slopeAlong(ivec2 pixel, ivec2 axis, float z) {
   ivec2 last = textureSize(camera_depth, 0) - 1;
   float least = 1.0;

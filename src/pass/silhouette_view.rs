@@ -22,8 +22,8 @@ shader_struct! {
 }
 
 /// The pass with its image: RGBA8, sRGB values, alpha 0 where there is no edge. Folds are yellow, rims of open surfaces
-/// cyan, edges that are no outline but count for shadow volumes magenta; what the camera sees of them is bright, what lies
-/// behind a surface dim. Needs [`crate::DeviceFeatures::dynamic_rendering`].
+/// cyan, edges that are no outline but count for shadow volumes magenta; what the camera sees of them is bright, what
+/// lies behind a surface dim. Needs [`crate::DeviceFeatures::dynamic_rendering`].
 pub struct SilhouetteView {
     pipeline: Arc<RasterPipeline>,
     cameras: Buffer,

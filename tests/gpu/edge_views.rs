@@ -76,8 +76,8 @@ fn distance(p: DVec2, lines: &[Line]) -> f64 {
     lines.iter().map(to).fold(f64::INFINITY, f64::min)
 }
 
-/// Pixels of a colour farther than a pixel from all lines, and points of the lines without such a pixel around them that
-/// are not covered by one of `over`.
+/// Pixels of a colour farther than a pixel from all lines, and points of the lines without such a pixel around them
+/// that are not covered by one of `over`.
 fn wrong(image: &[[u8; 4]], color: [u8; 4], lines: &[Line], over: &[[u8; 4]]) -> [usize; 2] {
     let [w, h] = SIZE.map(|n| n as i64);
     let at = |x: i64, y: i64| image[(y * w + x) as usize];
@@ -97,8 +97,8 @@ fn wrong(image: &[[u8; 4]], color: [u8; 4], lines: &[Line], over: &[[u8; 4]]) ->
     [strays, lines.iter().flat_map(points).filter(missing).count()]
 }
 
-/// The six outline edges of a box stand where they are projected to, seen ones bright, hidden ones dim; the ground's rim in
-/// another colour.
+/// The six outline edges of a box stand where they are projected to, seen ones bright, hidden ones dim; the ground's rim
+/// in another colour.
 #[test]
 fn silhouettes_are_where_the_edges_are_projected() {
     with_gpu(|host| {
