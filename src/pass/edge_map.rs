@@ -1,7 +1,9 @@
 //! Map of edge ids: for each texel of the shadow map its nearest silhouette edges.
 
 use crate::frame::{Bound, RasterPass};
-use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, RasterPipeline, RasterState, shader_struct};
+use crate::gpu::{
+    Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState, shader_struct,
+};
 use crate::pass::edge_segments::EdgeSegments;
 use crate::pass::silhouettes::{COUNT, QUADS, Silhouettes, WALKS};
 use crate::timing::Counted;
@@ -13,6 +15,15 @@ shader_struct! {
     /// Push constants of `glsl/pass/edge_map.comp` and `glsl/raster/edge_map.*`.
     pub struct EdgeMapPush {
         map_size: [i32; 2],
+        radius: f32,
+    }
+}
+
+shader_struct! {
+    /// Push constants of `glsl/pass/edge_ids.comp`.
+    pub struct EdgeIdsPush {
+        map_size: [i32; 2],
+        slots: u32,
         radius: f32,
     }
 }
@@ -220,5 +231,45 @@ impl EdgeMap {
     /// Bytes of device memory.
     pub fn memory_bytes(&self) -> u64 {
         self.keys.size() + self.lower_keys.as_ref().map_or(0, Buffer::size) + self.spill.size() + self.heads.size()
+    }
+}
+
+/// A picture of an [`EdgeMap`]: RGBA8, as large as the map; the nearest edge of each texel in a colour of its id, near
+/// bright, black where the texel knows none.
+pub struct EdgeIds {
+    pipeline: Arc<ComputePipeline>,
+    image: Image,
+}
+
+impl EdgeIds {
+    /// Allocates.
+    pub fn new(context: &Context, map: &EdgeMap) -> Result<Self> {
+        let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, map.map_size);
+        Ok(Self {
+            pipeline: context.pipeline::<EdgeIdsPush>("pass/edge_ids.comp", &[])?,
+            image: Image::new(context.device(), &desc)?,
+        })
+    }
+
+    /// Shows the map as it is.
+    pub fn record(&self, frame: &mut Frame<'_>, map: &EdgeMap) -> Result<()> {
+        let [width, height] = map.map_size;
+        let push = EdgeIdsPush {
+            map_size: map.map_size.map(|n| n as i32),
+            slots: map.config.slots,
+            radius: map.config.radius,
+        };
+        frame.dispatch(&Pass {
+            name: "edge ids, shown",
+            pipeline: &self.pipeline,
+            bind: &[Bind::Buffer(&map.keys), Bind::Image(&self.image)],
+            push: bytemuck::bytes_of(&push),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+
+    /// The picture.
+    pub fn image(&self) -> &Image {
+        &self.image
     }
 }

@@ -19,10 +19,10 @@ use std::sync::Arc;
 const SIZE: [u32; 2] = [192, 108];
 
 /// What the passes made of a scene.
-struct Edges {
-    segments: Vec<Option<Segment>>,
+pub struct Edges {
+    pub segments: Vec<Option<Segment>>,
     /// Slots of each texel, then its chain.
-    slots: Vec<Vec<u32>>,
+    pub slots: Vec<Vec<u32>>,
     chains: Vec<Vec<u32>>,
     lost: u32,
 }
@@ -38,7 +38,7 @@ fn words(host: &Host, buffer: &Buffer) -> Vec<u32> {
 }
 
 /// Runs the passes up to the map.
-fn edges(host: &Host, r: &Renderer<'_>, casters: &Arc<Casters>, config: EdgeMapConfig) -> Edges {
+pub fn edges(host: &Host, r: &Renderer<'_>, casters: &Arc<Casters>, config: EdgeMapConfig) -> Edges {
     let context = host.context();
     let mut silhouettes = Silhouettes::new(context, casters, false).unwrap();
     let projected = EdgeSegments::new(context, &silhouettes).unwrap();
@@ -73,7 +73,7 @@ fn edges(host: &Host, r: &Renderer<'_>, casters: &Arc<Casters>, config: EdgeMapC
     Edges { segments, slots, chains: heads.chunks_exact(2).map(|h| chain(h[0])).collect(), lost: spill[0] }
 }
 
-fn config(slots: u32, generation: Generation) -> EdgeMapConfig {
+pub fn config(slots: u32, generation: Generation) -> EdgeMapConfig {
     EdgeMapConfig { slots, spill: 256, kill: true, radius: 1.0, generation }
 }
 

@@ -4,7 +4,7 @@ use crate::common::with_gpu;
 use edgeshade::Context;
 use edgeshade::pass::accumulate::AccumulatePush;
 use edgeshade::pass::depth_bounds::DepthBoundsPush;
-use edgeshade::pass::edge_map::EdgeMapPush;
+use edgeshade::pass::edge_map::{EdgeIdsPush, EdgeMapPush};
 use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
 use edgeshade::pass::edge_segments::EdgeSegmentsPush;
 use edgeshade::pass::edt::EdtPush;
@@ -36,6 +36,7 @@ fn penumbra(c: &Context, shader: &str, constants: &[&[u32]]) -> edgeshade::Resul
 const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
     ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
+    ("pass/edge_ids.comp", |c| c.pipeline::<EdgeIdsPush>("pass/edge_ids.comp", &[]).map(drop)),
     ("pass/edge_map.comp", |c| {
         [[1, 0, 0, 0], [2, 1, 64, 1]]
             .iter()
