@@ -325,7 +325,7 @@ fn a_million_triangles_in_a_texel() {
         let scene = made::scene(parts, camera, made::sun(glam::dvec3(0.3, 2.0, 0.2)));
         let mut without = scene.clone();
         without.instances.remove(1);
-        let mut run = |scene: &Scene| frame(&mut renderer(host, scene, desc(SIZE, 256)), "edsm-x", &[]);
+        let run = |scene: &Scene| frame(&mut renderer(host, scene, desc(SIZE, 256)), "edsm-x", &[]);
         let ((with, timing), (without, _)) = (run(&scene), run(&without));
         let counts: Vec<_> = timing.passes.iter().flat_map(|p| p.counts.clone()).collect();
         println!("{counts:?}, {} pixels differ", differing(&with, &without, 0.5));
