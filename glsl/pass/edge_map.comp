@@ -8,7 +8,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 5, scalar) readonly buffer Header { SilhouetteHeader header; };
+layout(binding = 6, scalar) readonly buffer Header { SilhouetteHeader header; };
 
 layout(push_constant, scalar) uniform Push {
   ivec2 map_size;

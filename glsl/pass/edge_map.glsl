@@ -10,6 +10,7 @@
 layout(constant_id = 0) const int K = 2;       // slots a texel
 layout(constant_id = 1) const bool KILL = true; // leave out edges that lie behind everything around a texel
 layout(constant_id = 2) const int SPILL = 0;    // edges a texel may have beyond its slots
+layout(constant_id = 3) const bool SPLIT = false; // the slots are more than a buffer holds: a second one has the lower half
 
 const uint64_t EMPTY = 0xFFFFFFFFFFFFFFFFul;
 
@@ -27,6 +28,7 @@ layout(binding = 3, scalar) buffer Spill {
   uint count; // entries asked for
   SpilledEdge entries[];
 } spill;
+layout(binding = 5, scalar) buffer LowerKeys { uint64_t lower_keys[]; };
 layout(binding = 4, scalar) buffer Heads { uvec2 heads[]; }; // first entry of a texel, and how many it asked for, less one
 
 
@@ -62,16 +64,19 @@ void spillEdge(uint segment, uint texel) {
 void insertEdge(uint index, EdgeSegment e, ivec2 texel, ivec2 map_size, float radius) {
   float d2 = segmentDistance2(e, vec2(texel) + 0.5);
   if (!(d2 <= radius * radius)) return;
-  uint slot = uint(K) * (uint(texel.y) * uint(map_size.x) + uint(texel.x));
+  int half_height = (map_size.y + 1) / 2;
+  bool lower = SPLIT && texel.y >= half_height;
+  uint index_of_texel = uint(texel.y) * uint(map_size.x) + uint(texel.x);
+  uint slot = uint(K) * (index_of_texel - (lower ? uint(half_height) * uint(map_size.x) : 0));
   uint64_t x = uint64_t(floatBitsToUint(d2)) << 32 | uint64_t(index);
   if (KILL && isHidden(e, texel, vec2(map_size))) return;
   for (int k = 0; k < K; ++k) {
-    uint64_t old = atomicMin(keys[slot + k], x);
+    uint64_t old = lower ? atomicMin(lower_keys[slot + k], x) : atomicMin(keys[slot + k], x);
     if (old == x) return;
     x = max(old, x);
     if (x == EMPTY) return;
   }
-  spillEdge(uint(x), slot / uint(K));
+  spillEdge(uint(x), index_of_texel);
 }
 
 #endif

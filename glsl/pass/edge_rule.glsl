@@ -7,6 +7,7 @@
 #include "lib/shadow_test.glsl"
 
 layout(constant_id = 0) const int K = 2;               // slots a texel
+layout(constant_id = 5) const bool SPLIT = false;      // the slots of the map's lower half are in a buffer of their own
 layout(constant_id = 1) const bool MIXED_ONLY = false; // ask the edges only where the four anchors disagree
 
 struct SpilledEdge {
@@ -16,6 +17,7 @@ struct SpilledEdge {
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6, scalar) readonly buffer Keys { uvec2 keys[]; }; // segment, squared distance
+layout(binding = 10, scalar) readonly buffer LowerKeys { uvec2 lower_keys[]; };
 layout(binding = 7, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(binding = 8, scalar) readonly buffer Spill {
   uint lost;
@@ -50,7 +52,15 @@ struct Anchors {
 
 ivec2 anchorTexel(ivec2 first, int k) { return first + ivec2(k & 1, k >> 1); }
 vec2 anchorCenter(ivec2 first, int k) { return vec2(anchorTexel(first, k)) + 0.5; }
-uint slotOf(ivec2 t, ivec2 map_size) { return uint(K) * (uint(t.y) * uint(map_size.x) + uint(t.x)); }
+uint indexOf(ivec2 t, ivec2 map_size) { return uint(t.y) * uint(map_size.x) + uint(t.x); }
+
+uvec2 keyAt(ivec2 t, int i, ivec2 map_size) {
+  int half_height = (map_size.y + 1) / 2;
+  bool lower = SPLIT && t.y >= half_height;
+  uint slot = uint(K) * indexOf(lower ? t - ivec2(0, half_height) : t, map_size) + uint(i);
+  return lower ? lower_keys[slot] : keys[slot];
+}
+
 bool inMap(ivec2 t, ivec2 map_size) { return all(greaterThanEqual(t, ivec2(0))) && all(lessThan(t, map_size)); }
 
 float planeDepth(EdgePoint p, vec2 at) {
@@ -78,7 +88,7 @@ bool anyEdge(Anchors a, ivec2 map_size) {
   uint nearest = EMPTY;
   for (int k = 0; k < 4; ++k) {
     ivec2 t = clamp(anchorTexel(a.first, k), ivec2(0), map_size - 1);
-    nearest = min(nearest, keys[slotOf(t, map_size)].y);
+    nearest = min(nearest, keyAt(t, 0, map_size).y);
   }
   return nearest != EMPTY;
 }
@@ -117,19 +127,16 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
     vec2 c = anchorCenter(a.first, k);
     if (segmentDistance2(e, c) < SNAPPED * SNAPPED) v.open[k] = false;
     float s;
-    if (!crosses(e, p.texels, c, s)) continue;
+    bool crossed = crosses(e, p.texels, c, s);
     vec2 x = p.texels + s * (c - p.texels);
-    float above = planeDepth(p, x) - segmentDepth(e, segmentFoot(e, x));
-    if (above < -p.tolerance) continue;
+    float depth = segmentDepth(e, segmentFoot(e, x)), above = planeDepth(p, x) - depth;
+    crossed = crossed && above >= -p.tolerance;
     // An edge that lies far behind what the anchor sees is hidden there: crossing it changes nothing, or if it lies before the
     // receiver, changes nothing in all likelihood.
-    float behind = segmentDepth(e, segmentFoot(e, x)) - a.stored[k];
-    bool hidden = !a.lit[k] && behind > p.steepest * distance(x, c) + p.tolerance;
-    if (hidden && above <= p.tolerance) continue;
-    v.open[k] = false;
-    if (hidden) continue;
-    v.likely[k] = false;
-    if (above > p.tolerance && s < v.first_crossing[k]) {
+    bool hidden = !a.lit[k] && depth - a.stored[k] > p.steepest * distance(x, c) + p.tolerance;
+    if (crossed && !(hidden && above <= p.tolerance)) v.open[k] = false;
+    if (crossed && !hidden) v.likely[k] = false;
+    if (crossed && !hidden && above > p.tolerance && s < v.first_crossing[k]) {
       v.first_crossing[k] = s;
       v.from_inside[k] = line > 0.0;
     }
@@ -179,16 +186,14 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, float radius, out float 
   v.of_side = vec2(3.0e38);
   for (int k = 0; k < 4; ++k) {
     ivec2 t = anchorTexel(a.first, k);
-    if (!inMap(t, map_size)) continue;
-    uint slot = slotOf(t, map_size);
-    bool full = true;
-    for (int i = 0; i < K && full; ++i) {
-      uvec2 key = keys[slot + i];
+    bool full = inMap(t, map_size);
+    for (int i = 0; i < K; ++i) {
+      uvec2 key = full ? keyAt(t, i, map_size) : uvec2(EMPTY);
       full = key.y != EMPTY;
       if (full) consider(segments[key.x], p, a, v);
     }
-    if (!full) continue;
-    for (uint entry = heads[slot / uint(K)].x; entry != EMPTY;) {
+    uint entry = full ? heads[indexOf(t, map_size)].x : EMPTY;
+    while (entry != EMPTY) {
       SpilledEdge s = spill.entries[entry];
       consider(segments[s.segment], p, a, v);
       entry = s.next;

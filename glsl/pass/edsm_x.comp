@@ -10,7 +10,7 @@
 layout(constant_id = 2) const int KERNEL = 0; // of soft borders: box, smoothstep, disc
 layout(constant_id = 3) const bool VIEWED = false;
 
-layout(binding = 10) writeonly uniform image2D decisions;
+layout(binding = 11) writeonly uniform image2D decisions;
 
 layout(push_constant, scalar) uniform Push {
   float edge_bias;  // fraction of a texel's slope, along both axes, within which an edge lies on the receiver
@@ -28,7 +28,8 @@ float softened(float x) {
   x = clamp(x, -1.0, 1.0);
   if (KERNEL == 0) return 0.5 - 0.5 * x;
   if (KERNEL == 1) return 1.0 - smoothstep(-1.0, 1.0, x);
-  return (acos(x) - x * sqrt(1.0 - x * x)) / 3.14159265358979;
+  // Single precision may leave the range by a few parts in ten million.
+  return clamp((acos(x) - x * sqrt(1.0 - x * x)) / 3.14159265358979, 0.0, 1.0);
 }
 
 bool visibilityAt(ivec2 pixel, out float v) {

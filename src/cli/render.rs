@@ -7,7 +7,7 @@ use super::stage::Stage;
 use super::stats;
 use super::techniques::{self, Choice};
 use super::truth::{self, Seed, Tracer};
-use super::view::{self, Shot};
+use super::view::{self, OVERLAY, Shot};
 use super::{Outcome, close};
 use edgeshade::host::Host;
 use edgeshade::picture::Picture;
@@ -30,8 +30,8 @@ use std::time::Instant;
   albedo        base colour
   error         visibility less the ray-traced truth: red is too dark, blue too
                 light
-and the intermediate images of the technique, if it has some. An .exr file
-holds plain floats: distances in world units, normals, errors, visibility.
+and the intermediate images of the technique, if it has some; silhouettes are
+drawn over the lit picture. An .exr file holds plain floats: distances in world units, normals, errors, visibility.
 
 Examples:
   edgeshade render                   the default scene to shadow.png
@@ -272,7 +272,8 @@ fn shoot(
             let Some((_, image)) = intermediates.into_iter().find(|(n, _)| *n == name) else {
                 return usage(format!("there is no view {name:?}; there are: {}", view::NAMES.join(", ")));
             };
-            Shot::of_image(host, image)?
+            // Edges alone would float in nothing.
+            if name == OVERLAY { Shot::over(host, renderer.picture(), image)? } else { Shot::of_image(host, image)? }
         }
     })
 }

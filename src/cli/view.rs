@@ -13,6 +13,9 @@ use std::path::Path;
 /// The views that every technique has.
 pub const NAMES: [&str; 7] = ["shaded", "visibility", "depth", "normal", "shadow-map", "albedo", "error"];
 
+/// The intermediate image that is laid over the shaded picture.
+pub const OVERLAY: &str = "silhouettes";
+
 /// How a PNG shows it.
 pub enum Look {
     /// Colours for the eye, 8 bits a channel.
@@ -105,6 +108,13 @@ impl Shot {
         Ok(Self { size, look: Look::Color(Picture { size, rgb }), channels })
     }
 
+    /// A picture under an image of its size: of that, what has any alpha, both as 8-bit colours.
+    pub fn over(host: &Host, below: &Image, above: &Image) -> Result<Self> {
+        let (mut picture, above) = (self::picture(host, below)?, host.read_image::<[u8; 4]>(above)?);
+        lay_over(&mut picture, &above);
+        Ok(Self::color(picture))
+    }
+
     /// Any image of a technique: one channel as grey, more as colours; values beyond `[0, 1]` are scaled to it.
     pub fn of_image(host: &Host, image: &Image) -> Result<Self> {
         let (planes, size) = (planes(host, image)?, image.extent());
@@ -126,6 +136,15 @@ impl Shot {
 pub fn picture(host: &Host, image: &Image) -> Result<Picture> {
     let rgba: Vec<[u8; 4]> = host.read_image(image)?;
     Ok(Picture { size: image.extent(), rgb: rgba.into_iter().map(|[r, g, b, _]| [r, g, b]).collect() })
+}
+
+/// Replaces what colours with any alpha cover.
+fn lay_over(picture: &mut Picture, above: &[[u8; 4]]) {
+    for (pixel, &[r, g, b, a]) in picture.rgb.iter_mut().zip(above) {
+        if a > 0 {
+            *pixel = [r, g, b];
+        }
+    }
 }
 
 /// The mean of `factor x factor` pixels in linear light.
@@ -218,6 +237,13 @@ mod tests {
         let checker = Picture { size: [4, 2], rgb: [[0; 3], [255; 3], [7; 3], [7; 3]].repeat(2) };
         assert_eq!(box_filter(&checker, 2), Picture { size: [2, 1], rgb: vec![[188; 3], [7; 3]] });
         assert_eq!(box_filter(&checker, 1), checker);
+    }
+
+    #[test]
+    fn what_has_alpha_covers() {
+        let mut picture = Picture { size: [3, 1], rgb: vec![[1, 2, 3]; 3] };
+        lay_over(&mut picture, &[[9, 8, 7, 0], [9, 8, 7, 255], [0, 0, 0, 1]]);
+        assert_eq!(picture.rgb, [[1, 2, 3], [9, 8, 7], [0; 3]]);
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Map of edge ids: for each texel of the shadow map its nearest silhouette edges.
 
 use crate::frame::{Bound, RasterPass};
-use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, RasterPipeline, RasterState, shader_struct};
+use crate::gpu::{
+    Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState, shader_struct,
+};
 use crate::pass::edge_segments::EdgeSegments;
 use crate::pass::silhouettes::{COUNT, QUADS, Silhouettes, WALKS};
 use crate::timing::Counted;
@@ -13,6 +15,15 @@ shader_struct! {
     /// Push constants of `glsl/pass/edge_map.comp` and `glsl/raster/edge_map.*`.
     pub struct EdgeMapPush {
         map_size: [i32; 2],
+        radius: f32,
+    }
+}
+
+shader_struct! {
+    /// Push constants of `glsl/pass/edge_ids.comp`.
+    pub struct EdgeIdsPush {
+        map_size: [i32; 2],
+        slots: u32,
         radius: f32,
     }
 }
@@ -50,13 +61,16 @@ enum Writer {
 const SPILL_HEADER: u64 = 8;
 /// Bytes of such an entry.
 const SPILLED: u64 = 8;
-/// Entries that there is room for, an edge of the casters: few of these are silhouettes.
-const SPILLED_EACH: u64 = 2;
+/// Entries that there is room for, an edge of the casters: few of these are silhouettes,
+/// and a short one is near four texels or so.
+const SPILLED_EACH: u64 = 4;
 
 /// The pass with its map: 8 bytes a slot.
 pub struct EdgeMap {
     writer: Writer,
     keys: Buffer,
+    /// Slots of the lower half of the map, where all are more than a buffer holds.
+    lower_keys: Option<Buffer>,
     spill: Buffer,
     heads: Buffer,
     config: EdgeMapConfig,
@@ -75,13 +89,17 @@ impl EdgeMap {
         config: EdgeMapConfig,
     ) -> Result<Self> {
         let texels = u64::from(map_size[0]) * u64::from(map_size[1]);
-        let size = texels * u64::from(config.slots) * 8;
+        let rows = |n: u32| u64::from(map_size[0]) * u64::from(n) * u64::from(config.slots) * 8;
         let most = u64::from(context.device().limits.max_storage_buffer_range);
-        if size > most {
+        let half = map_size[1].div_ceil(2);
+        let split = rows(map_size[1]) > most;
+        let size = if split { rows(half) } else { rows(map_size[1]) };
+        if size > most || texels * 8 > most {
             let [w, h] = map_size;
             let problem = format!(
-                "edge ids of a {w}x{h} map take {size} bytes with {} slots a texel; a storage buffer of this device has {most}: \
+                "edge ids of a {w}x{h} map take {} bytes with {} slots a texel; two storage buffers of this device have {most} each: \
                  use a smaller map or fewer slots",
+                rows(map_size[1]),
                 config.slots
             );
             return Err(Error::Parameter(problem));
@@ -91,7 +109,7 @@ impl EdgeMap {
             | vk::BufferUsageFlags::TRANSFER_SRC;
         let buffer =
             |name, size| Buffer::new(context.device(), &BufferDesc { name, size, usage, memory: MemoryKind::Gpu });
-        let constants = [config.slots, config.kill.into(), config.spill];
+        let constants = [config.slots, config.kill.into(), config.spill, split.into()];
         let writer = match config.generation {
             Generation::Compute => Writer::Walk(context.pipeline::<EdgeMapPush>("pass/edge_map.comp", &constants)?),
             Generation::Raster => {
@@ -110,12 +128,16 @@ impl EdgeMap {
                 })?)
             }
         };
-        // A short edge is near four texels or so; where many meet in few texels the map is small, not the number of edges.
         let edges = u64::from(silhouettes.casters().counts().edges);
-        let (chains, entries) = if config.spill > 0 { (texels, texels.max(SPILLED_EACH * edges)) } else { (1, 1) };
+        let (chains, entries) = if config.spill > 0 {
+            (texels, (SPILLED_EACH * edges).min((most - SPILL_HEADER) / SPILLED))
+        } else {
+            (1, 1)
+        };
         Ok(Self {
             writer,
             keys: buffer("edge ids", size)?,
+            lower_keys: if split { Some(buffer("edge ids, lower half", rows(map_size[1] - half))?) } else { None },
             spill: buffer("spilled edge ids", SPILL_HEADER + entries * SPILLED)?,
             heads: buffer("spilled edge ids, heads", chains * 8)?,
             config,
@@ -132,6 +154,9 @@ impl EdgeMap {
         segments: &EdgeSegments,
     ) -> Result<()> {
         frame.fill("edge ids, cleared", &self.keys, u32::MAX);
+        if let Some(lower) = &self.lower_keys {
+            frame.fill("edge ids, cleared", lower, u32::MAX);
+        }
         frame.fill("edge ids, chains cleared", &self.heads, u32::MAX);
         frame.update(&self.spill, &[0; SPILL_HEADER as usize]);
         let push = EdgeMapPush { map_size: self.map_size.map(|n| n as i32), radius: self.config.radius };
@@ -141,15 +166,16 @@ impl EdgeMap {
             Bind::Buffer(&self.keys),
             Bind::Buffer(&self.spill),
             Bind::Buffer(&self.heads),
+            Bind::Buffer(self.lower_keys()),
         ];
         let header = silhouettes.header();
         match &self.writer {
             Writer::Walk(pipeline) => {
-                let [a, b, c, d, e] = map;
+                let [a, b, c, d, e, f] = map;
                 frame.dispatch(&Pass {
                     name: "edge ids",
                     pipeline,
-                    bind: &[a, b, c, d, e, Bind::Buffer(header)],
+                    bind: &[a, b, c, d, e, f, Bind::Buffer(header)],
                     push: bytemuck::bytes_of(&push),
                     threads: Threads::Indirect(header, WALKS),
                 })?;
@@ -181,6 +207,16 @@ impl EdgeMap {
         &self.keys
     }
 
+    /// The same for the map's lower half, where [`EdgeMap::is_split`]; otherwise the whole map again.
+    pub fn lower_keys(&self) -> &Buffer {
+        self.lower_keys.as_ref().unwrap_or(&self.keys)
+    }
+
+    /// True if the slots are in two buffers: the upper half of the map's rows, rounded up, in the first.
+    pub fn is_split(&self) -> bool {
+        self.lower_keys.is_some()
+    }
+
     /// Chains of the edges beyond the slots: a `u32` of how many found no place, one of how many entries were asked for,
     /// then entries: segment, next entry.
     pub fn spill(&self) -> &Buffer {
@@ -194,6 +230,46 @@ impl EdgeMap {
 
     /// Bytes of device memory.
     pub fn memory_bytes(&self) -> u64 {
-        self.keys.size() + self.spill.size() + self.heads.size()
+        self.keys.size() + self.lower_keys.as_ref().map_or(0, Buffer::size) + self.spill.size() + self.heads.size()
+    }
+}
+
+/// A picture of an [`EdgeMap`]: RGBA8, as large as the map; the nearest edge of each texel in a colour of its id, near
+/// bright, black where the texel knows none.
+pub struct EdgeIds {
+    pipeline: Arc<ComputePipeline>,
+    image: Image,
+}
+
+impl EdgeIds {
+    /// Allocates.
+    pub fn new(context: &Context, map: &EdgeMap) -> Result<Self> {
+        let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, map.map_size);
+        Ok(Self {
+            pipeline: context.pipeline::<EdgeIdsPush>("pass/edge_ids.comp", &[])?,
+            image: Image::new(context.device(), &desc)?,
+        })
+    }
+
+    /// Shows the map as it is.
+    pub fn record(&self, frame: &mut Frame<'_>, map: &EdgeMap) -> Result<()> {
+        let [width, height] = map.map_size;
+        let push = EdgeIdsPush {
+            map_size: map.map_size.map(|n| n as i32),
+            slots: map.config.slots,
+            radius: map.config.radius,
+        };
+        frame.dispatch(&Pass {
+            name: "edge ids, shown",
+            pipeline: &self.pipeline,
+            bind: &[Bind::Buffer(&map.keys), Bind::Image(&self.image)],
+            push: bytemuck::bytes_of(&push),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+
+    /// The picture.
+    pub fn image(&self) -> &Image {
+        &self.image
     }
 }

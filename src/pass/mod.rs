@@ -25,6 +25,7 @@ pub mod rpcf;
 pub mod screen_filter;
 pub mod seed_width;
 pub mod shadow_volumes;
+pub mod silhouette_view;
 pub mod silhouettes;
 pub mod sm;
 pub mod soft;

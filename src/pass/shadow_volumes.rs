@@ -234,6 +234,11 @@ impl ShadowVolumes {
             + self.blended.as_ref().map_or(0, Image::memory_bytes)
     }
 
+    /// The silhouettes that [`ShadowVolumes::record`] finds.
+    pub fn silhouettes(&self) -> &Silhouettes {
+        &self.silhouettes
+    }
+
     /// Counts the volumes that each pixel's point lies in.
     ///
     /// # Errors

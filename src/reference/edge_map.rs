@@ -31,6 +31,19 @@ pub const DISTANCE_DOUBT: f64 = 1e-4;
 /// See [`DISTANCE_DOUBT`].
 pub const DEPTH_DOUBT: f64 = 2.0 * DEPTH_ULPS;
 
+/// The colour, channels 0 to 1, of a texel whose nearest edge is `segment` at `distance` texels, of `radius` at most, in
+/// `glsl/pass/edge_ids.comp`.
+pub fn id_color(segment: u32, distance: f64, radius: f64) -> [f64; 3] {
+    let mut h = segment;
+    for (shift, factor) in [(16, 0x7FEB_352Du32), (15, 0x846C_A68B)] {
+        h = (h ^ (h >> shift)).wrapping_mul(factor);
+    }
+    h ^= h >> 16;
+    let [r, g, b, _] = h.to_le_bytes().map(|c| 85.0 + f64::from(c));
+    let brightness = 1.0 - 0.7 * (distance / radius).min(1.0);
+    [r, g, b].map(|c| brightness * c / r.max(g).max(b))
+}
+
 /// Every edge near each texel, nearest first, row by row, whether or not it has a slot; with those in doubt.
 pub fn near(segments: &[Option<Segment>], map: &[f32], size: [usize; 2], settings: &Settings) -> Vec<Vec<Near>> {
     let [width, height] = size;

@@ -2,9 +2,10 @@
 
 use super::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
-use crate::pass::edge_map::{EdgeMap, EdgeMapConfig, Generation};
+use crate::pass::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation};
 use crate::pass::edge_segments::EdgeSegments;
 use crate::pass::pixels::PixelPass;
+use crate::pass::silhouette_view::SilhouetteView;
 use crate::pass::silhouettes::Silhouettes;
 use crate::pass::view::{ViewBuffer, ViewConstants};
 use crate::{Bind, Context, Error, Frame, ImageRef, Inputs, Result};
@@ -101,6 +102,8 @@ struct EdsmX {
     lookup: PixelPass,
     decisions: Image,
     viewed: bool,
+    ids: Option<EdgeIds>,
+    seen: Option<SilhouetteView>,
     push: EdsmXPush,
     map_size: [u32; 2],
     visibility: Image,
@@ -125,23 +128,32 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
     };
     let mixed_only = p.word("resolve") == "mixed-only";
+    let silhouettes = Silhouettes::new(context, casters, false)?;
+    let map = EdgeMap::new(context, &silhouettes, setup.map_size, config)?;
+    let split: u32 = map.is_split().into();
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
-        let constants = [slots, mixed_only.into(), kernel, setup.intermediates.into(), step as u32];
+        let constants = [slots, mixed_only.into(), kernel, setup.intermediates.into(), step as u32, split];
         let pipeline = context.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(pipeline)
     };
-    let silhouettes = Silhouettes::new(context, casters, false)?;
+    // Of a map in two buffers there is no picture.
+    let ids = (setup.intermediates && !map.is_split()).then(|| EdgeIds::new(context, &map));
+    // The technique itself does without raster passes.
+    let can_draw = context.features().dynamic_rendering;
+    let seen = (setup.intermediates && can_draw).then(|| SilhouetteView::new(context, &silhouettes, setup.extent));
     let decisions = if setup.intermediates { setup.extent } else { [1, 1] };
     let desc = ImageDesc::storage("edsm-x decisions", vk::Format::R32_SFLOAT, decisions);
     Ok(Box::new(EdsmX {
         view: ViewBuffer::new(context.device())?,
         segments: EdgeSegments::new(context, &silhouettes)?,
-        map: EdgeMap::new(context, &silhouettes, setup.map_size, config)?,
+        map,
         silhouettes,
         lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
         decisions: Image::new(context.device(), &desc)?,
         viewed: setup.intermediates,
+        ids: ids.transpose()?,
+        seen: seen.transpose()?,
         push: EdsmXPush {
             edge_bias: p.float("edge_bias"),
             depth_bias: p.float("depth_bias"),
@@ -163,6 +175,9 @@ impl Technique for EdsmX {
         if self.silhouettes.record(frame, inputs, None)? {
             self.segments.record(frame, inputs, &self.silhouettes, self.push.radius)?;
             self.map.record(frame, inputs, &self.silhouettes, &self.segments)?;
+            if let Some(ids) = &self.ids {
+                ids.record(frame, &self.map)?;
+            }
         }
         let view = self.view.update(frame, inputs);
         let bind = [
@@ -176,9 +191,13 @@ impl Technique for EdsmX {
             Bind::Buffer(self.segments.segments()),
             Bind::Buffer(self.map.spill()),
             Bind::Buffer(self.map.heads()),
+            Bind::Buffer(self.map.lower_keys()),
             Bind::Image(&self.decisions),
         ];
         self.lookup.record(frame, ["anchors", "crossings"], &bind, bytemuck::bytes_of(&self.push), visibility)?;
+        if let Some(seen) = &self.seen {
+            seen.record(frame, inputs, &self.silhouettes)?;
+        }
         frame.end_group();
         Ok(visibility.as_ref())
     }
@@ -188,7 +207,10 @@ impl Technique for EdsmX {
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        if self.viewed { vec![("decisions", &self.decisions)] } else { vec![] }
+        let decisions = self.viewed.then_some(("decisions", &self.decisions));
+        let ids = self.ids.iter().map(|i| ("edge-ids", i.image()));
+        let seen = self.seen.iter().map(|s| ("silhouettes", s.image()));
+        decisions.into_iter().chain(ids).chain(seen).collect()
     }
 
     fn memory_bytes(&self) -> u64 {
@@ -198,5 +220,7 @@ impl Technique for EdsmX {
             + self.segments.memory_bytes()
             + self.map.memory_bytes()
             + self.lookup.memory_bytes()
+            + self.ids.as_ref().map_or(0, |i| i.image().memory_bytes())
+            + self.seen.as_ref().map_or(0, SilhouetteView::memory_bytes)
     }
 }

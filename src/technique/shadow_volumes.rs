@@ -4,6 +4,7 @@ use super::sm::NORMAL_OFFSET;
 use super::{Info, Kind, OutputFormat, Param, Setup, Technique, visibility_image};
 use crate::gpu::{Image, ImageDesc};
 use crate::pass::shadow_volumes::{Counting, Path, Settings, ShadowVolumes};
+use crate::pass::silhouette_view::SilhouetteView;
 use crate::pass::view::ViewBuffer;
 use crate::{Context, Frame, ImageRef, Inputs, Need, Result};
 
@@ -54,6 +55,7 @@ struct Volumes {
     map_size: [u32; 2],
     visibility: Image,
     count: Option<Image>,
+    seen: Option<SilhouetteView>,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
@@ -72,12 +74,15 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         let desc = ImageDesc::storage("stencil count", OutputFormat::R32.format(), setup.extent);
         Image::new(context.device(), &desc)
     });
+    let volumes = ShadowVolumes::new(context, casters, setup.extent, settings, setup.intermediates)?;
+    let seen = setup.intermediates.then(|| SilhouetteView::new(context, volumes.silhouettes(), setup.extent));
     Ok(Box::new(Volumes {
         view: ViewBuffer::new(context.device())?,
-        volumes: ShadowVolumes::new(context, casters, setup.extent, settings, setup.intermediates)?,
+        volumes,
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "shadow-volumes visibility", setup)?,
         count: count.transpose()?,
+        seen: seen.transpose()?,
     }))
 }
 
@@ -88,6 +93,9 @@ impl Technique for Volumes {
         let view = self.view.update(frame, inputs);
         self.volumes.record(frame, inputs, INFO.id)?;
         self.volumes.resolve(frame, view, inputs, &self.visibility, self.count.as_ref())?;
+        if let Some(seen) = &self.seen {
+            seen.record(frame, inputs, self.volumes.silhouettes())?;
+        }
         frame.end_group();
         Ok(self.visibility.as_ref())
     }
@@ -97,12 +105,14 @@ impl Technique for Volumes {
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        self.count.iter().map(|c| ("stencil-count", c)).collect()
+        let count = self.count.iter().map(|c| ("stencil-count", c));
+        count.chain(self.seen.iter().map(|s| ("silhouettes", s.image()))).collect()
     }
 
     fn memory_bytes(&self) -> u64 {
         self.volumes.memory_bytes()
             + self.visibility.memory_bytes()
             + self.count.as_ref().map_or(0, Image::memory_bytes)
+            + self.seen.as_ref().map_or(0, SilhouetteView::memory_bytes)
     }
 }

@@ -9,6 +9,7 @@ mod borders;
 mod branches;
 mod common;
 mod edge_maps;
+mod edge_views;
 mod edsm_x;
 mod edt;
 mod flat;

@@ -74,7 +74,7 @@ fn open_box() -> Mesh {
 }
 
 /// Small scenes with their names; all have a ground.
-fn cases() -> Vec<(&'static str, Scene)> {
+pub fn cases() -> Vec<(&'static str, Scene)> {
     let over = |parts: Vec<(Mesh, DAffine3)>, camera: Camera, light: Light| {
         let mut all = vec![(plane(8.0), moved(dvec3(0.0, -0.001, 0.0)))];
         all.extend(parts);

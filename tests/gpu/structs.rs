@@ -4,7 +4,7 @@ use crate::common::with_gpu;
 use edgeshade::Context;
 use edgeshade::pass::accumulate::AccumulatePush;
 use edgeshade::pass::depth_bounds::DepthBoundsPush;
-use edgeshade::pass::edge_map::EdgeMapPush;
+use edgeshade::pass::edge_map::{EdgeIdsPush, EdgeMapPush};
 use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
 use edgeshade::pass::edge_segments::EdgeSegmentsPush;
 use edgeshade::pass::edt::EdtPush;
@@ -36,8 +36,11 @@ fn penumbra(c: &Context, shader: &str, constants: &[&[u32]]) -> edgeshade::Resul
 const SHADERS: &[(&str, Make)] = &[
     ("pass/accumulate.comp", |c| c.pipeline::<AccumulatePush>("pass/accumulate.comp", &[]).map(drop)),
     ("pass/depth_bounds.comp", |c| c.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[]).map(drop)),
+    ("pass/edge_ids.comp", |c| c.pipeline::<EdgeIdsPush>("pass/edge_ids.comp", &[]).map(drop)),
     ("pass/edge_map.comp", |c| {
-        [[1, 0, 0], [2, 1, 64]].iter().try_for_each(|k| c.pipeline::<EdgeMapPush>("pass/edge_map.comp", k).map(drop))
+        [[1, 0, 0, 0], [2, 1, 64, 1]]
+            .iter()
+            .try_for_each(|k| c.pipeline::<EdgeMapPush>("pass/edge_map.comp", k).map(drop))
     }),
     ("pass/edge_pixels.comp", |c| penumbra(c, "pass/edge_pixels.comp", &[&[1, 0, 0]])),
     ("pass/edge_place.comp", |c| {
@@ -53,7 +56,7 @@ const SHADERS: &[(&str, Make)] = &[
         Ok(())
     }),
     ("pass/edsm_x.comp", |c| {
-        for constants in [[2, 0, 2, 0, 0], [1, 1, 0, 1, 1], [8, 0, 1, 0, 2]] {
+        for constants in [[2, 0, 2, 0, 0, 0], [1, 1, 0, 1, 1, 1], [8, 0, 1, 0, 2, 0]] {
             c.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?.check_uniform::<ViewConstants>("view")?;
         }
         Ok(())
@@ -151,7 +154,6 @@ const SHADERS: &[(&str, Make)] = &[
         }
         Ok(())
     }),
-    ("pass/volume_draws.comp", |c| c.pipeline::<VolumeDrawsPush>("pass/volume_draws.comp", &[1]).map(drop)),
     ("pass/sssm.comp", |c| {
         for picture in 0..2 {
             c.pipeline::<RbsmPush>("pass/sssm.comp", &[0, picture])?.check_uniform::<ViewConstants>("view")?;
@@ -161,6 +163,7 @@ const SHADERS: &[(&str, Make)] = &[
     ("pass/sssm_points.comp", |c| {
         [[0, 0], [1, 1], [2, 1]].iter().try_for_each(|k| c.pipeline::<()>("pass/sssm_points.comp", k).map(drop))
     }),
+    ("pass/volume_draws.comp", |c| c.pipeline::<VolumeDrawsPush>("pass/volume_draws.comp", &[1]).map(drop)),
 ];
 
 #[test]

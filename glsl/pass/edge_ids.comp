@@ -1,0 +1,42 @@
+#version 460
+// A map of edge ids as a picture: the nearest edge of each texel, a colour for each id, near bright; black where there
+// is none.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 0, scalar) readonly buffer Keys { uvec2 keys[]; }; // of edge_map.glsl: segment, squared distance
+layout(binding = 1) writeonly uniform image2D picture;
+
+layout(push_constant, scalar) uniform Push {
+  ivec2 map_size;
+  uint slots;   // a texel
+  float radius; // texels around an edge that know of it
+} push;
+
+const uint EMPTY = 0xFFFFFFFFu;
+const float FARTHEST = 0.3; // brightness at the radius
+
+// A bijection that leaves no bit where it was.
+uint scatter(uint x) {
+  x = (x ^ x >> 16) * 0x7FEB352Du;
+  x = (x ^ x >> 15) * 0x846CA68Bu;
+  return x ^ x >> 16;
+}
+
+// The brightest channel is 1, none is below a quarter.
+vec3 colorOf(uint id) {
+  uint h = scatter(id);
+  vec3 c = 85.0 + vec3(h & 255u, h >> 8 & 255u, h >> 16 & 255u);
+  return c / max(c.x, max(c.y, c.z));
+}
+
+void main() {
+  ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+  if (any(greaterThanEqual(texel, push.map_size))) return;
+  uvec2 nearest = keys[push.slots * (uint(texel.y) * uint(push.map_size.x) + uint(texel.x))];
+  float near = 1.0 - min(sqrt(uintBitsToFloat(nearest.y)) / push.radius, 1.0);
+  vec3 color = nearest.x == EMPTY ? vec3(0.0) : mix(FARTHEST, 1.0, near) * colorOf(nearest.x);
+  imageStore(picture, texel, vec4(color, 1.0));
+}
