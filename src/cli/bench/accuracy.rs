@@ -123,7 +123,14 @@ pub fn one_scene(host: &Host, scene: &'static Shipped, plan: &Plan<'_>) -> Resul
         let progress = progress.get_or_insert_with(|| Progress::start(format!("suite {}, {}", plan.suite, scene.name)));
         let once = |c: &&Choice| !(plan.has_no_map)(c) || Some(&map) == plan.maps.first();
         for choice in choices.iter().filter(once) {
-            let (test, timing) = frame(&mut renderer, choice)?;
+            let (test, timing) = match frame(&mut renderer, choice) {
+                // What no buffer of this device holds: the other cells are wanted all the same.
+                Err(Error::Parameter(problem)) => {
+                    console::note(format_args!("{}, map {map}, {}: {problem}", scene.name, label(choice)));
+                    continue;
+                }
+                found => found?,
+            };
             let mut counts = BTreeMap::new();
             for &(name, n) in timing.passes.iter().flat_map(|p| &p.counts) {
                 *counts.entry(name).or_default() += u64::from(n);
