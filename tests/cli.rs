@@ -701,7 +701,7 @@ fn the_edges_cost_suite_splits_frames_into_update_and_shading() {
     let json = json.into_iter().find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
     let figures: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
     let rows = figures["results"].as_array().unwrap();
-    assert!(rows.len() >= 4 && rows.len() % 2 == 0 && text.contains("| shadow-volumes |"), "{text}");
+    assert!(rows.len() >= 4 && rows.len().is_multiple_of(2) && text.contains("| shadow-volumes |"), "{text}");
     for r in rows {
         let [update, shading] = ["update", "shading"].map(|part| r["times"][part]["median_ms"].as_f64().unwrap());
         // What of the casters is kept costs nothing; what is not, does; all look at every pixel.
