@@ -31,6 +31,13 @@ float segmentDistance2(EdgeSegment e, vec2 p) {
   return d2;
 }
 
+// Whether any of the segment lies within a square, its sides as far as `reach` from its center along both axes.
+bool entersSquare(EdgeSegment e, vec2 center, float reach) {
+  precise vec2 d = e.b - e.a, from = e.a - center, sum = from + (e.b - center);
+  precise float line = from.x * d.y - from.y * d.x, most = reach * (abs(d.x) + abs(d.y));
+  return all(lessThanEqual(abs(sum), abs(d) + 2.0 * reach)) && abs(line) <= most;
+}
+
 // Distance from the segment's line, texels, positive on the occluder's side.
 float lineDistance(EdgeSegment e, vec2 p) {
   vec2 d = e.b - e.a;

@@ -1,8 +1,10 @@
 #version 460
-// A map of edge ids as a picture: the nearest edge of each texel, a colour for each id, near bright; black where there
+// A map of edge ids as a picture: the nearest edge of each cell, a colour for each id, near bright; black where there
 // is none.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+
+#include "edge_cells.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -11,12 +13,12 @@ layout(binding = 1) writeonly uniform image2D picture;
 
 layout(push_constant, scalar) uniform Push {
   ivec2 map_size;
-  uint slots;   // a texel
-  float radius; // texels around an edge that know of it
+  uint slots;  // a cell
+  float reach; // texels beyond a cell from which it knows edges
 } push;
 
 const uint EMPTY = 0xFFFFFFFFu;
-const float FARTHEST = 0.3; // brightness at the radius
+const float FARTHEST = 0.3; // brightness of an edge that only touches the cell's corner
 
 // A bijection that leaves no bit where it was.
 uint scatter(uint x) {
@@ -33,10 +35,11 @@ vec3 colorOf(uint id) {
 }
 
 void main() {
-  ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
-  if (any(greaterThanEqual(texel, push.map_size))) return;
-  uvec2 nearest = keys[push.slots * (uint(texel.y) * uint(push.map_size.x) + uint(texel.x))];
-  float near = 1.0 - min(sqrt(uintBitsToFloat(nearest.y)) / push.radius, 1.0);
+  float farthest = 1.41421356 * (0.5 + push.reach);
+  ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+  if (any(greaterThan(cell, push.map_size))) return;
+  uvec2 nearest = keys[push.slots * cellIndex(cell, push.map_size)];
+  float near = 1.0 - min(sqrt(uintBitsToFloat(nearest.y)) / farthest, 1.0);
   vec3 color = nearest.x == EMPTY ? vec3(0.0) : mix(FARTHEST, 1.0, near) * colorOf(nearest.x);
-  imageStore(picture, texel, vec4(color, 1.0));
+  imageStore(picture, cell, vec4(color, 1.0));
 }

@@ -1,5 +1,5 @@
 #version 460
-// Writes silhouette edges into a map of edge ids by compute: 16 threads walk along an edge, a column of texels at a time.
+// Writes silhouette edges into a map of edge ids by compute: 16 threads walk along an edge, a column of cells at a time.
 // raster/edge_map.vert, .frag do the same by quads; both make the same map.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -12,7 +12,7 @@ layout(binding = 6, scalar) readonly buffer Header { SilhouetteHeader header; };
 
 layout(push_constant, scalar) uniform Push {
   ivec2 map_size;
-  float radius; // texels around an edge that learn of it
+  float reach; // texels before an edge's end or side at which a cell learns of it; 0: where it is entered
 } push;
 
 const uint MAX_GROUPS_X = 65535, WALKERS = 16;
@@ -21,17 +21,18 @@ void walk(uint index, uint walker) {
   EdgeSegment e = segments[index];
   if ((e.flags & SEGMENT_VALID) == 0) return;
   vec2 d = e.b - e.a;
-  // Along the longer axis; across it the distance to the line widens by at most 1 + slope.
+  // Along the longer axis; across it a square's corners are off the line by at most 1 + slope of its half side.
   bool steep = abs(d.y) > abs(d.x);
   vec2 a = steep ? e.a.yx : e.a, b = steep ? e.b.yx : e.b;
-  float slope = a.x != b.x ? (b.y - a.y) / (b.x - a.x) : 0.0, reach = push.radius * (1.0 + abs(slope)) + 1e-3;
-  ivec2 size = steep ? push.map_size.yx : push.map_size;
+  float half_side = 0.5 + push.reach, slope = a.x != b.x ? (b.y - a.y) / (b.x - a.x) : 0.0;
+  float across = half_side * (1.0 + abs(slope)) + 1e-3;
+  ivec2 last_cell = steep ? push.map_size.yx : push.map_size;
   float low = min(a.x, b.x), high = max(a.x, b.x);
-  int first = max(int(floor(low - push.radius - 0.5)), 0), last = min(int(ceil(high + push.radius - 0.5)), size.x - 1);
+  int first = max(int(ceil(low - half_side - 1e-3)), 0), last = min(int(floor(high + half_side + 1e-3)), last_cell.x);
   for (int x = first + int(walker); x <= last; x += int(WALKERS)) {
-    float y = a.y + slope * (clamp(float(x) + 0.5, low, high) - a.x);
-    int from = max(int(floor(y - reach - 0.5)), 0), to = min(int(ceil(y + reach - 0.5)), size.y - 1);
-    for (int i = from; i <= to; ++i) insertEdge(index, e, steep ? ivec2(i, x) : ivec2(x, i), push.map_size, push.radius);
+    float y = a.y + slope * (clamp(float(x), low, high) - a.x);
+    int from = max(int(ceil(y - across)), 0), to = min(int(floor(y + across)), last_cell.y);
+    for (int i = from; i <= to; ++i) insertEdge(index, e, steep ? ivec2(i, x) : ivec2(x, i), push.map_size, push.reach);
   }
 }
 

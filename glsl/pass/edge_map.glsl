@@ -1,20 +1,24 @@
-// Edge ids in a map: for each texel the K nearest silhouette edges, by 64-bit keys. The high word is the squared distance,
-// whose bits order like integers; the low word the segment. An empty slot is greater than every key.
+// Edge ids in a map: its cells are the squares between four texel centres, those at its rim between fewer: cell (i, j) has
+// the texels (i - 1, j - 1) to (i, j) at its corners and its own centre at (i, j), in texels. What a point can learn from
+// edges on its way to the corners, the edges of its one cell tell. Each cell keeps the edges that enter it, the K nearest to
+// its centre by 64-bit keys: the high word is the squared distance, whose bits order like integers; the low word the segment.
+// An empty slot is greater than every key.
 #ifndef EDGESHADE_EDGE_MAP
 #define EDGESHADE_EDGE_MAP
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_EXT_shader_atomic_int64 : require
 #include "lib/edge_segment.glsl"
+#include "edge_cells.glsl"
 #include "lib/bias.glsl"
 
-layout(constant_id = 0) const int K = 2;       // slots a texel
-layout(constant_id = 1) const bool KILL = true; // leave out edges that lie behind everything around a texel
-layout(constant_id = 2) const int SPILL = 0;    // edges a texel may have beyond its slots
+layout(constant_id = 0) const int K = 2;       // slots a cell
+layout(constant_id = 1) const bool KILL = true; // leave out edges that lie behind everything around a cell
+layout(constant_id = 2) const int SPILL = 0;    // edges a cell may have beyond its slots
 layout(constant_id = 3) const bool SPLIT = false; // the slots are more than a buffer holds: a second one has the lower half
 
 const uint64_t EMPTY = 0xFFFFFFFFFFFFFFFFul;
 
-// An edge beyond the K nearest of its texel.
+// An edge beyond the K nearest of its cell.
 struct SpilledEdge {
   uint segment;
   uint next; // entry, or all bits
@@ -29,54 +33,53 @@ layout(binding = 3, scalar) buffer Spill {
   SpilledEdge entries[];
 } spill;
 layout(binding = 5, scalar) buffer LowerKeys { uint64_t lower_keys[]; };
-layout(binding = 4, scalar) buffer Heads { uvec2 heads[]; }; // first entry of a texel, and how many it asked for, less one
+layout(binding = 4, scalar) buffer Heads { uvec2 heads[]; }; // first entry of a cell, and how many it asked for, less one
 
-
-// Farthest depth of a texel and its eight neighbours; beyond the map 1.
-float farthestAround(ivec2 texel, vec2 map_size) {
+// Farthest depth of a cell's four texels and of the twelve around them; beyond the map 1.
+float farthestAround(ivec2 cell, vec2 map_size) {
   float z = 0.0;
   for (int i = 0; i < 4; ++i) {
-    vec4 g = textureGather(shadow_map, vec3(vec2(texel + ivec2(i & 1, i >> 1)) / map_size, 0.0));
+    ivec2 corner = cell + ivec2(2 * (i & 1) - 1, 2 * (i >> 1) - 1);
+    vec4 g = textureGather(shadow_map, vec3(vec2(corner) / map_size, 0.0));
     z = max(z, max(max(g.x, g.y), max(g.z, g.w)));
   }
   return z;
 }
 
 // An edge that is seen from the light has something farther beside it. Depth over the edge's own length as margin.
-bool isHidden(EdgeSegment e, ivec2 texel, vec2 map_size) {
-  float t = segmentFoot(e, vec2(texel) + 0.5);
-  return segmentDepth(e, t) > farthestAround(texel, map_size) + 2.0 * DEPTH_ULPS;
+bool isHidden(EdgeSegment e, ivec2 cell, vec2 map_size) {
+  float t = segmentFoot(e, vec2(cell));
+  return segmentDepth(e, t) > farthestAround(cell, map_size) + 2.0 * DEPTH_ULPS;
 }
 
-// A texel's other edges hang on a chain, in no order: whoever reads it asks all of them.
-void spillEdge(uint segment, uint texel) {
+// A cell's other edges hang on a chain, in no order: whoever reads it asks all of them.
+void spillEdge(uint segment, uint cell) {
   uint entry = 0xFFFFFFFFu;
-  if (SPILL > 0 && atomicAdd(heads[texel].y, 1) + 1 < uint(SPILL)) entry = atomicAdd(spill.count, 1);
+  if (SPILL > 0 && atomicAdd(heads[cell].y, 1) + 1 < uint(SPILL)) entry = atomicAdd(spill.count, 1);
   if (entry >= uint(spill.entries.length())) {
     atomicAdd(spill.lost, 1);
     return;
   }
-  spill.entries[entry] = SpilledEdge(segment, atomicExchange(heads[texel].x, entry));
+  spill.entries[entry] = SpilledEdge(segment, atomicExchange(heads[cell].x, entry));
 }
 
-// Puts an edge into a texel's list if it is near enough. Slots are only ever lowered, and what is displaced moves on to the
+// Puts an edge into a cell's list if it enters the cell, or comes as near as `reach`. Slots are only ever lowered, and what is displaced moves on to the
 // next: whatever the order of the insertions, the slots end with the K smallest keys.
-void insertEdge(uint index, EdgeSegment e, ivec2 texel, ivec2 map_size, float radius) {
-  float d2 = segmentDistance2(e, vec2(texel) + 0.5);
-  if (!(d2 <= radius * radius)) return;
-  int half_height = (map_size.y + 1) / 2;
-  bool lower = SPLIT && texel.y >= half_height;
-  uint index_of_texel = uint(texel.y) * uint(map_size.x) + uint(texel.x);
-  uint slot = uint(K) * (index_of_texel - (lower ? uint(half_height) * uint(map_size.x) : 0));
+void insertEdge(uint index, EdgeSegment e, ivec2 cell, ivec2 map_size, float reach) {
+  if (!entersSquare(e, vec2(cell), 0.5 + reach)) return;
+  float d2 = segmentDistance2(e, vec2(cell));
+  uint index_of_cell = cellIndex(cell, map_size), lower_from = lowerCells(map_size);
+  bool lower = SPLIT && index_of_cell >= lower_from;
+  uint slot = uint(K) * (index_of_cell - (lower ? lower_from : 0));
   uint64_t x = uint64_t(floatBitsToUint(d2)) << 32 | uint64_t(index);
-  if (KILL && isHidden(e, texel, vec2(map_size))) return;
+  if (KILL && isHidden(e, cell, vec2(map_size))) return;
   for (int k = 0; k < K; ++k) {
     uint64_t old = lower ? atomicMin(lower_keys[slot + k], x) : atomicMin(keys[slot + k], x);
     if (old == x) return;
     x = max(old, x);
     if (x == EMPTY) return;
   }
-  spillEdge(uint(x), index_of_texel);
+  spillEdge(uint(x), index_of_cell);
 }
 
 #endif

@@ -1,12 +1,13 @@
-// Edges with identities: the anchored crossing rule. A point's four surrounding texel centres are anchors whose light is
-// known from the depth map. Along a walk that crosses no silhouette edge visibility cannot change: the point inherits
+// Edges with identities: the anchored crossing rule. A point's four surrounding texel centres, the corners of its cell in
+// the map of edges (edge_map.glsl), are anchors whose light is known from the depth map. Along a walk that crosses no silhouette edge visibility cannot change: the point inherits
 // that of every anchor it can reach so. Where edges cut it off from all four, the edges themselves are the evidence.
 #ifndef EDGESHADE_EDGE_RULE
 #define EDGESHADE_EDGE_RULE
 #include "lib/edge_segment.glsl"
 #include "lib/shadow_test.glsl"
+#include "edge_cells.glsl"
 
-layout(constant_id = 0) const int K = 2;               // slots a texel
+layout(constant_id = 0) const int K = 2;               // slots a cell
 layout(constant_id = 5) const bool SPLIT = false;      // the slots of the map's lower half are in a buffer of their own
 layout(constant_id = 1) const bool MIXED_ONLY = false; // ask the edges only where the four anchors disagree
 
@@ -52,12 +53,13 @@ struct Anchors {
 
 ivec2 anchorTexel(ivec2 first, int k) { return first + ivec2(k & 1, k >> 1); }
 vec2 anchorCenter(ivec2 first, int k) { return vec2(anchorTexel(first, k)) + 0.5; }
-uint indexOf(ivec2 t, ivec2 map_size) { return uint(t.y) * uint(map_size.x) + uint(t.x); }
 
-uvec2 keyAt(ivec2 t, int i, ivec2 map_size) {
-  int half_height = (map_size.y + 1) / 2;
-  bool lower = SPLIT && t.y >= half_height;
-  uint slot = uint(K) * indexOf(lower ? t - ivec2(0, half_height) : t, map_size) + uint(i);
+uint cellOf(Anchors a, ivec2 map_size) { return cellIndex(clamp(a.first + 1, ivec2(0), map_size), map_size); }
+
+uvec2 keyAt(uint cell, int i, ivec2 map_size) {
+  uint lower_from = lowerCells(map_size);
+  bool lower = SPLIT && cell >= lower_from;
+  uint slot = uint(K) * (lower ? cell - lower_from : cell) + uint(i);
   return lower ? lower_keys[slot] : keys[slot];
 }
 
@@ -84,14 +86,7 @@ Anchors anchorsOf(EdgePoint p, ivec2 map_size) {
   return a;
 }
 
-bool anyEdge(Anchors a, ivec2 map_size) {
-  uint nearest = EMPTY;
-  for (int k = 0; k < 4; ++k) {
-    ivec2 t = clamp(anchorTexel(a.first, k), ivec2(0), map_size - 1);
-    nearest = min(nearest, keyAt(t, 0, map_size).y);
-  }
-  return nearest != EMPTY;
-}
+bool anyEdge(Anchors a, ivec2 map_size) { return keyAt(cellOf(a, map_size), 0, map_size).y != EMPTY; }
 
 bvec4 both(bvec4 a, bvec4 b) { return bvec4(a.x && b.x, a.y && b.y, a.z && b.z, a.w && b.w); }
 
@@ -115,9 +110,11 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
   bool casts = planeDepth(p, e.a + foot * (e.b - e.a)) - segmentDepth(e, foot) > p.tolerance;
   float line = lineDistance(e, p.texels), d2 = segmentDistance2(e, p.texels);
   if (casts) {
-    // Of two edges at their common vertex, the one whose line is farther tells the side.
-    if (d2 < v.nearest - 1e-9 || (d2 <= v.nearest + 1e-9 && abs(line) > abs(v.nearest_line))) {
-      v.nearest = min(d2, v.nearest);
+    // Of two edges at their common vertex, the one whose line is farther tells the side; of two in one place that which has
+    // the point inside. In whatever order they come.
+    bool farther_line = abs(line) > abs(v.nearest_line) || abs(line) == abs(v.nearest_line) && line > 0.0;
+    if (d2 < v.nearest || d2 == v.nearest && farther_line) {
+      v.nearest = d2;
       v.nearest_line = line;
     }
     if (line > 0.0) v.of_side.y = min(v.of_side.y, d2);
@@ -136,9 +133,9 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
     bool hidden = !a.lit[k] && depth - a.stored[k] > p.steepest * distance(x, c) + p.tolerance;
     if (crossed && !(hidden && above <= p.tolerance)) v.open[k] = false;
     if (crossed && !hidden) v.likely[k] = false;
-    if (crossed && !hidden && above > p.tolerance && s < v.first_crossing[k]) {
+    if (crossed && !hidden && above > p.tolerance && s <= v.first_crossing[k]) {
+      v.from_inside[k] = line > 0.0 || s == v.first_crossing[k] && v.from_inside[k];
       v.first_crossing[k] = s;
-      v.from_inside[k] = line > 0.0;
     }
   }
 }
@@ -176,7 +173,7 @@ bool litByAnchors(EdgePoint p, Anchors a, bvec4 open, ivec2 map_size, out bool c
 }
 
 // Visibility by the edges around the point; `border` the distance in texels from the edge that decides, positive in shadow.
-bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, float radius, out float border, out float how) {
+bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out float how) {
   Evidence v;
   v.open = v.likely = a.usable;
   v.first_crossing = vec4(2.0);
@@ -184,20 +181,18 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, float radius, out float 
   v.nearest = 3.0e38;
   v.nearest_line = 0.0;
   v.of_side = vec2(3.0e38);
-  for (int k = 0; k < 4; ++k) {
-    ivec2 t = anchorTexel(a.first, k);
-    bool full = inMap(t, map_size);
-    for (int i = 0; i < K; ++i) {
-      uvec2 key = full ? keyAt(t, i, map_size) : uvec2(EMPTY);
-      full = key.y != EMPTY;
-      if (full) consider(segments[key.x], p, a, v);
-    }
-    uint entry = full ? heads[indexOf(t, map_size)].x : EMPTY;
-    while (entry != EMPTY) {
-      SpilledEdge s = spill.entries[entry];
-      consider(segments[s.segment], p, a, v);
-      entry = s.next;
-    }
+  uint cell = cellOf(a, map_size);
+  bool full = true;
+  for (int i = 0; i < K; ++i) {
+    uvec2 key = full ? keyAt(cell, i, map_size) : uvec2(EMPTY);
+    full = key.y != EMPTY;
+    if (full) consider(segments[key.x], p, a, v);
+  }
+  uint entry = full ? heads[cell].x : EMPTY;
+  while (entry != EMPTY) {
+    SpilledEdge s = spill.entries[entry];
+    consider(segments[s.segment], p, a, v);
+    entry = s.next;
   }
   bvec4 surely = both(v.open, a.sure);
   bool some_lit = any(both(v.open, a.lit)), some_dark = any(both(v.open, not(a.lit)));
@@ -217,7 +212,7 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, float radius, out float 
     lit = !inside && (some_lit || !any(both(v.likely, not(a.lit))));
   }
   float d = sqrt(lit ? v.of_side.x : v.of_side.y);
-  border = min(d, radius) * (lit ? -1.0 : 1.0);
+  border = lit ? -d : d;
   return lit;
 }
 

@@ -1,6 +1,6 @@
 #version 460
 // Edge distance shadow maps with edge identities: hard shadows that follow the casters' own edges, at any size of the map.
-// After Kenzel 2013 [EDSM], which keeps a distance a texel; here a texel names its nearest edges, which are then evaluated
+// After Kenzel 2013 [EDSM], which keeps a distance a texel; here a cell of the map names the edges that enter it, which are then evaluated
 // exactly. See edge_rule.glsl.
 #extension GL_GOOGLE_include_directive : require
 #include "map_receiver.glsl"
@@ -16,7 +16,6 @@ layout(push_constant, scalar) uniform Push {
   float edge_bias;  // fraction of a texel's slope, along both axes, within which an edge lies on the receiver
   float depth_bias; // and that is taken off the receiver's depth at an anchor
   float slack;      // texels of depth a texel of distance that a curved receiver may lie before its plane
-  float radius;     // texels around an edge that know of it
   float border;     // half width of soft borders, texels; 0: hard
 } push;
 
@@ -53,7 +52,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
     if (!decided && STEP == LIST) return false;
     if (!decided) {
       float border;
-      bool lit = litByEdges(p, a, map_size, push.radius, border, how);
+      bool lit = litByEdges(p, a, map_size, border, how);
       v = lit ? 1.0 : 0.0;
       if (push.border > 0.0) v = softened(border / push.border);
     }

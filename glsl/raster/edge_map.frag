@@ -6,9 +6,9 @@
 
 layout(push_constant, scalar) uniform Push {
   ivec2 map_size;
-  float radius; // texels around an edge that learn of it
+  float reach; // texels before an edge's end or side at which a cell learns of it
 } push;
 
 layout(location = 0) flat in uint index;
 
-void main() { insertEdge(index, segments[index], ivec2(gl_FragCoord.xy), push.map_size, push.radius); }
+void main() { insertEdge(index, segments[index], ivec2(gl_FragCoord.xy), push.map_size, push.reach); }

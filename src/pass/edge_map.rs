@@ -1,4 +1,7 @@
-//! Map of edge ids: for each texel of the shadow map its nearest silhouette edges.
+//! Map of edge ids: for each cell between four texels of the shadow map the silhouette edges that enter it.
+//!
+//! Cell (i, j) has the texels (i - 1, j - 1) to (i, j) at its corners and is centred at (i, j), in texels: there is one more
+//! along each axis than there are texels. A point asks the edges of the one cell that it lies in.
 
 use crate::frame::{Bound, RasterPass};
 use crate::gpu::{
@@ -15,7 +18,7 @@ shader_struct! {
     /// Push constants of `glsl/pass/edge_map.comp` and `glsl/raster/edge_map.*`.
     pub struct EdgeMapPush {
         map_size: [i32; 2],
-        radius: f32,
+        reach: f32,
     }
 }
 
@@ -24,24 +27,27 @@ shader_struct! {
     pub struct EdgeIdsPush {
         map_size: [i32; 2],
         slots: u32,
-        radius: f32,
+        reach: f32,
     }
 }
 
 /// What of the pass is fixed at its making.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeMapConfig {
-    /// Slots a texel: 1 to 8.
+    /// Slots a cell: 1 to 8.
     pub slots: u32,
-    /// Edges that a texel may have beyond its slots: 0 or more.
+    /// Edges that a cell may have beyond its slots: 0 or more.
     pub spill: u32,
-    /// Leave out edges that lie behind everything that the light sees around a texel.
+    /// Leave out edges that lie behind everything that the light sees around a cell.
     pub kill: bool,
-    /// Texels around an edge that learn of it.
-    pub radius: f32,
+    /// Texels, along both axes, before an edge at which a cell learns of it: at least [`LEAST_REACH`].
+    pub reach: f32,
     /// How edges are written.
     pub generation: Generation,
 }
+
+/// Reach of a map for points within their cells: edges this close to a texel's centre count as being at it.
+pub const LEAST_REACH: f32 = 1.0 / 64.0;
 
 /// How edges come into a map; the map is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,8 +68,10 @@ const SPILL_HEADER: u64 = 8;
 /// Bytes of such an entry.
 const SPILLED: u64 = 8;
 /// Entries that there is room for, an edge of the casters: few of these are silhouettes,
-/// and a short one is near four texels or so.
+/// and a short one enters four cells or so.
 const SPILLED_EACH: u64 = 4;
+/// And at least one for so many cells: a few long edges through a map enter many.
+const CELLS_A_SPILLED: u64 = 2;
 
 /// The pass with its map: 8 bytes a slot.
 pub struct EdgeMap {
@@ -88,18 +96,19 @@ impl EdgeMap {
         map_size: [u32; 2],
         config: EdgeMapConfig,
     ) -> Result<Self> {
-        let texels = u64::from(map_size[0]) * u64::from(map_size[1]);
-        let rows = |n: u32| u64::from(map_size[0]) * u64::from(n) * u64::from(config.slots) * 8;
+        let [columns, all_rows] = map_size.map(|n| n + 1);
+        let cells = u64::from(columns) * u64::from(all_rows);
+        let rows = |n: u32| u64::from(columns) * u64::from(n) * u64::from(config.slots) * 8;
         let most = u64::from(context.device().limits.max_storage_buffer_range);
-        let half = map_size[1].div_ceil(2);
-        let split = rows(map_size[1]) > most;
-        let size = if split { rows(half) } else { rows(map_size[1]) };
-        if size > most || texels * 8 > most {
+        let half = all_rows.div_ceil(2);
+        let split = rows(all_rows) > most;
+        let size = if split { rows(half) } else { rows(all_rows) };
+        if size > most || cells * 8 > most {
             let [w, h] = map_size;
             let problem = format!(
-                "edge ids of a {w}x{h} map take {} bytes with {} slots a texel; two storage buffers of this device have {most} each: \
+                "edge ids of a {w}x{h} map take {} bytes with {} slots a cell; two storage buffers of this device have {most} each: \
                  use a smaller map or fewer slots",
-                rows(map_size[1]),
+                rows(all_rows),
                 config.slots
             );
             return Err(Error::Parameter(problem));
@@ -130,14 +139,14 @@ impl EdgeMap {
         };
         let edges = u64::from(silhouettes.casters().counts().edges);
         let (chains, entries) = if config.spill > 0 {
-            (texels, (SPILLED_EACH * edges).min((most - SPILL_HEADER) / SPILLED))
+            (cells, (SPILLED_EACH * edges).max(cells.div_ceil(CELLS_A_SPILLED)).min((most - SPILL_HEADER) / SPILLED))
         } else {
             (1, 1)
         };
         Ok(Self {
             writer,
             keys: buffer("edge ids", size)?,
-            lower_keys: if split { Some(buffer("edge ids, lower half", rows(map_size[1] - half))?) } else { None },
+            lower_keys: if split { Some(buffer("edge ids, lower half", rows(all_rows - half))?) } else { None },
             spill: buffer("spilled edge ids", SPILL_HEADER + entries * SPILLED)?,
             heads: buffer("spilled edge ids, heads", chains * 8)?,
             config,
@@ -159,7 +168,7 @@ impl EdgeMap {
         }
         frame.fill("edge ids, chains cleared", &self.heads, u32::MAX);
         frame.update(&self.spill, &[0; SPILL_HEADER as usize]);
-        let push = EdgeMapPush { map_size: self.map_size.map(|n| n as i32), radius: self.config.radius };
+        let push = EdgeMapPush { map_size: self.map_size.map(|n| n as i32), reach: self.config.reach };
         let map = [
             Bind::Input(&inputs.shadow_map),
             Bind::Buffer(segments.segments()),
@@ -183,7 +192,7 @@ impl EdgeMap {
             Writer::Quads(pipeline) => {
                 let pass = RasterPass {
                     name: "edge ids",
-                    extent: self.map_size,
+                    extent: self.map_size.map(|n| n + 1),
                     colors: &[],
                     depth: None,
                     bound: &[Bound { pipeline, bind: &map }],
@@ -202,7 +211,8 @@ impl EdgeMap {
         Ok(())
     }
 
-    /// The map: for each texel, row by row, its slots, nearest first: segment, then the bits of its squared distance.
+    /// The map: for each cell, row by row, its slots, nearest to its centre first: segment, then the bits of its squared
+    /// distance.
     pub fn keys(&self) -> &Buffer {
         &self.keys
     }
@@ -210,6 +220,11 @@ impl EdgeMap {
     /// The same for the map's lower half, where [`EdgeMap::is_split`]; otherwise the whole map again.
     pub fn lower_keys(&self) -> &Buffer {
         self.lower_keys.as_ref().unwrap_or(&self.keys)
+    }
+
+    /// Texels, along both axes, before an edge at which a cell learns of it.
+    pub fn reach(&self) -> f32 {
+        self.config.reach
     }
 
     /// True if the slots are in two buffers: the upper half of the map's rows, rounded up, in the first.
@@ -223,7 +238,7 @@ impl EdgeMap {
         &self.spill
     }
 
-    /// For each texel the first entry of its chain, and how many were asked for, less one.
+    /// For each cell the first entry of its chain, and how many were asked for, less one.
     pub fn heads(&self) -> &Buffer {
         &self.heads
     }
@@ -234,8 +249,8 @@ impl EdgeMap {
     }
 }
 
-/// A picture of an [`EdgeMap`]: RGBA8, as large as the map; the nearest edge of each texel in a colour of its id, near
-/// bright, black where the texel knows none.
+/// A picture of an [`EdgeMap`]: RGBA8, a pixel a cell; the nearest edge of each in a colour of its id, near bright, black
+/// where no edge enters the cell.
 pub struct EdgeIds {
     pipeline: Arc<ComputePipeline>,
     image: Image,
@@ -244,7 +259,7 @@ pub struct EdgeIds {
 impl EdgeIds {
     /// Allocates.
     pub fn new(context: &Context, map: &EdgeMap) -> Result<Self> {
-        let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, map.map_size);
+        let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, map.map_size.map(|n| n + 1));
         Ok(Self {
             pipeline: context.pipeline::<EdgeIdsPush>("pass/edge_ids.comp", &[])?,
             image: Image::new(context.device(), &desc)?,
@@ -253,12 +268,9 @@ impl EdgeIds {
 
     /// Shows the map as it is.
     pub fn record(&self, frame: &mut Frame<'_>, map: &EdgeMap) -> Result<()> {
-        let [width, height] = map.map_size;
-        let push = EdgeIdsPush {
-            map_size: map.map_size.map(|n| n as i32),
-            slots: map.config.slots,
-            radius: map.config.radius,
-        };
+        let [width, height] = self.image.extent();
+        let push =
+            EdgeIdsPush { map_size: map.map_size.map(|n| n as i32), slots: map.config.slots, reach: map.config.reach };
         frame.dispatch(&Pass {
             name: "edge ids, shown",
             pipeline: &self.pipeline,

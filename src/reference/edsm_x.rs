@@ -20,8 +20,6 @@ pub struct Settings {
     pub depth_bias: f32,
     /// Texels of depth a texel of distance that a curved receiver may lie before its plane.
     pub slack: f32,
-    /// Texels around an edge that know of it.
-    pub radius: f32,
     /// Half width of soft borders, texels.
     pub border: f32,
     /// Profile of soft borders.
@@ -62,12 +60,12 @@ const LINE_DOUBT: f64 = 1e-3;
 /// `STEEPEST` of `edsm_x.comp`.
 const STEEPEST: f64 = 4.0;
 
-/// The edges of every texel, as the map names them: slots and chain.
+/// The edges of every cell, as the map names them: slots and chain.
 pub struct EdgeMap<'a> {
     /// What the names stand for.
     pub segments: &'a [Option<Segment>],
-    /// The segments of each texel, row by row.
-    pub texels: &'a [Vec<u32>],
+    /// The segments of each cell, row by row.
+    pub cells: &'a [Vec<u32>],
 }
 
 struct Point {
@@ -161,11 +159,9 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
     let sure: [bool; 4] = std::array::from_fn(|k| {
         !lit[k] || !usable[k] || (p.plane_depth(center(k)) - p.tolerance).min(1.0) <= view.stored(texel(k))
     });
-    let edges: Vec<&Segment> = (0..4)
-        .filter(|&k| usable[k])
-        .flat_map(|k| &map.texels[(texel(k)[1] * size[0] + texel(k)[0]) as usize])
-        .filter_map(|&s| map.segments[s as usize].as_ref())
-        .collect();
+    let [column, row]: [i64; 2] = std::array::from_fn(|i| (first[i] + 1).clamp(0, size[i]));
+    let cell = &map.cells[(row * (size[0] + 1) + column) as usize];
+    let edges: Vec<&Segment> = cell.iter().filter_map(|&s| map.segments[s as usize].as_ref()).collect();
     let unanimous = lit.iter().all(|l| *l == lit[0]);
     if unanimous && (settings.mixed_only || edges.is_empty()) {
         return if lit[0] { 1.0 } else { 0.0 };
@@ -182,8 +178,9 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
         let (line, distance) = (e.line_distance(p.texels), e.distance(p.texels));
         if casts {
             let d2 = distance * distance;
-            if d2 < nearest - 1e-9 || d2 <= nearest + 1e-9 && line.abs() > nearest_line.abs() {
-                nearest = nearest.min(d2);
+            let farther_line = line.abs() > nearest_line.abs() || line == -nearest_line && line > 0.0;
+            if d2 < nearest || d2 == nearest && farther_line {
+                nearest = d2;
                 nearest_line = line;
             }
             let side = usize::from(line > p.inside_from);
@@ -209,9 +206,9 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
                 continue;
             }
             likely[k] = false;
-            if above > p.tolerance && s < first_crossing[k] {
+            if above > p.tolerance && s <= first_crossing[k] {
+                from_inside[k] = line > p.inside_from || s == first_crossing[k] && from_inside[k];
                 first_crossing[k] = s;
-                from_inside[k] = line > p.inside_from;
             }
         }
     }
@@ -242,7 +239,7 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
         }
     };
     if settings.border > 0.0 {
-        let distance = of_side[usize::from(!is_lit)].min(settings.radius.into());
+        let distance = of_side[usize::from(!is_lit)];
         let signed = if is_lit { -distance } else { distance };
         return settings.kernel.at(signed / f64::from(settings.border));
     }

@@ -2,13 +2,13 @@
 
 use super::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
-use crate::pass::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation};
+use crate::pass::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
 use crate::pass::edge_segments::EdgeSegments;
 use crate::pass::pixels::PixelPass;
 use crate::pass::silhouette_view::SilhouetteView;
 use crate::pass::silhouettes::Silhouettes;
 use crate::pass::view::{ViewBuffer, ViewConstants};
-use crate::{Bind, Context, Error, Frame, ImageRef, Inputs, Result};
+use crate::{Bind, Context, Frame, ImageRef, Inputs, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -19,14 +19,21 @@ pub const INFO: Info = Info {
     paper: "after Kenzel 2013; the identities and the crossing rule are ours",
     summary: "Hard shadows that follow the casters' own edges at any map resolution, for the price of a map lookup.",
     params: &[
-        Param::int("slots", 1, 8, 2, "edges", "nearest edges that a texel keeps in place (K)"),
+        Param::int(
+            "slots",
+            1,
+            8,
+            2,
+            "edges",
+            "edges that a cell between four texels keeps in place, the nearest to its centre (K)",
+        ),
         Param::int(
             "spill",
             0,
             256,
             64,
             "edges",
-            "edges that a texel may have beyond its slots, in a chain; one more is counted as lost",
+            "edges that a cell may have beyond its slots, in a chain; one more is counted as lost",
         ),
         Param::choice(
             "generation",
@@ -40,18 +47,10 @@ pub const INFO: Info = Info {
             0,
             "ask the edges wherever there are any, or only where the depth map disagrees about the light, as in the thesis: features below a texel are lost then",
         ),
-        Param::float(
-            "radius",
-            0.75,
-            16.0,
-            1.0,
-            "texels",
-            "how far from an edge texels know of it; soft borders reach no farther",
-        ),
         Param::switch(
             "kill",
             true,
-            "leave out edges that lie behind everything that the light sees around a texel: they need no slot",
+            "leave out edges that lie behind everything that the light sees around a cell: they need no slot",
         ),
         Param::float("border", 0.0, 16.0, 0.0, "texels", "half width of soft borders; 0 = hard"),
         Param::choice(
@@ -89,7 +88,6 @@ shader_struct! {
         edge_bias: f32,
         depth_bias: f32,
         slack: f32,
-        radius: f32,
         border: f32,
     }
 }
@@ -112,19 +110,13 @@ struct EdsmX {
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let p = &setup.params;
     let casters = setup.casters(INFO.id)?;
-    let (radius, border) = (p.float("radius"), p.float("border"));
-    if border > radius {
-        let problem =
-            format!("a border of {border} texels needs a radius as large; it is {radius}: set radius={border}");
-        return Err(Error::Parameter(problem));
-    }
     let kernel = ["box", "smoothstep", "disc"].iter().position(|k| *k == p.word("kernel")).unwrap_or(0) as u32;
     let slots = p.int("slots");
     let config = EdgeMapConfig {
         slots,
         spill: p.int("spill"),
         kill: p.on("kill"),
-        radius,
+        reach: p.float("border").max(LEAST_REACH),
         generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
     };
     let mixed_only = p.word("resolve") == "mixed-only";
@@ -158,8 +150,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
             edge_bias: p.float("edge_bias"),
             depth_bias: p.float("depth_bias"),
             slack: p.float("slack"),
-            radius,
-            border,
+            border: p.float("border"),
         },
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "edsm-x visibility", setup)?,
@@ -173,7 +164,7 @@ impl Technique for EdsmX {
         inputs.check_casters(INFO.id, self.silhouettes.casters())?;
         frame.begin_group(INFO.title);
         if self.silhouettes.record(frame, inputs, None)? {
-            self.segments.record(frame, inputs, &self.silhouettes, self.push.radius)?;
+            self.segments.record(frame, inputs, &self.silhouettes, self.map.reach())?;
             self.map.record(frame, inputs, &self.silhouettes, &self.segments)?;
             if let Some(ids) = &self.ids {
                 ids.record(frame, &self.map)?;

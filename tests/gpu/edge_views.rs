@@ -4,7 +4,7 @@ use crate::common::*;
 use crate::edsm_x::{config, edges};
 use crate::made::{cuboid, moved, perspective, plane, scene, spot};
 use edgeshade::host::Host;
-use edgeshade::pass::edge_map::Generation;
+use edgeshade::pass::edge_map::{Generation, LEAST_REACH};
 use edgeshade::reference::edge_map::id_color;
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
 use glam::{DVec2, DVec3, dvec2, dvec3};
@@ -137,7 +137,7 @@ fn silhouettes_are_where_the_edges_are_projected() {
     });
 }
 
-/// Each texel has the colour of the edge in its first slot, as bright as it is near.
+/// Each cell has the colour of the edge in its first slot, as bright as it is near.
 #[test]
 fn edge_ids_are_those_of_the_slots() {
     with_gpu(|host| {
@@ -149,10 +149,11 @@ fn edge_ids_are_those_of_the_slots() {
         // As the technique has them by default.
         let map = edges(host, &r, &casters, config(2, Generation::Compute));
         assert_eq!(shown.len(), map.slots.len());
+        let farthest = 2f64.sqrt() * (0.5 + f64::from(LEAST_REACH));
         let expected = |i: usize, slot: usize| {
             let Some(&id) = map.slots[i].get(slot) else { return [0.0; 3] };
-            let center = dvec2(f64::from(i as u32 % MAP), f64::from(i as u32 / MAP)) + 0.5;
-            id_color(id, map.segments[id as usize].as_ref().unwrap().distance(center), 1.0)
+            let center = dvec2(f64::from(i as u32 % (MAP + 1)), f64::from(i as u32 / (MAP + 1)));
+            id_color(id, map.segments[id as usize].as_ref().unwrap().distance(center), farthest)
         };
         let off = |i: usize, slot: usize| {
             let wanted = expected(i, slot);
@@ -160,7 +161,7 @@ fn edge_ids_are_those_of_the_slots() {
         };
         let wrong = |slot| (0..shown.len()).filter(|&i| off(i, slot)).count();
         let black = shown.iter().filter(|c| **c == [0, 0, 0, 255]).count();
-        println!("{} texels, {black} black; {} wrong, {} by the second slot", shown.len(), wrong(0), wrong(1));
+        println!("{} cells, {black} black; {} wrong, {} by the second slot", shown.len(), wrong(0), wrong(1));
         assert_eq!(wrong(0), 0);
         assert!(black > 1000 && shown.len() - black > 1000);
         // The second nearest edges have other colours.
