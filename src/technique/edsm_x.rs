@@ -30,8 +30,8 @@ pub const INFO: Info = Info {
         Param::int(
             "spill",
             0,
+            4096,
             256,
-            64,
             "edges",
             "edges that a cell may have beyond its slots, in a chain; one more is counted as lost",
         ),
