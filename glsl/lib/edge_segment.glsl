@@ -8,8 +8,10 @@ struct EdgeSegment {
   float za, zb;  // the map's depth at the ends; along the segment it is affine
   uint flags;    // 0: nothing of it lies in the map
   uint edge;     // in the list of silhouettes
+  vec2 c;        // third vertex of the occluder's triangle beside it, texels, and its depth, if SEGMENT_FACE is set
+  float zc;
 };
-const uint SEGMENT_VALID = 1, SEGMENT_BOUNDARY = 2, SEGMENT_CUT_A = 4, SEGMENT_CUT_B = 8;
+const uint SEGMENT_VALID = 1, SEGMENT_BOUNDARY = 2, SEGMENT_CUT_A = 4, SEGMENT_CUT_B = 8, SEGMENT_FACE = 16;
 
 float cross2(vec2 a, vec2 b) {
   precise float c = a.x * b.y - a.y * b.x;
@@ -46,6 +48,14 @@ float lineDistance(EdgeSegment e, vec2 p) {
 }
 
 float segmentDepth(EdgeSegment e, float t) { return e.za + t * (e.zb - e.za); }
+
+// Whether a point lies in the triangle beside the segment, seen from the light; then `z` is the triangle's depth there.
+bool faceCovers(EdgeSegment e, vec2 p, out float z) {
+  vec3 w = vec3(cross2(e.c - e.b, p - e.b), cross2(e.a - e.c, p - e.c), cross2(e.b - e.a, p - e.a));
+  float area = w.x + w.y + w.z;
+  z = dot(w, vec3(e.za, e.zb, e.zc)) / area;
+  return (e.flags & SEGMENT_FACE) != 0 && all(greaterThanEqual(w, vec3(0.0))) && area > 0.0;
+}
 
 // Whether the walk from p to q crosses the segment; a vertex on the way counts for one of the edges that share it. Then `t`
 // is where on the walk.

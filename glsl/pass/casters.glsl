@@ -34,6 +34,7 @@ struct SilhouetteEdge {
   uint a, b;     // vertices
   uint instance;
   uint flags;
+  uint face; // triangle of the occluder beside it, one that faces the light if any does
 };
 const uint SILHOUETTE_WEIGHT = 0xFFFFu; // how many sides of a shadow volume stand on it
 const uint SILHOUETTE_BOUNDARY = 1u << 16; // one face only

@@ -1,6 +1,7 @@
 // Edges with identities: the anchored crossing rule. A point's four surrounding texel centres, the corners of its cell in
 // the map of edges (edge_map.glsl), are anchors whose light is known from the depth map. Along a walk that crosses no silhouette edge visibility cannot change: the point inherits
-// that of every anchor it can reach so. Where edges cut it off from all four, the edges themselves are the evidence.
+// that of every anchor it can reach so. Where edges cut it off from all four, the edges themselves are the evidence. A
+// surface that goes into the receiver ends a shadow without an edge: there the triangles beside the edges tell.
 #ifndef EDGESHADE_EDGE_RULE
 #define EDGESHADE_EDGE_RULE
 #include "lib/edge_segment.glsl"
@@ -31,7 +32,9 @@ const uint EMPTY = 0xFFFFFFFFu;
 // Rasterisation snaps vertices to 1/256 of a texel: this close to an edge an anchor's depth may be the other side's.
 const float SNAPPED = 1.0 / 128.0;
 // How the point was decided, for viewing.
-const float BY_ANCHORS = 0.0, BY_EVIDENCE = 1.0, BY_CONTACT = 2.0, BY_NEAREST = 3.0;
+const float BY_ANCHORS = 0.0, BY_EVIDENCE = 1.0, BY_CONTACT = 2.0, BY_NEAREST = 3.0, BY_FACE = 4.0;
+// Tolerances before the receiver up to which a face is followed beyond its triangle: with more it has ended on the way.
+const float FOLLOWED = 32.0;
 
 struct EdgePoint {
   vec2 texels;     // place in the map, texels
@@ -90,16 +93,23 @@ bool anyEdge(Anchors a, ivec2 map_size) { return keyAt(cellOf(a, map_size), 0, m
 
 bvec4 both(bvec4 a, bvec4 b) { return bvec4(a.x && b.x, a.y && b.y, a.z && b.z, a.w && b.w); }
 
+int countOf(bvec4 b) { return int(b.x) + int(b.y) + int(b.z) + int(b.w); }
+
 bool isUnanimous(Anchors a) { return all(a.lit) || !any(a.lit); }
 
 // What the edges around a point have said so far.
 struct Evidence {
   bvec4 open;          // anchors that the point can reach
   bvec4 likely;        // and those that only hidden edges cut it off from
+  bvec4 settled;       // anchors that no edge touches
+  ivec4 layers;        // of casters before the receiver, at the point less at each anchor, by the edges in between
   vec4 first_crossing; // on the way to each anchor
   bvec4 from_inside;   // whether that was from the occluder's side
+  bvec4 under_first;   // and the occluder's face, followed, lies before the point
   float nearest;       // squared distance of the nearest edge before the receiver
   float nearest_line;  // distance from its line
+  bool under_nearest;  // the point is inside of it, and its face, followed, lies before the point
+  bool covered;        // the triangle beside an edge lies before the point
   vec2 of_side;        // squared distances of the nearest edge that the point lies outside of, and inside
 };
 
@@ -108,7 +118,11 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
   // Behind the receiver nothing can shadow it. On it, an edge is the receiver's own, or that of what stands on it: it
   // parts anchors, but proves no shadow.
   bool casts = planeDepth(p, e.a + foot * (e.b - e.a)) - segmentDepth(e, foot) > p.tolerance;
-  float line = lineDistance(e, p.texels), d2 = segmentDistance2(e, p.texels);
+  float line = lineDistance(e, p.texels), d2 = segmentDistance2(e, p.texels), face;
+  bool in_face = faceCovers(e, p.texels, face);
+  float before = p.depth - face;
+  if (in_face && before > p.tolerance) v.covered = true;
+  bool under = line > 0.0 && (e.flags & SEGMENT_FACE) != 0 && before > p.tolerance && before < FOLLOWED * p.tolerance;
   if (casts) {
     // Of two edges at their common vertex, the one whose line is farther tells the side; of two in one place that which has
     // the point inside. In whatever order they come.
@@ -116,13 +130,15 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
     if (d2 < v.nearest || d2 == v.nearest && farther_line) {
       v.nearest = d2;
       v.nearest_line = line;
+      v.under_nearest = false;
     }
+    if (d2 == v.nearest && line == v.nearest_line && under) v.under_nearest = true;
     if (line > 0.0) v.of_side.y = min(v.of_side.y, d2);
     else v.of_side.x = min(v.of_side.x, d2);
   }
   for (int k = 0; k < 4; ++k) {
     vec2 c = anchorCenter(a.first, k);
-    if (segmentDistance2(e, c) < SNAPPED * SNAPPED) v.open[k] = false;
+    if (segmentDistance2(e, c) < SNAPPED * SNAPPED) v.open[k] = v.settled[k] = false;
     float s;
     bool crossed = crosses(e, p.texels, c, s);
     vec2 x = p.texels + s * (c - p.texels);
@@ -133,8 +149,12 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
     bool hidden = !a.lit[k] && depth - a.stored[k] > p.steepest * distance(x, c) + p.tolerance;
     if (crossed && !(hidden && above <= p.tolerance)) v.open[k] = false;
     if (crossed && !hidden) v.likely[k] = false;
-    if (crossed && !hidden && above > p.tolerance && s <= v.first_crossing[k]) {
-      v.from_inside[k] = line > 0.0 || s == v.first_crossing[k] && v.from_inside[k];
+    bool counts = crossed && !hidden && above > p.tolerance;
+    if (counts) v.layers[k] += line > 0.0 ? 1 : -1;
+    if (counts && s <= v.first_crossing[k]) {
+      bool tie = s == v.first_crossing[k];
+      v.from_inside[k] = line > 0.0 || tie && v.from_inside[k];
+      v.under_first[k] = under || tie && v.under_first[k];
       v.first_crossing[k] = s;
     }
   }
@@ -175,11 +195,13 @@ bool litByAnchors(EdgePoint p, Anchors a, bvec4 open, ivec2 map_size, out bool c
 // Visibility by the edges around the point; `border` the distance in texels from the edge that decides, positive in shadow.
 bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out float how) {
   Evidence v;
-  v.open = v.likely = a.usable;
+  v.open = v.likely = v.settled = a.usable;
+  v.layers = ivec4(0);
   v.first_crossing = vec4(2.0);
-  v.from_inside = bvec4(false);
+  v.from_inside = v.under_first = bvec4(false);
   v.nearest = 3.0e38;
   v.nearest_line = 0.0;
+  v.under_nearest = v.covered = false;
   v.of_side = vec2(3.0e38);
   uint cell = cellOf(a, map_size);
   bool full = true;
@@ -197,10 +219,17 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
   bvec4 surely = both(v.open, a.sure);
   bool some_lit = any(both(v.open, a.lit)), some_dark = any(both(v.open, not(a.lit)));
   bool inside = v.nearest_line > 0.0 || any(v.from_inside);
+  // Before what an anchor in the light sees there is nothing: what is there at the point has come on the way.
+  bool layered = any(both(both(v.settled, both(a.sure, a.lit)), greaterThan(v.layers, ivec4(0))));
+  int leading_under = countOf(v.under_first) + (v.under_nearest ? 1 : 0);
   bool lit;
-  if (some_dark && !some_lit || !some_dark && any(both(surely, a.lit))) {
+  if (v.covered) {
+    how = BY_FACE;
+    lit = false;
+  } else if (some_dark && !some_lit || !some_dark && any(both(surely, a.lit))) {
+    // Edges that lead under a face against anchors in the light: a surface between them that goes into the receiver.
     how = BY_ANCHORS;
-    lit = some_lit;
+    lit = some_lit && leading_under <= countOf(both(v.open, a.lit));
   } else if (some_dark) {
     bool contact;
     lit = litByAnchors(p, a, v.open, map_size, contact);
@@ -209,7 +238,7 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
     // Inside an edge there is always surface of the occluder; being outside of one edge proves nothing. Anchors that only
     // the bias lights prove nothing either.
     how = BY_EVIDENCE;
-    lit = !inside && (some_lit || !any(both(v.likely, not(a.lit))));
+    lit = !inside && !layered && (some_lit || !any(both(v.likely, not(a.lit))));
   }
   float d = sqrt(lit ? v.of_side.x : v.of_side.y);
   border = lit ? -d : d;

@@ -14,6 +14,8 @@ layout(binding = 2, scalar) readonly buffer Header { SilhouetteHeader header; };
 layout(binding = 3, scalar) readonly buffer Silhouettes { SilhouetteEdge silhouettes[]; };
 layout(binding = 4, scalar) writeonly buffer Segments { EdgeSegment segments[]; };
 
+layout(binding = 5, scalar) readonly buffer Triangles { uvec3 triangles[]; };
+
 layout(push_constant, scalar) uniform Push {
   vec2 map_size;  // texels
   float margin;   // texels around the map that segments may reach into
@@ -58,8 +60,8 @@ void main() {
   EdgeSegment e;
   e.edge = i;
   e.flags = 0;
-  e.a = e.b = vec2(0.0);
-  e.za = e.zb = 0.0;
+  e.a = e.b = e.c = vec2(0.0);
+  e.za = e.zb = e.zc = 0.0;
   bool kept = (s.flags & SILHOUETTE_OUTLINE) != 0 && range.x <= range.y;
   if (kept) {
     e.flags = SEGMENT_VALID | ((s.flags & SILHOUETTE_BOUNDARY) != 0 ? SEGMENT_BOUNDARY : 0) |
@@ -70,6 +72,13 @@ void main() {
     endAt(to, e.b, e.zb);
     // Not a number where a vertex or a transform is absurd.
     if (!(dot(e.a, e.a) < 1e12 && dot(e.b, e.b) < 1e12)) e.flags = 0;
+    uvec3 t = triangles[s.face];
+    uint third = t.x != s.a && t.x != s.b ? t.x : t.y != s.a && t.y != s.b ? t.y : t.z;
+    vec4 c = clipOf(third, m);
+    if (e.flags != 0 && c.w > push.nearest) {
+      endAt(c, e.c, e.zc);
+      if (dot(e.c, e.c) < 1e12) e.flags |= SEGMENT_FACE;
+    }
   }
   segments[i] = e;
 }

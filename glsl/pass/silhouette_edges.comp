@@ -31,11 +31,14 @@ layout(push_constant, scalar) uniform Push {
 
 shared uint found[2];
 
+bool isFront(uint face, uint first_bit) {
+  uint bit = first_bit + (face & ~REVERSED);
+  return (facing[bit >> 5] >> (bit & 31u) & 1u) != 0;
+}
+
 // +1: the face lies on the left of v0 -> v1 in its own winding seen from the front.
 int sideOf(uint face, uint first_bit) {
-  uint bit = first_bit + (face & ~REVERSED);
-  bool front = (facing[bit >> 5] >> (bit & 31u) & 1u) != 0;
-  return front == ((face & REVERSED) == 0) ? 1 : -1;
+  return isFront(face, first_bit) == ((face & REVERSED) == 0) ? 1 : -1;
 }
 
 void main() {
@@ -46,7 +49,7 @@ void main() {
   CasterInstance info = instances[instance];
   uint e = CHUNK * (chunk - info.first_edge_chunk) + local;
   int sum = 0;
-  uint flags = 0;
+  uint flags = 0, beside = 0;
   uvec4 edge = uvec4(0);
   if (chunk < push.chunk_count && e < info.edges && lights[instance].casts != 0) {
     edge = edges[info.first_edge + e];
@@ -55,6 +58,7 @@ void main() {
     for (uint i = 0; i < faces; ++i) {
       uint face = edge.w == NON_MANIFOLD ? fans[edge.z + 1 + i] : i == 0 ? edge.z : edge.w;
       sum += sideOf(face, first_bit);
+      if (i == 0 || isFront(face, first_bit)) beside = info.first_triangle + (face & ~REVERSED);
     }
     if (abs(sum) == int(faces)) flags |= SILHOUETTE_OUTLINE;
     if (edge.w == BOUNDARY) flags |= SILHOUETTE_BOUNDARY;
@@ -76,5 +80,6 @@ void main() {
   s.b = sum > 0 ? edge.y : edge.x;
   s.instance = instance;
   s.flags = flags | min(weight, SILHOUETTE_WEIGHT);
+  s.face = beside;
   silhouettes[offsets[chunk] + before] = s;
 }

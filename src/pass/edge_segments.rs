@@ -9,7 +9,7 @@ use glam::DMat3;
 use std::sync::Arc;
 
 /// Bytes of `EdgeSegment` of `glsl/lib/edge_segment.glsl`.
-pub const SEGMENT: u64 = 32;
+pub const SEGMENT: u64 = 44;
 
 shader_struct! {
     /// Push constants of `glsl/pass/edge_segments.comp`.
@@ -88,6 +88,7 @@ impl EdgeSegments {
                 Bind::Buffer(silhouettes.header()),
                 Bind::Buffer(silhouettes.edges()),
                 Bind::Buffer(&self.segments),
+                Bind::Buffer(&casters.triangles),
             ],
             push: bytemuck::bytes_of(&push),
             threads: Threads::Indirect(silhouettes.header(), 0),

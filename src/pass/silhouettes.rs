@@ -19,7 +19,7 @@ pub(crate) const WALKS: u64 = 13 * 4;
 /// Offset of the arguments of a draw, 6 vertices an edge.
 pub(crate) const QUADS: u64 = 9 * 4;
 /// Bytes of an edge in the list.
-const EDGE: u64 = 16;
+const EDGE: u64 = 20;
 
 shader_struct! {
     /// Push constants of the passes over casters.
@@ -209,7 +209,7 @@ impl Silhouettes {
         self.casters.instance(i)
     }
 
-    /// The list: 16 bytes an edge, `SilhouetteEdge` of `glsl/pass/casters.glsl`.
+    /// The list: 20 bytes an edge, `SilhouetteEdge` of `glsl/pass/casters.glsl`.
     pub fn edges(&self) -> &Buffer {
         &self.edges
     }

@@ -1,7 +1,7 @@
 //! Mirror of `glsl/lib/edge_segment.glsl`: what is asked of a segment in the plane of the shadow map.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, dvec2};
+use glam::{DMat2, DVec2, dvec2};
 
 /// `EdgeSegment` as the shaders store it: [`crate::pass::edge_segments::SEGMENT`] bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -19,7 +19,14 @@ pub struct StoredSegment {
     pub flags: u32,
     /// Index in the list of silhouettes.
     pub edge: u32,
+    /// Third vertex of the triangle beside the edge, if `FACE` is set.
+    pub c: [f32; 2],
+    /// Depth at `c`.
+    pub zc: f32,
 }
+
+/// `SEGMENT_FACE` of `glsl/lib/edge_segment.glsl`.
+const FACE: u32 = 16;
 
 /// A segment in `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,13 +37,20 @@ pub struct Segment {
     pub b: DVec2,
     /// Depth in the map at the ends.
     pub z: [f64; 2],
+    /// Third vertex of the occluder's triangle beside the edge and its depth, if it is before the light.
+    pub third: Option<(DVec2, f64)>,
 }
 
 impl StoredSegment {
     /// The segment; `None` where nothing of the edge lies in the map.
     pub fn segment(&self) -> Option<Segment> {
         let point = |p: [f32; 2]| dvec2(p[0].into(), p[1].into());
-        let found = Segment { a: point(self.a), b: point(self.b), z: [self.za.into(), self.zb.into()] };
+        let found = Segment {
+            a: point(self.a),
+            b: point(self.b),
+            z: [self.za.into(), self.zb.into()],
+            third: (self.flags & FACE != 0).then(|| (point(self.c), self.zc.into())),
+        };
         (self.flags != 0).then_some(found)
     }
 }
@@ -69,6 +83,15 @@ impl Segment {
     /// Depth at a place of the segment.
     pub fn depth(&self, t: f64) -> f64 {
         self.z[0] + t * (self.z[1] - self.z[0])
+    }
+
+    /// Depth at `p` of the plane of the triangle beside the edge, and whether `p` lies in the triangle, as the light sees it.
+    pub fn face(&self, p: DVec2) -> Option<(f64, bool)> {
+        let (c, zc) = self.third?;
+        let sides = DMat2::from_cols(self.b - self.a, c - self.a);
+        let [u, v] = (sides.inverse() * (p - self.a)).to_array();
+        let depth = self.z[0] + u * (self.z[1] - self.z[0]) + v * (zc - self.z[0]);
+        Some((depth, sides.determinant() > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0))
     }
 
     /// Where the walk from `p` to `q` crosses the segment: 0 at `p`, 1 at `q`.

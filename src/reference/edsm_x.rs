@@ -54,6 +54,8 @@ impl Kernel {
 
 /// `SNAPPED` of `edge_rule.glsl`.
 const SNAPPED: f64 = 1.0 / 128.0;
+/// `FOLLOWED` of `edge_rule.glsl`.
+const FOLLOWED: f64 = 32.0;
 
 /// Distance from a line, texels, that single precision may turn round.
 const LINE_DOUBT: f64 = 1e-3;
@@ -169,26 +171,33 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
 
     let (mut open, mut likely) = (usable, usable);
     let mut first_crossing = [2.0f64; 4];
-    let mut from_inside = [false; 4];
-    let (mut nearest, mut nearest_line) = (f64::INFINITY, 0.0f64);
+    let (mut from_inside, mut under_first, mut settled, mut layers) = ([false; 4], [false; 4], usable, [0i32; 4]);
+    let (mut nearest, mut nearest_line, mut under_nearest, mut covered) = (f64::INFINITY, 0.0f64, false, false);
     let mut of_side = [f64::INFINITY; 2];
     for e in edges {
         let foot = e.foot(p.texels);
         let casts = p.plane_depth(e.at(foot)) - e.depth(foot) > p.tolerance;
         let (line, distance) = (e.line_distance(p.texels), e.distance(p.texels));
+        let face = e.face(p.texels).map(|(depth, within)| (p.depth - depth, within));
+        covered |= face.is_some_and(|(before, within)| within && before > p.tolerance);
+        let followed = |before: f64| before > p.tolerance && before < FOLLOWED * p.tolerance;
+        let under = line > p.inside_from && face.is_some_and(|(before, _)| followed(before));
         if casts {
             let d2 = distance * distance;
             let farther_line = line.abs() > nearest_line.abs() || line == -nearest_line && line > 0.0;
             if d2 < nearest || d2 == nearest && farther_line {
                 nearest = d2;
                 nearest_line = line;
+                under_nearest = false;
             }
+            under_nearest |= d2 == nearest && line == nearest_line && under;
             let side = usize::from(line > p.inside_from);
             of_side[side] = of_side[side].min(distance);
         }
         for k in 0..4 {
             if e.distance(center(k)) < SNAPPED {
                 open[k] = false;
+                settled[k] = false;
             }
             let Some(s) = e.crossing(p.texels, center(k)) else { continue };
             let x = p.texels.lerp(center(k), s);
@@ -206,8 +215,14 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
                 continue;
             }
             likely[k] = false;
-            if above > p.tolerance && s <= first_crossing[k] {
-                from_inside[k] = line > p.inside_from || s == first_crossing[k] && from_inside[k];
+            if above <= p.tolerance {
+                continue;
+            }
+            layers[k] += if line > p.inside_from { 1 } else { -1 };
+            if s <= first_crossing[k] {
+                let tie = s == first_crossing[k];
+                from_inside[k] = line > p.inside_from || tie && from_inside[k];
+                under_first[k] = under || tie && under_first[k];
                 first_crossing[k] = s;
             }
         }
@@ -217,11 +232,16 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
         of.into_iter().min_by(|&a, &b| center(a).distance(p.texels).total_cmp(&center(b).distance(p.texels)))
     };
     let inside = nearest_line > p.inside_from || from_inside.contains(&true);
+    let layered = (0..4).any(|k| settled[k] && lit[k] && sure[k] && layers[k] > 0);
+    let leading_under = under_first.iter().chain([&under_nearest]).filter(|u| **u).count();
     let is_lit = match (reached(true), reached(false)) {
+        _ if covered => false,
         (None, Some(_)) => false,
-        (Some(_), None) if (0..4).any(|k| open[k] && lit[k] && sure[k]) => true,
-        (Some(_), None) => !inside,
-        (None, None) => !(inside || (0..4).any(|k| likely[k] && !lit[k])),
+        (Some(_), None) if (0..4).any(|k| open[k] && lit[k] && sure[k]) => {
+            leading_under <= (0..4).filter(|&k| open[k] && lit[k]).count()
+        }
+        (Some(_), None) => !inside && !layered,
+        (None, None) => !(inside || layered || (0..4).any(|k| likely[k] && !lit[k])),
         (Some(light), Some(dark)) => {
             let t = texel(dark);
             let sides = [if dark & 1 == 0 { -1i64 } else { 1 }, if dark >> 1 == 0 { -1 } else { 1 }];

@@ -82,6 +82,13 @@ pub fn is_outline(topology: &Topology, edge: &Edge, sigma: &[i32]) -> bool {
     faces.iter().all(|&f| side(f, sigma) == side(faces[0], sigma))
 }
 
+fn face_beside(topology: &Topology, edge: &Edge, sigma: &[i32]) -> u32 {
+    let faces = topology.faces(edge);
+    let triangle = |f: &u32| f & !Edge::REVERSED;
+    let towards = faces.iter().map(triangle).rfind(|&t| sigma[t as usize] > 0);
+    towards.unwrap_or(triangle(&faces[0]))
+}
+
 /// An edge that a technique draws, or a volume needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SilhouetteEdge {
@@ -93,6 +100,8 @@ pub struct SilhouetteEdge {
     pub boundary: bool,
     /// [`is_outline`]; without it only volumes need the edge.
     pub outline: bool,
+    /// Triangle beside it, the last that faces the light if any does.
+    pub face: u32,
 }
 
 /// All edges with a multiplicity, in the topology's order. `front_only`: weights for counting front faces of a closed
@@ -105,6 +114,7 @@ pub fn silhouettes(topology: &Topology, sigma: &[i32], front_only: bool) -> Vec<
             weight: m.unsigned_abs() / if front_only { 2 } else { 1 },
             boundary: e.faces[1] == Edge::BOUNDARY,
             outline: is_outline(topology, e, sigma),
+            face: face_beside(topology, e, sigma),
         })
     };
     topology.edges.iter().filter_map(found).collect()

@@ -361,13 +361,16 @@ fn silhouettes_equal_their_mirror() {
             .unwrap();
             let bits: Vec<u32> = words(host, found.facing());
             let count = words(host, found.header())[3] as usize;
-            let list: Vec<[u32; 4]> = host.read_buffer(found.edges()).unwrap();
+            let list: Vec<[u32; 5]> = host.read_buffer(found.edges()).unwrap();
             let mut expected = vec![];
             let mut chunk = 0usize;
             for (i, instance) in scene.instances.iter().enumerate() {
                 let mesh = &scene.meshes[instance.mesh];
                 let first_vertex: u32 = scene.meshes[..instance.mesh].iter().map(|m| m.positions.len() as u32).sum();
-                let topology = Topology::new(&mesh.positions, &mesh.indices).unwrap();
+                let of = |m: &edgeshade::scene::Mesh| Topology::new(&m.positions, &m.indices).unwrap();
+                let first_triangle: u32 =
+                    scene.meshes[..instance.mesh].iter().map(|m| of(m).triangles.len() as u32).sum();
+                let topology = of(mesh);
                 let light = CasterLight::light(r.light(), &instance.world_from_object);
                 let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
                 let exact = facing(&topology, &mesh.positions, light);
@@ -386,7 +389,7 @@ fn silhouettes_equal_their_mirror() {
                 let shell = casters.casters.is_shell(i, light);
                 expected.extend(silhouettes(&topology, &sigma, shell).into_iter().map(|e| {
                     let flags = e.weight | u32::from(e.boundary) << 16 | u32::from(e.outline) << 17;
-                    [e.ends[0] + first_vertex, e.ends[1] + first_vertex, i as u32, flags]
+                    [e.ends[0] + first_vertex, e.ends[1] + first_vertex, i as u32, flags, first_triangle + e.face]
                 }));
             }
             assert_eq!(&list[..count], &expected[..], "{name}");
