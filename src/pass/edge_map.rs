@@ -222,11 +222,6 @@ impl EdgeMap {
         self.lower_keys.as_ref().unwrap_or(&self.keys)
     }
 
-    /// Texels, along both axes, before an edge at which a cell learns of it.
-    pub fn reach(&self) -> f32 {
-        self.config.reach
-    }
-
     /// True if the slots are in two buffers: the upper half of the map's rows, rounded up, in the first.
     pub fn is_split(&self) -> bool {
         self.lower_keys.is_some()
