@@ -8,7 +8,7 @@
 //! covers `soft_receiver.glsl`, `soft_filter.glsl` and `blockers.glsl`; `rbssm` covers `edge_blockers.glsl` and
 //! `revectorized_filter.glsl`; `shadow_volumes` covers `volume_draws.comp` and `volumes.glsl`; `silhouettes` covers
 //! `casters.glsl`, `facing.comp`, `silhouettes.glsl` and `silhouette_*.comp`; `sm` covers
-//! `shadow_map_test.glsl`; `map_edges` covers `edge_segments.comp` and `map_edge.glsl`; `sssm` covers `sssm_*`; `edsm` covers
+//! `shadow_map_test.glsl`; `edge_segments` covers `map_edge.glsl`; `sssm` covers `sssm_*`; `edsm` covers
 //! `edsm_*`, but `edsm_x` is a pass of its own and covers `edge_rule.glsl`. `edge_map` covers `edge_ids.comp`. `tiles.glsl` is exempt: it only packs numbers of tiles
 //! and pixels, which `pcf::listed` counts.
 //! `tests/mirrors_exist.rs` holds this list against `glsl/pass`.
@@ -23,7 +23,6 @@ pub mod edsm;
 pub mod edsm_x;
 pub mod edt;
 pub mod hsm;
-pub mod map_edges;
 mod map_receiver;
 pub mod mean_filter;
 pub mod nearest_edge;
