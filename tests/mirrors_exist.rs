@@ -7,6 +7,7 @@ const COVERED: &[(&str, Option<&str>)] = &[
     ("blockers", Some("soft")),
     ("casters", Some("silhouettes")),
     ("edge_blockers", Some("rbssm")),
+    ("edge_cells", Some("edge_map")),
     ("edge_ids", Some("edge_map")),
     ("edge_list", Some("rbsm")),
     ("edge_marks", Some("edge_seeds")),

@@ -25,7 +25,7 @@ pub struct DistanceConfig {
     pub cosine: bool,
     /// Leave out edges that the light does not see.
     pub kill: bool,
-    /// How far from an edge distances are known, texels.
+    /// How far from an edge distances are known, texels: above 0.
     pub half_width: f32,
 }
 
@@ -39,7 +39,10 @@ pub struct EdgeDistances {
 }
 
 impl EdgeDistances {
-    /// Allocates.
+    /// Allocates; the technique's name is for messages.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -67,6 +70,9 @@ impl EdgeDistances {
     }
 
     /// Makes the map, unless that of the frame before still holds.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());

@@ -16,10 +16,11 @@ pub struct MapEdges {
 }
 
 impl MapEdges {
-    /// Allocates room for every edge of the casters. Of each edge what lies up to `margin` texels around the map is kept.
+    /// Allocates room for every edge of the casters. Of each edge what lies up to `margin` texels around the map is kept;
+    /// the technique's name is for messages.
     ///
     /// # Errors
-    /// As of [`Silhouettes::new`].
+    /// As of [`Silhouettes::new`] and [`EdgeSegments::new`].
     pub fn new(context: &Context, technique: &'static str, casters: &Arc<Casters>, margin: f32) -> Result<Self> {
         let silhouettes = Silhouettes::new(context, casters, false)?;
         let segments = EdgeSegments::new(context, &silhouettes)?;

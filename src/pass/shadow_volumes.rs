@@ -153,15 +153,9 @@ impl ShadowVolumes {
         let attachment = |name, format| Image::new(device, &ImageDesc::attachment(name, format, extent));
         // Compare and bias follow the camera's depth, which comes with the frame.
         let depth = DepthState { format: DEPTH, compare: vk::CompareOp::GREATER, write: false };
-        let keep = |depth_fail| StencilFace {
-            compare: vk::CompareOp::ALWAYS,
-            fail: vk::StencilOp::KEEP,
-            depth_fail,
-            pass: vk::StencilOp::KEEP,
-        };
         let wrap = StencilState {
-            front: keep(vk::StencilOp::DECREMENT_AND_WRAP),
-            back: keep(vk::StencilOp::INCREMENT_AND_WRAP),
+            front: StencilFace::on_depth_fail(vk::StencilOp::DECREMENT_AND_WRAP),
+            back: StencilFace::on_depth_fail(vk::StencilOp::INCREMENT_AND_WRAP),
         };
         let state = RasterState {
             depth: Some(depth),

@@ -25,7 +25,7 @@ shader_struct! {
 pub enum PointsBy {
     /// Edges are walked along by compute shaders.
     Compute,
-    /// A quad is drawn around each edge.
+    /// A quad is drawn around each edge. Needs [`crate::DeviceFeatures::dynamic_rendering`].
     Raster,
 }
 
@@ -47,7 +47,10 @@ const MARGIN: f32 = 16.0;
 const MIDDLE: u32 = 0x8000_8000;
 
 impl SilhouettePoints {
-    /// Allocates. With `kill`, edges that the light does not see are left out.
+    /// Allocates; the technique's name is for messages. With `kill`, edges that the light does not see are left out.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -95,6 +98,9 @@ impl SilhouettePoints {
     }
 
     /// Makes the map, unless that of the frame before still holds.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());

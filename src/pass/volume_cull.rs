@@ -94,8 +94,11 @@ pub(crate) fn rectangle(points: &[DVec4], depth: DepthRange, size: [u32; 2]) -> 
         DepthRange::Standard => (|p| p.z, |p| p.w - p.z),
     };
     let beyond = |inside: Side| points.iter().all(|p| inside(p) < 0.0);
-    if beyond(near) || beyond(far) || points.iter().any(|p| !p.is_finite()) {
-        return if points.iter().any(|p| !p.is_finite()) { Rect::all(size) } else { nothing };
+    if points.iter().any(|p| !p.is_finite()) {
+        return Rect::all(size);
+    }
+    if beyond(near) || beyond(far) {
+        return nothing;
     }
     let axis = |i: usize| {
         let along = |sign: f64| points.iter().map(move |p| (sign * p[i], p.w));
@@ -109,7 +112,7 @@ pub(crate) fn rectangle(points: &[DVec4], depth: DepthRange, size: [u32; 2]) -> 
     if x.is_empty() || y.is_empty() { nothing } else { Rect { x, y } }
 }
 
-/// The largest `s` in `[-1, 1 + ...]` with `x - s w >= 0` for all `(x, w)`; `-1`, the border of the image, if there is none.
+/// The largest `s` in `[-1, 1000]` with `x - s w >= 0` for all `(x, w)`; `-1`, the border of the image, if there is none.
 fn bound(points: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
     for (x, w) in points {

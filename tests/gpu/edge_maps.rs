@@ -5,7 +5,6 @@ mod lookups;
 mod maps;
 mod straight;
 
-use crate::common::Shot;
 use edgeshade::casters::Casters;
 use edgeshade::host::Host;
 use edgeshade::pass::edsm::{BorderKernel, DistanceConfig, EdgeDistances};
@@ -95,8 +94,4 @@ fn receiver_settings(id: &str) -> rbsm::Settings {
         depth_bias: p.float("depth_bias"),
         slack: p.float("slack"),
     }
-}
-
-fn shadow_map(host: &Host, renderer: &Renderer<'_>) -> Vec<f32> {
-    Shot::of(host, renderer, true).map
 }

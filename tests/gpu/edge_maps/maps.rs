@@ -1,6 +1,6 @@
 //! The maps against their mirrors, and the two ways to make one against each other.
 
-use super::{config, maps, shadow_map};
+use super::{config, maps};
 use crate::common::{desc, frame, prepare, renderer, shipped_scene, with_gpu};
 use crate::made::{self, cuboid, mesh, moved, perspective, plane, sphere, spot, still_life, sun};
 use crate::passes::Random;
@@ -130,7 +130,7 @@ fn points_are_the_same_by_either_path_and_those_of_the_mirror() {
                 let r = drawn(host, &scene, map);
                 let m = maps(host, &r, kill);
                 assert_eq!(m.points, m.drawn_points, "{what}");
-                let depth = shadow_map(host, &r);
+                let depth = host.read_values(r.shadow_map()).unwrap();
                 let cells = sssm::candidates(&m.edges, [map; 2], &depth, kill);
                 let wrong =
                     |points: &[u32]| (0..points.len()).filter(|&i| !sssm::explains(&cells[i], points[i])).count();
@@ -159,7 +159,7 @@ fn distances_are_those_of_the_mirror() {
             for (map, kill) in [(96, true), (130, false)] {
                 let r = drawn(host, &scene, map);
                 let m = maps(host, &r, kill);
-                let depth = shadow_map(host, &r);
+                let depth = host.read_values(r.shadow_map()).unwrap();
                 for cosine in [false, true] {
                     let what = format!("{name} {map} kill {kill} cosine {cosine}");
                     let got = &m.distances[usize::from(cosine)];
