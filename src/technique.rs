@@ -1,5 +1,6 @@
 //! The registry: the only list of techniques, with each one's parameter table and constructor.
 
+mod edge_lookup;
 pub mod edsm;
 pub mod edsm_x;
 pub mod edtsm;

@@ -89,6 +89,11 @@ impl CameraView {
         self.clip_from_view.row(3).truncate() == DVec3::ZERO
     }
 
+    /// This view's clip space from an object's: see [`clip_from_object`].
+    pub(crate) fn clip_from_object(&self, world_from_object: &DAffine3) -> DMat4 {
+        clip_from_object(&self.world_from_view, self.clip_from_view, world_from_object)
+    }
+
     /// The ray through a point of the image, in the world: origin and unit direction.
     ///
     /// `ndc` has `x` right and `y` down, both in `[-1, 1]`; the centre of pixel `(i, j)` of a `w x h`
@@ -184,6 +189,11 @@ impl LightView {
         Self { world_from_view, clip_from_view, kind: LightKind::Directional { angle } }
     }
 
+    /// This view's clip space from an object's: see [`clip_from_object`].
+    pub(crate) fn clip_from_object(&self, world_from_object: &DAffine3) -> DMat4 {
+        clip_from_object(&self.world_from_view, self.clip_from_view, world_from_object)
+    }
+
     /// True for a directional light.
     pub fn is_directional(&self) -> bool {
         matches!(self.kind, LightKind::Directional { .. })
@@ -206,6 +216,16 @@ impl LightView {
             LightKind::Spot { .. } => (self.position() - p).normalize_or_zero(),
         }
     }
+}
+
+/// A view's clip space from an object's: positions are subtracted before anything is multiplied.
+fn clip_from_object(world_from_view: &DAffine3, clip_from_view: DMat4, world_from_object: &DAffine3) -> DMat4 {
+    let rotation = world_from_view.matrix3.transpose();
+    let view_from_object = DAffine3 {
+        matrix3: rotation * world_from_object.matrix3,
+        translation: rotation * (world_from_object.translation - world_from_view.translation),
+    };
+    clip_from_view * DMat4::from(view_from_object)
 }
 
 /// A rigid transform that stands at `eye` and looks at `target`; `+Y` is up unless that is the view axis.

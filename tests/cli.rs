@@ -38,6 +38,13 @@ impl Place {
         serde_json::from_str(&self.good(args)).unwrap()
     }
 
+    /// What a suite wrote into the folder `out`.
+    fn figures(&self) -> Value {
+        let mut files = std::fs::read_dir(self.path("out")).unwrap().map(|e| e.unwrap().path());
+        let json = files.find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
+        serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap()
+    }
+
     /// Runs what must fail with this status and with each of these texts in its message.
     fn bad(&self, args: &[&str], status: i32, texts: &[&str]) {
         let output = self.run(args);
@@ -585,9 +592,7 @@ fn the_penumbrae_suite_says_what_edtsm_star_adds() {
     let place = Place::new();
     let args = ["bench", "--suite", "penumbrae", "--quick", "--size", "64x36", "--frames", "1", "-o", "out"];
     let text = place.good(&args);
-    let json = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path());
-    let json = json.into_iter().find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
-    let figures: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let figures = place.figures();
     let rows = figures["results"].as_array().unwrap();
     assert_eq!(rows.len(), 8 + 4);
     for r in rows {
@@ -663,9 +668,7 @@ fn the_soft_cost_suite_says_what_is_added() {
     for part in ["## What soft shadows add", "## Passes", "| courtyard | pcf width=15 |"] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    let json = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path());
-    let json = json.into_iter().find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
-    let figures: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let figures = place.figures();
     let rows = figures["results"].as_array().unwrap();
     assert!(rows.len() > 1 && rows[0]["technique"] == "sm" && rows[0]["added_ms"] == 0.0, "{figures}");
     for r in rows {
@@ -697,9 +700,7 @@ fn the_edges_cost_suite_splits_frames_into_update_and_shading() {
     let place = Place::new();
     let args = ["bench", "--suite", "edges-cost", "--quick", "--size", "64x36", "--frames", "2", "-o", "out"];
     let text = place.good(&args);
-    let json = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path());
-    let json = json.into_iter().find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
-    let figures: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let figures = place.figures();
     let rows = figures["results"].as_array().unwrap();
     assert!(rows.len() >= 4 && rows.len().is_multiple_of(2) && text.contains("| shadow-volumes |"), "{text}");
     for r in rows {

@@ -3,6 +3,7 @@
 // raster/edge_map.vert, .frag do the same by quads; both make the same map.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#include "casters.glsl"
 #include "edge_map.glsl"
 #include "silhouettes.glsl"
 
@@ -15,7 +16,7 @@ layout(push_constant, scalar) uniform Push {
   float reach; // texels before an edge's end or side at which a cell learns of it; 0: where it is entered
 } push;
 
-const uint MAX_GROUPS_X = 65535, WALKERS = 16;
+const uint WALKERS = 16; // an edge
 
 void walk(uint index, uint walker) {
   EdgeSegment e = segments[index];
@@ -37,6 +38,6 @@ void walk(uint index, uint walker) {
 }
 
 void main() {
-  uint index = 4 * (gl_WorkGroupID.x + MAX_GROUPS_X * gl_WorkGroupID.y) + gl_LocalInvocationIndex / WALKERS;
+  uint index = 4 * chunkIndex(gl_WorkGroupID) + gl_LocalInvocationIndex / WALKERS;
   if (index < header.count) walk(index, gl_LocalInvocationIndex % WALKERS);
 }

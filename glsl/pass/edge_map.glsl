@@ -32,8 +32,8 @@ layout(binding = 3, scalar) buffer Spill {
   uint count; // entries asked for
   SpilledEdge entries[];
 } spill;
-layout(binding = 5, scalar) buffer LowerKeys { uint64_t lower_keys[]; };
 layout(binding = 4, scalar) buffer Heads { uvec2 heads[]; }; // first entry of a cell, and how many it asked for, less one
+layout(binding = 5, scalar) buffer LowerKeys { uint64_t lower_keys[]; };
 
 // Farthest depth of a cell's four texels and of the twelve around them; beyond the map 1.
 float farthestAround(ivec2 cell, vec2 map_size) {
@@ -46,7 +46,7 @@ float farthestAround(ivec2 cell, vec2 map_size) {
   return z;
 }
 
-// An edge that is seen from the light has something farther beside it. Depth over the edge's own length as margin.
+// An edge that is seen from the light has something farther beside it.
 bool isHidden(EdgeSegment e, ivec2 cell, vec2 map_size) {
   float t = segmentFoot(e, vec2(cell));
   return segmentDepth(e, t) > farthestAround(cell, map_size) + 2.0 * DEPTH_ULPS;
@@ -63,8 +63,8 @@ void spillEdge(uint segment, uint cell) {
   spill.entries[entry] = SpilledEdge(segment, atomicExchange(heads[cell].x, entry));
 }
 
-// Puts an edge into a cell's list if it enters the cell, or comes as near as `reach`. Slots are only ever lowered, and what is displaced moves on to the
-// next: whatever the order of the insertions, the slots end with the K smallest keys.
+// Puts an edge into a cell's list if it enters the cell, or comes as near as `reach`. Slots are only ever lowered, and what
+// is displaced moves on to the next: whatever the order of the insertions, the slots end with the K smallest keys.
 void insertEdge(uint index, EdgeSegment e, ivec2 cell, ivec2 map_size, float reach) {
   if (!entersSquare(e, vec2(cell), 0.5 + reach)) return;
   float d2 = segmentDistance2(e, vec2(cell));

@@ -281,7 +281,7 @@ fn measure(args: &Args, tracer: &mut Tracer<'_>, renderer: &mut Renderer<'_>, ho
     };
     renderer.shade_with(&visibility)?;
     let picture = view::picture(host, renderer.picture())?;
-    let mask = truth::judged(&truth, &host.read_image::<u32>(&renderer.gbuffer().triangle)?);
+    let mask = truth.judged(&host.read_image::<u32>(&renderer.gbuffer().triangle)?);
     Ok(Measure { visibility, mask, picture, size, about })
 }
 

@@ -264,7 +264,7 @@ fn shoot(
                 args.truth.samples.map(|n| ("samples".into(), n.to_string())).into_iter().collect();
             let samples = Choice::new("ray-traced", &truth_args)?.params.int("samples");
             let (truth, _) = tracer.truth(samples, Seed::Truth)?;
-            let judged = truth::judged(&truth, &host.read_image::<u32>(&gbuffer.triangle)?);
+            let judged = truth.judged(&host.read_image::<u32>(&gbuffer.triangle)?);
             Shot::error(&visibility()?, &truth.visibility, &judged, size)?
         }
         name => {

@@ -1,4 +1,4 @@
-//! The references: made once, kept on disk, and which pixels may be judged by them.
+//! The references: made once, kept on disk.
 
 use super::args::{TruthArgs, usage};
 use super::progress::Progress;
@@ -9,7 +9,7 @@ use edgeshade::metrics;
 use edgeshade::pass::penumbra::penumbra_width;
 use edgeshade::picture::Picture;
 use edgeshade::reference::ray_traced::{
-    Cache, FixedPenumbraSettings, MIN_N_DOT_L, Method, Origin, RayScene, SoftSettings, Truth, cache_key, trace,
+    Cache, FixedPenumbraSettings, Method, Origin, RayScene, SoftSettings, Truth, cache_key, trace,
 };
 use edgeshade::scene::{Light, Renderer, Scene};
 use edgeshade::view::{CameraView, LightKind, LightView};
@@ -138,12 +138,6 @@ pub fn reference(
         }
         id => usage(format!("{id}: this reference cannot be made here")),
     }
-}
-
-/// Pixels that a comparison may use: what the truth says, and both see the same triangle there.
-pub fn judged(truth: &Truth, triangle_ids: &[u32]) -> Vec<bool> {
-    let valid = truth.valid(MIN_N_DOT_L).into_iter();
-    valid.zip(&truth.triangle).zip(triangle_ids).map(|((valid, traced), seen)| valid && traced == seen).collect()
 }
 
 /// Mean FLIP difference of two lit pictures; what is not judged does not count here either.

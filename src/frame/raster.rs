@@ -214,9 +214,9 @@ impl Draw<'_, '_> {
         Ok(())
     }
 
-    #[cfg(feature = "app")]
     /// Binds other resources to the current pipeline: such as nothing of this frame or the one before wrote, or as stand
     /// in [`RasterPass::bound`] too, since no barrier can be placed in a pass.
+    #[cfg(feature = "app")]
     pub fn rebind(&mut self, bind: &[Bind<'_>]) -> Result<()> {
         let interface = self.interface()?;
         interface.check(bind)?;
@@ -229,8 +229,8 @@ impl Draw<'_, '_> {
         self.pipeline.map(|p| &p.interface).ok_or_else(none)
     }
 
-    #[cfg(feature = "app")]
     /// Binds the vertex buffers of the pipeline's attributes, each from an offset in bytes on.
+    #[cfg(feature = "app")]
     pub fn vertices(&mut self, vertices: &[(&Buffer, u64)]) {
         let handles: Vec<_> = vertices.iter().map(|v| v.0.handle()).collect();
         let offsets: Vec<_> = vertices.iter().map(|v| v.1).collect();
@@ -238,8 +238,8 @@ impl Draw<'_, '_> {
         unsafe { self.frame.context.device().raw.cmd_bind_vertex_buffers(self.frame.cmd, 0, &handles, &offsets) };
     }
 
-    #[cfg(feature = "app")]
     /// Binds the index buffer, of `u32`.
+    #[cfg(feature = "app")]
     pub fn indices(&mut self, indices: &Buffer) {
         let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
         // SAFETY: as in `bind`.
@@ -307,8 +307,8 @@ impl Draw<'_, '_> {
         Ok(())
     }
 
-    #[cfg(feature = "app")]
     /// Draws vertices by index.
+    #[cfg(feature = "app")]
     pub fn indexed(&mut self, indices: Range<u32>, instances: Range<u32>) -> Result<()> {
         self.interface()?;
         let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);

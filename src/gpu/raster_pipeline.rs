@@ -140,6 +140,12 @@ pub struct StencilFace {
 }
 
 impl StencilFace {
+    /// Changes where the depth test fails, and nowhere else.
+    pub fn on_depth_fail(depth_fail: vk::StencilOp) -> Self {
+        let keep = vk::StencilOp::KEEP;
+        Self { compare: vk::CompareOp::ALWAYS, fail: keep, depth_fail, pass: keep }
+    }
+
     fn state(self) -> vk::StencilOpState {
         vk::StencilOpState {
             fail_op: self.fail,

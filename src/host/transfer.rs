@@ -68,47 +68,33 @@ impl Host {
     /// Texels of level 0, layer 0 of an image in `GENERAL`, rows tightly packed.
     pub fn read_image<T: bytemuck::AnyBitPattern>(&self, image: &Image) -> Result<Vec<T>> {
         let [width, height] = image.extent();
-        let desc = BufferDesc {
-            name: "readback",
-            size: u64::from(width) * u64::from(height) * size_of::<T>() as u64,
-            usage: vk::BufferUsageFlags::TRANSFER_DST,
-            memory: MemoryKind::Readback,
-        };
-        let buffer = Buffer::new(self.context().device(), &desc)?;
-        self.run(|cmd| {
-            // SAFETY: as above.
-            let mut frame = unsafe { Frame::begin(self.context(), cmd, Handoff::default(), None) };
-            frame.read_back(image, &buffer);
-            frame.end();
-            Ok(())
-        })?;
-        let bytes = buffer.bytes();
-        if bytes.len() as u64 != desc.size.max(4) {
-            return Err(not_mapped("readback"));
-        }
-        Ok(bytes[..desc.size as usize].chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
+        let size = u64::from(width) * u64::from(height) * size_of::<T>() as u64;
+        self.read(size, |frame, target| frame.read_back(image, target))
     }
 
     /// The content of a buffer made with `TRANSFER_SRC`, after everything submitted so far.
     pub fn read_buffer<T: bytemuck::AnyBitPattern>(&self, buffer: &Buffer) -> Result<Vec<T>> {
-        let desc = BufferDesc {
-            name: "readback",
-            size: buffer.size(),
-            usage: vk::BufferUsageFlags::TRANSFER_DST,
-            memory: MemoryKind::Readback,
-        };
+        self.read(buffer.size(), |frame, target| frame.read_back_buffer(buffer, target))
+    }
+
+    /// So many bytes that `copy` takes into a buffer.
+    fn read<T: bytemuck::AnyBitPattern>(
+        &self,
+        size: u64,
+        copy: impl FnOnce(&mut Frame<'_>, &Buffer),
+    ) -> Result<Vec<T>> {
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let desc = BufferDesc { name: "readback", size, usage, memory: MemoryKind::Readback };
         let target = Buffer::new(self.context().device(), &desc)?;
         self.run(|cmd| {
             // SAFETY: as above.
             let mut frame = unsafe { Frame::begin(self.context(), cmd, Handoff::default(), None) };
-            frame.read_back_buffer(buffer, &target);
+            copy(&mut frame, &target);
             frame.end();
             Ok(())
         })?;
-        if target.bytes().is_empty() {
-            return Err(not_mapped("readback"));
-        }
-        Ok(target.bytes().chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
+        let bytes = target.bytes().get(..size as usize).ok_or_else(|| not_mapped("readback"))?;
+        Ok(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
     /// The first channel of an image of any visibility or depth format, as `f32`.

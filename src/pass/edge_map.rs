@@ -54,7 +54,8 @@ pub const LEAST_REACH: f32 = 1.0 / 64.0;
 pub enum Generation {
     /// Threads walk along them.
     Compute,
-    /// Quads around them are rasterised. Needs [`crate::DeviceFeatures::fragment_stores`].
+    /// Quads around them are rasterised. Needs [`crate::DeviceFeatures::dynamic_rendering`] and
+    /// [`crate::DeviceFeatures::fragment_stores`].
     Raster,
 }
 
@@ -89,7 +90,8 @@ impl EdgeMap {
     /// Allocates.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a map too large for a storage buffer of the device.
+    /// [`Error::Parameter`] for a map too large for two storage buffers of the device; [`Error::NoDevice`] for
+    /// [`Generation::Raster`] on a device made without what it needs.
     pub fn new(
         context: &Context,
         silhouettes: &Silhouettes,
@@ -220,11 +222,6 @@ impl EdgeMap {
     /// The same for the map's lower half, where [`EdgeMap::is_split`]; otherwise the whole map again.
     pub fn lower_keys(&self) -> &Buffer {
         self.lower_keys.as_ref().unwrap_or(&self.keys)
-    }
-
-    /// Texels, along both axes, before an edge at which a cell learns of it.
-    pub fn reach(&self) -> f32 {
-        self.config.reach
     }
 
     /// True if the slots are in two buffers: the upper half of the map's rows, rounded up, in the first.

@@ -3,7 +3,7 @@
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, shader_struct};
 use crate::pass::silhouettes::Silhouettes;
 use crate::view::LightView;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
 use ash::vk;
 use glam::DMat3;
 use std::sync::Arc;
@@ -91,7 +91,7 @@ impl EdgeSegments {
                 Bind::Buffer(&casters.triangles),
             ],
             push: bytemuck::bytes_of(&push),
-            threads: Threads::Indirect(silhouettes.header(), 0),
+            threads: silhouettes.threads(),
         })
     }
 

@@ -1,12 +1,12 @@
 //! Edge distance shadow mapping: the map of signed distances to the casters' edges, and the lookup.
 
-use super::map_edges::{MapEdges, QUADS};
+use super::map_edges::MapEdges;
+use super::map_lookup::MapLookup;
+use super::silhouettes::QUADS;
 use crate::casters::Casters;
 use crate::frame::{Bound, RasterPass, Target};
-use crate::gpu::{Buffer, ComputePipeline, DepthState, Image, ImageDesc, RasterPipeline, RasterState, shader_struct};
-use crate::pass::rbsm::RbsmPush;
-use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use crate::gpu::{DepthState, Image, ImageDesc, RasterPipeline, RasterState, shader_struct};
+use crate::{Bind, Context, Frame, Inputs, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ pub struct DistanceConfig {
     pub cosine: bool,
     /// Leave out edges that the light does not see.
     pub kill: bool,
-    /// How far from an edge distances are known, texels.
+    /// How far from an edge distances are known, texels: above 0.
     pub half_width: f32,
 }
 
@@ -39,7 +39,10 @@ pub struct EdgeDistances {
 }
 
 impl EdgeDistances {
-    /// Allocates.
+    /// Allocates; the technique's name is for messages.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -67,11 +70,15 @@ impl EdgeDistances {
     }
 
     /// Makes the map, unless that of the frame before still holds.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
         }
-        let bind = [Bind::Buffer(self.edges.segments()), Bind::Input(&inputs.shadow_map)];
+        let bind = [Bind::Buffer(self.edges.segments().segments()), Bind::Input(&inputs.shadow_map)];
+        let header = self.edges.silhouettes().header();
         let pass = RasterPass {
             name: "edge distances",
             extent: self.distances.extent(),
@@ -79,13 +86,13 @@ impl EdgeDistances {
             // Farther than any priority: all of a quad counts.
             depth: Some(Target::depth(&self.priorities, 1.0)),
             bound: &[Bound { pipeline: &self.pipeline, bind: &bind }],
-            indirect: &[self.edges.header()],
+            indirect: &[header],
         };
         let push = EdgeQuadPush { map_size: self.distances.extent(), half_width: self.half_width };
         frame.raster(&pass, |draw| {
             draw.bind(0)?;
             draw.push(bytemuck::bytes_of(&push))?;
-            draw.indirect(self.edges.header(), QUADS)
+            draw.indirect(header, QUADS)
         })
     }
 
@@ -117,45 +124,9 @@ pub enum BorderKernel {
     Disc,
 }
 
-/// The lookup.
-pub struct Edsm {
-    pipeline: Arc<ComputePipeline>,
-}
-
-impl Edsm {
-    /// Makes the pipeline: of the visibility, or of a picture of the distances over it. `border` is the width of soft borders
-    /// in texels; 0 for hard ones.
-    pub fn new(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<Self> {
-        let constants = [0, picture.into(), (0.5 * border).to_bits(), kernel as u32];
-        let pipeline = context.pipeline::<RbsmPush>("pass/edsm.comp", &constants)?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
-        Ok(Self { pipeline })
-    }
-
-    /// Writes every pixel of `output`.
-    pub fn record(
-        &self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: RbsmPush,
-        distances: &Image,
-        output: &Image,
-    ) -> Result<()> {
-        let [width, height] = output.extent();
-        frame.dispatch(&Pass {
-            name: "edge distance lookup",
-            pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Image(output),
-                Bind::Image(distances),
-            ],
-            push: bytemuck::bytes_of(&push),
-            threads: Threads::Count([width, height, 1]),
-        })
-    }
+/// The lookup: of the visibility, or with `picture` of a picture of the distances over it. `border` is the width of soft
+/// borders in texels; 0 for hard ones.
+pub fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
+    let constants = [0, picture.into(), (0.5 * border).to_bits(), kernel as u32];
+    MapLookup::new(context, "edge distance lookup", "pass/edsm.comp", &constants)
 }

@@ -1,15 +1,11 @@
-//! The casters' silhouette edges in the shadow map's plane, kept while the light stands still: what the techniques draw
-//! that hold something for each edge in a map of the shadow map's size.
+//! The casters' silhouette edges in the shadow map's plane, kept while the light stands still: what the techniques start
+//! from that hold something of the edges in a map of the shadow map's size.
 
 use super::edge_segments::EdgeSegments;
 use super::silhouettes::Silhouettes;
 use crate::casters::Casters;
-use crate::gpu::Buffer;
-use crate::{Context, Frame, Inputs, Result, Threads};
+use crate::{Context, Frame, Inputs, Result};
 use std::sync::Arc;
-
-/// Where the arguments to draw a quad an edge stand in `SilhouetteHeader`.
-pub(crate) const QUADS: u64 = 9 * 4;
 
 /// The passes with their lists.
 pub struct MapEdges {
@@ -20,10 +16,11 @@ pub struct MapEdges {
 }
 
 impl MapEdges {
-    /// Allocates room for every edge of the casters. Of each edge what lies up to `margin` texels around the map is kept.
+    /// Allocates room for every edge of the casters. Of each edge what lies up to `margin` texels around the map is kept;
+    /// the technique's name is for messages.
     ///
     /// # Errors
-    /// As of [`Silhouettes::new`].
+    /// As of [`Silhouettes::new`] and [`EdgeSegments::new`].
     pub fn new(context: &Context, technique: &'static str, casters: &Arc<Casters>, margin: f32) -> Result<Self> {
         let silhouettes = Silhouettes::new(context, casters, false)?;
         let segments = EdgeSegments::new(context, &silhouettes)?;
@@ -43,19 +40,14 @@ impl MapEdges {
         Ok(true)
     }
 
-    /// A thread an edge, 64 a workgroup.
-    pub(crate) fn threads(&self) -> Threads<'_> {
-        Threads::Indirect(self.silhouettes.header(), 0)
+    /// Where the edges are listed, with their number and the arguments of dispatches and draws.
+    pub fn silhouettes(&self) -> &Silhouettes {
+        &self.silhouettes
     }
 
-    /// The list: `EdgeSegment` of `glsl/lib/edge_segment.glsl`.
-    pub fn segments(&self) -> &Buffer {
-        self.segments.segments()
-    }
-
-    /// Their number and the arguments of dispatches and draws: `SilhouetteHeader` of `glsl/pass/silhouettes.glsl`.
-    pub fn header(&self) -> &Buffer {
-        self.silhouettes.header()
+    /// A segment for each of them.
+    pub fn segments(&self) -> &EdgeSegments {
+        &self.segments
     }
 
     /// Bytes of device memory.

@@ -11,6 +11,7 @@ pub mod edsm;
 pub mod edt;
 pub mod hsm;
 pub mod map_edges;
+pub mod map_lookup;
 pub mod mean_filter;
 pub mod nearest_edge;
 pub mod pcf;

@@ -9,8 +9,8 @@ use crate::gpu::{
 };
 use crate::pass::silhouettes::{CasterLight, Silhouettes};
 use crate::pass::view::{ViewConstants, depth_error};
-use crate::view::DepthRange;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use crate::view::{CameraView, DepthRange};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use glam::DAffine3;
 use std::ops::Range;
@@ -32,6 +32,14 @@ shader_struct! {
     pub struct VolumeCamera {
         clip_from_object: [[f32; 4]; 4],
         shells: u32,
+    }
+}
+
+impl VolumeCamera {
+    /// Composed as the host's rasterisation composes it, bit by bit.
+    pub(super) fn new(camera: &CameraView, world_from_object: &DAffine3, shells: bool) -> Self {
+        let clip_from_object = camera.clip_from_object(world_from_object).as_mat4().to_cols_array_2d();
+        Self { clip_from_object, shells: shells.into() }
     }
 }
 
@@ -131,7 +139,7 @@ impl ShadowVolumes {
     /// Allocates for images of `extent` pixels; `keep_count` for [`ShadowVolumes::resolve`].
     ///
     /// # Errors
-    /// [`Error::NoDevice`] if the caller's device was made without what the settings need, beside those of memory and
+    /// [`crate::Error::NoDevice`] if the caller's device was made without what the settings need, beside those of memory and
     /// pipelines.
     pub fn new(
         context: &Context,
@@ -145,15 +153,9 @@ impl ShadowVolumes {
         let attachment = |name, format| Image::new(device, &ImageDesc::attachment(name, format, extent));
         // Compare and bias follow the camera's depth, which comes with the frame.
         let depth = DepthState { format: DEPTH, compare: vk::CompareOp::GREATER, write: false };
-        let keep = |depth_fail| StencilFace {
-            compare: vk::CompareOp::ALWAYS,
-            fail: vk::StencilOp::KEEP,
-            depth_fail,
-            pass: vk::StencilOp::KEEP,
-        };
         let wrap = StencilState {
-            front: keep(vk::StencilOp::DECREMENT_AND_WRAP),
-            back: keep(vk::StencilOp::INCREMENT_AND_WRAP),
+            front: StencilFace::on_depth_fail(vk::StencilOp::DECREMENT_AND_WRAP),
+            back: StencilFace::on_depth_fail(vk::StencilOp::INCREMENT_AND_WRAP),
         };
         let state = RasterState {
             depth: Some(depth),
@@ -242,16 +244,9 @@ impl ShadowVolumes {
     /// Counts the volumes that each pixel's point lies in.
     ///
     /// # Errors
-    /// [`Error::Input`] unless there is a transform for each instance.
+    /// [`crate::Error::Input`] unless there is a transform for each instance.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, technique: &str) -> Result<()> {
-        let instances = self.casters.counts().instances as usize;
-        if inputs.casters.len() != instances {
-            return Err(Error::Input {
-                technique: technique.into(),
-                input: "casters",
-                problem: format!("{} transforms for {instances} instances", inputs.casters.len()),
-            });
-        }
+        inputs.check_casters(technique, &self.casters)?;
         let light = &inputs.light[0];
         // Of a transform without inverse no side of a triangle is known.
         let regular = |m: &DAffine3| m.is_finite() && m.matrix3.inverse().is_finite();
@@ -262,18 +257,16 @@ impl ShadowVolumes {
             })
             .collect();
         let changed = self.silhouettes.record(frame, inputs, Some(&casts))?;
-        let camera = inputs.camera;
-        let seen = |m: &DAffine3| volume_cull::clip_from_object(&camera.world_from_view, camera.clip_from_view, m);
         let cameras: Vec<_> = (inputs.casters.iter().enumerate())
-            .map(|(i, m)| VolumeCamera {
-                clip_from_object: seen(m).as_mat4().to_cols_array_2d(),
-                shells: (!self.settings.robust && self.casters.is_shell(i, CasterLight::light(light, m))).into(),
+            .map(|(i, m)| {
+                let shells = !self.settings.robust && self.casters.is_shell(i, CasterLight::light(light, m));
+                VolumeCamera::new(inputs.camera, m, shells)
             })
             .collect();
-        if instances > 0 {
+        if !cameras.is_empty() {
             frame.update(&self.cameras, bytemuck::cast_slice(&cameras));
         }
-        if changed && instances > 0 && self.settings.path == Path::Compute {
+        if changed && !cameras.is_empty() && self.settings.path == Path::Compute {
             self.find_ranges(frame)?;
         }
         self.copy_depth(frame, inputs)?;
@@ -325,8 +318,7 @@ impl ShadowVolumes {
                 continue;
             }
             let rect = if self.settings.cull {
-                let m =
-                    volume_cull::clip_from_object(&camera.world_from_view, camera.clip_from_view, world_from_object);
+                let m = camera.clip_from_object(world_from_object);
                 let seen = CasterLight::light(light, world_from_object);
                 let swept = volume_cull::swept(&m, self.casters.sphere(i), seen);
                 volume_cull::rectangle(&swept, camera.depth, self.extent).cut(&range)

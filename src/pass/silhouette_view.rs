@@ -1,7 +1,6 @@
 //! A picture of the silhouette edges as the camera sees them.
 
 use super::shadow_volumes::VolumeCamera;
-use super::volume_cull;
 use crate::frame::{Bound, RasterPass, Target};
 use crate::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState, shader_struct};
 use crate::pass::silhouettes::{QUADS, Silhouettes};
@@ -58,10 +57,7 @@ impl SilhouetteView {
     /// Draws the list that `silhouettes` holds; the inputs have a transform for each of its instances.
     pub fn record(&self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, silhouettes: &Silhouettes) -> Result<()> {
         let camera = inputs.camera;
-        let seen = |m| volume_cull::clip_from_object(&camera.world_from_view, camera.clip_from_view, m);
-        let cameras: Vec<_> = (inputs.casters.iter())
-            .map(|m| VolumeCamera { clip_from_object: seen(m).as_mat4().to_cols_array_2d(), shells: 0 })
-            .collect();
+        let cameras: Vec<_> = inputs.casters.iter().map(|m| VolumeCamera::new(camera, m, false)).collect();
         if !cameras.is_empty() {
             frame.update(&self.cameras, bytemuck::cast_slice(&cameras));
         }

@@ -1,15 +1,13 @@
 //! Which triangles face the light, and the edges where a shadow may end.
 
-use crate::casters::{CasterInstance, Casters};
+use crate::casters::{CHUNK, Casters};
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, shader_struct};
 use crate::view::{LightKind, LightView};
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
-use glam::{DAffine3, DMat4, DVec4};
+use glam::{DAffine3, DVec4};
 use std::sync::Arc;
 
-/// Workgroups along x; more go on along y: `MAX_GROUPS_X` of `glsl/pass/casters.glsl`.
-const MAX_GROUPS_X: u32 = 65535;
 /// Bytes of `SilhouetteHeader` of `glsl/pass/silhouettes.glsl`.
 const HEADER: u64 = 16 * 4;
 /// Offset in the header of the number of edges.
@@ -20,6 +18,13 @@ pub(crate) const WALKS: u64 = 13 * 4;
 pub(crate) const QUADS: u64 = 9 * 4;
 /// Bytes of an edge in the list.
 const EDGE: u64 = 20;
+
+/// So many workgroups of [`CHUNK`] threads, numbered by `chunkIndex` of `glsl/pass/casters.glsl`: along x up to its
+/// `MAX_GROUPS_X`, then along y.
+pub(super) fn chunks(count: u32) -> Threads<'static> {
+    const MAX_GROUPS_X: u32 = 65535;
+    Threads::Count([CHUNK * count.min(MAX_GROUPS_X), count.div_ceil(MAX_GROUPS_X), 1])
+}
 
 shader_struct! {
     /// Push constants of the passes over casters.
@@ -56,13 +61,8 @@ impl CasterLight {
 
     /// An instance as a light sees it: everything composed in `f64`, positions subtracted first.
     pub fn new(light: &LightView, world_from_object: &DAffine3) -> Self {
-        let rotation = light.world_from_view.matrix3.transpose();
-        let view_from_object = DAffine3 {
-            matrix3: rotation * world_from_object.matrix3,
-            translation: rotation * (world_from_object.translation - light.world_from_view.translation),
-        };
         Self {
-            clip_from_object: (light.clip_from_view * DMat4::from(view_from_object)).as_mat4().to_cols_array_2d(),
+            clip_from_object: light.clip_from_object(world_from_object).as_mat4().to_cols_array_2d(),
             light: Self::light(light, world_from_object).as_vec4().to_array(),
             orientation: if world_from_object.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 },
             casts: 1,
@@ -146,11 +146,9 @@ impl Silhouettes {
         frame.update(&self.lights, bytemuck::cast_slice(&seen));
         frame.update(&self.header, &[0; HEADER as usize]);
         let lights = Bind::Buffer(&self.lights);
-        let groups = |chunks: u32| [chunks.min(MAX_GROUPS_X), chunks.div_ceil(MAX_GROUPS_X), 1];
         let push = |chunk_count| CasterPush { chunk_count, stride: self.casters.stride() };
         let c = &*self.casters;
         if counts.triangle_chunks > 0 {
-            let [x, y, _] = groups(counts.triangle_chunks);
             frame.dispatch(&Pass {
                 name: "facing",
                 pipeline: &self.facing_bits,
@@ -163,10 +161,9 @@ impl Silhouettes {
                     Bind::Buffer(&self.facing),
                 ],
                 push: bytemuck::bytes_of(&push(counts.triangle_chunks)),
-                threads: Threads::Count([x * crate::casters::CHUNK, y, 1]),
+                threads: chunks(counts.triangle_chunks),
             })?;
         }
-        let [x, y, _] = groups(counts.edge_chunks);
         let edges = |frame: &mut Frame<'_>, name, pipeline| {
             frame.dispatch(&Pass {
                 name,
@@ -183,7 +180,7 @@ impl Silhouettes {
                     Bind::Buffer(&self.edges),
                 ],
                 push: bytemuck::bytes_of(&push(counts.edge_chunks)),
-                threads: Threads::Count([x * crate::casters::CHUNK, y, 1]),
+                threads: chunks(counts.edge_chunks),
             })
         };
         edges(frame, "silhouettes, counted", &self.count)?;
@@ -204,11 +201,6 @@ impl Silhouettes {
         &self.casters
     }
 
-    /// What the shaders know of an instance.
-    pub fn instance(&self, i: usize) -> &CasterInstance {
-        self.casters.instance(i)
-    }
-
     /// The list: 20 bytes an edge, `SilhouetteEdge` of `glsl/pass/casters.glsl`.
     pub fn edges(&self) -> &Buffer {
         &self.edges
@@ -217,6 +209,11 @@ impl Silhouettes {
     /// What stands before the list: `SilhouetteHeader` of `glsl/pass/silhouettes.glsl`.
     pub fn header(&self) -> &Buffer {
         &self.header
+    }
+
+    /// A thread for each edge of the list, [`CHUNK`] a workgroup.
+    pub(super) fn threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.header, 0)
     }
 
     /// For each workgroup of edges where in the list it writes.

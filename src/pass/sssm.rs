@@ -1,15 +1,15 @@
 //! Shadow silhouette maps: a point of an edge for each cell of the shadow map, and the lookup.
 
-use super::map_edges::{MapEdges, QUADS};
-use crate::casters::Casters;
+use super::map_edges::MapEdges;
+use super::map_lookup::MapLookup;
+use super::silhouettes::{QUADS, chunks};
+use crate::casters::{CHUNK, Casters};
 use crate::frame::{Bound, RasterPass, Target};
 use crate::gpu::{
     Buffer, BufferDesc, ComputePipeline, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState,
     shader_struct,
 };
-use crate::pass::rbsm::RbsmPush;
-use crate::pass::view::ViewConstants;
-use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ shader_struct! {
 pub enum PointsBy {
     /// Edges are walked along by compute shaders.
     Compute,
-    /// A quad is drawn around each edge.
+    /// A quad is drawn around each edge. Needs [`crate::DeviceFeatures::dynamic_rendering`].
     Raster,
 }
 
@@ -45,11 +45,12 @@ pub struct SilhouettePoints {
 const MARGIN: f32 = 16.0;
 /// What a cell without an edge holds: its middle, `CELL_MIDDLE` of `glsl/pass/sssm_cell.glsl`.
 const MIDDLE: u32 = 0x8000_8000;
-/// Workgroups along x, `MAX_GROUPS_X` of `glsl/pass/casters.glsl`.
-const MAX_GROUPS_X: u32 = 65535;
 
 impl SilhouettePoints {
-    /// Allocates. With `kill`, edges that the light does not see are left out.
+    /// Allocates; the technique's name is for messages. With `kill`, edges that the light does not see are left out.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -97,31 +98,32 @@ impl SilhouettePoints {
     }
 
     /// Makes the map, unless that of the frame before still holds.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
         }
         let [width, height] = self.points.extent();
+        let silhouettes = self.edges.silhouettes();
+        let (header, segments) = (silhouettes.header(), self.edges.segments().segments());
         match &self.maker {
             Maker::Compute { steps, keys, winners } => {
                 frame.fill("clear silhouette keys", keys, u32::MAX);
                 frame.fill("clear silhouette winners", winners, u32::MAX);
-                let groups = (width * height).div_ceil(64);
-                let [x, y] = [groups.min(MAX_GROUPS_X), groups.div_ceil(MAX_GROUPS_X)];
-                let all = Threads::Count([64 * x, y, 1]);
                 let bind = [
                     Bind::Input(&inputs.shadow_map),
-                    Bind::Buffer(self.edges.header()),
-                    Bind::Buffer(self.edges.segments()),
+                    Bind::Buffer(header),
+                    Bind::Buffer(segments),
                     Bind::Buffer(keys),
                     Bind::Buffer(winners),
                     Bind::Image(&self.points),
                 ];
-                let edges = || self.edges.threads();
                 for (name, pipeline, threads) in [
-                    ("silhouette keys", &steps[0], edges()),
-                    ("silhouette winners", &steps[1], edges()),
-                    ("silhouette points", &steps[2], all),
+                    ("silhouette keys", &steps[0], silhouettes.threads()),
+                    ("silhouette winners", &steps[1], silhouettes.threads()),
+                    ("silhouette points", &steps[2], chunks((width * height).div_ceil(CHUNK))),
                 ] {
                     frame.dispatch(&Pass { name, pipeline, bind: &bind, push: &[], threads })?;
                 }
@@ -129,19 +131,19 @@ impl SilhouettePoints {
             }
             Maker::Raster { pipeline, keys } => {
                 let empty = vk::ClearValue { color: vk::ClearColorValue { uint32: [MIDDLE; 4] } };
-                let bind = [Bind::Buffer(self.edges.segments()), Bind::Input(&inputs.shadow_map)];
+                let bind = [Bind::Buffer(segments), Bind::Input(&inputs.shadow_map)];
                 let pass = RasterPass {
                     name: "silhouette points",
                     extent: self.points.extent(),
                     colors: &[Target { image: &self.points, clear: Some(empty) }],
                     depth: Some(Target::depth(keys, 1.0)),
                     bound: &[Bound { pipeline, bind: &bind }],
-                    indirect: &[self.edges.header()],
+                    indirect: &[header],
                 };
                 frame.raster(&pass, |draw| {
                     draw.bind(0)?;
                     draw.push(bytemuck::bytes_of(&MapSizePush { map_size: [width, height] }))?;
-                    draw.indirect(self.edges.header(), QUADS)
+                    draw.indirect(header, QUADS)
                 })
             }
         }
@@ -167,43 +169,7 @@ impl SilhouettePoints {
     }
 }
 
-/// The lookup.
-pub struct Sssm {
-    pipeline: Arc<ComputePipeline>,
-}
-
-impl Sssm {
-    /// Makes the pipeline: of the visibility, or of a picture of the points over it.
-    pub fn new(context: &Context, picture: bool) -> Result<Self> {
-        let pipeline = context.pipeline::<RbsmPush>("pass/sssm.comp", &[0, picture.into()])?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
-        Ok(Self { pipeline })
-    }
-
-    /// Writes every pixel of `output`.
-    pub fn record(
-        &self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: RbsmPush,
-        points: &Image,
-        output: &Image,
-    ) -> Result<()> {
-        let [width, height] = output.extent();
-        frame.dispatch(&Pass {
-            name: "silhouette lookup",
-            pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Image(output),
-                Bind::Image(points),
-            ],
-            push: bytemuck::bytes_of(&push),
-            threads: Threads::Count([width, height, 1]),
-        })
-    }
+/// The lookup: of the visibility, or with `picture` of a picture of the points over it.
+pub fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
+    MapLookup::new(context, "silhouette lookup", "pass/sssm.comp", &[0, picture.into()])
 }

@@ -37,21 +37,6 @@ impl Rect {
     }
 }
 
-/// A view's clip space from an object's, positions subtracted before anything is multiplied: what the host's rasterisation
-/// composes, bit by bit.
-pub(crate) fn clip_from_object(
-    world_from_view: &DAffine3,
-    clip_from_view: DMat4,
-    world_from_object: &DAffine3,
-) -> DMat4 {
-    let rotation = world_from_view.matrix3.transpose();
-    let view_from_object = DAffine3 {
-        matrix3: rotation * world_from_object.matrix3,
-        translation: rotation * (world_from_object.translation - world_from_view.translation),
-    };
-    clip_from_view * DMat4::from(view_from_object)
-}
-
 /// Corners of the box around a sphere, object space.
 fn corners((center, radius): ([f64; 3], f64)) -> [DVec3; 8] {
     let center = DVec3::from(center);
@@ -65,7 +50,7 @@ fn corners((center, radius): ([f64; 3], f64)) -> [DVec3; 8] {
 /// Whether the shadow of what is in the sphere (object space) may lie in the light's frustum. All but its near plane counts:
 /// what is nearer still casts.
 pub(crate) fn is_in_light(light: &LightView, world_from_object: &DAffine3, sphere: ([f64; 3], f64)) -> bool {
-    let m = clip_from_object(&light.world_from_view, light.clip_from_view, world_from_object);
+    let m = light.clip_from_object(world_from_object);
     let points = corners(sphere).map(|c| m * c.extend(1.0));
     let all = |outside: fn(&DVec4) -> bool| points.iter().all(outside);
     !(all(|p| p.x > p.w)
@@ -88,7 +73,7 @@ pub(crate) fn swept(clip_from_object: &DMat4, sphere: ([f64; 3], f64), light: DV
 
 /// Corners of the light's frustum in the camera's clip space.
 pub(crate) fn light_range(camera: &CameraView, light: &LightView) -> [DVec4; 8] {
-    let m = clip_from_object(&camera.world_from_view, camera.clip_from_view, &light.world_from_view);
+    let m = camera.clip_from_object(&light.world_from_view);
     let view_from_clip = light.clip_from_view.inverse();
     std::array::from_fn(|i| {
         let ndc = |bit: usize, low: f64| if i >> bit & 1 == 1 { 1.0 } else { low };
@@ -109,8 +94,11 @@ pub(crate) fn rectangle(points: &[DVec4], depth: DepthRange, size: [u32; 2]) -> 
         DepthRange::Standard => (|p| p.z, |p| p.w - p.z),
     };
     let beyond = |inside: Side| points.iter().all(|p| inside(p) < 0.0);
-    if beyond(near) || beyond(far) || points.iter().any(|p| !p.is_finite()) {
-        return if points.iter().any(|p| !p.is_finite()) { Rect::all(size) } else { nothing };
+    if points.iter().any(|p| !p.is_finite()) {
+        return Rect::all(size);
+    }
+    if beyond(near) || beyond(far) {
+        return nothing;
     }
     let axis = |i: usize| {
         let along = |sign: f64| points.iter().map(move |p| (sign * p[i], p.w));
@@ -124,7 +112,7 @@ pub(crate) fn rectangle(points: &[DVec4], depth: DepthRange, size: [u32; 2]) -> 
     if x.is_empty() || y.is_empty() { nothing } else { Rect { x, y } }
 }
 
-/// The largest `s` in `[-1, 1 + ...]` with `x - s w >= 0` for all `(x, w)`; `-1`, the border of the image, if there is none.
+/// The largest `s` in `[-1, 1000]` with `x - s w >= 0` for all `(x, w)`; `-1`, the border of the image, if there is none.
 fn bound(points: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
     for (x, w) in points {
@@ -188,7 +176,7 @@ mod tests {
                 0 => LightView::spot(look_at(point(&mut random, 5.0), target), 1.0, 0.1, 50.0, 0.0),
                 _ => LightView::directional(look_at(point(&mut random, 5.0), target), [5.0; 2], 0.0, 50.0, 0.0),
             };
-            let m = clip_from_object(&camera.world_from_view, camera.clip_from_view, &object);
+            let m = camera.clip_from_object(&object);
             let l = CasterLight::light(&light, &object);
             let rect = rectangle(&swept(&m, sphere, l), camera.depth, SIZE);
             culled += u32::from(rect.is_empty());

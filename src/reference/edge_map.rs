@@ -93,7 +93,7 @@ impl Near {
 /// Distance of a segment from a point in the maximum norm: it is convex along the segment, and linear but where the point's
 /// axes and diagonals are crossed.
 fn square_distance(s: &Segment, center: DVec2) -> f64 {
-    let (a, d) = (s.a - center, s.b - s.a);
+    let (a, d) = (s.ends[0] - center, s.along());
     let breaks = [(a.x, d.x), (a.y, d.y), (a.x - a.y, d.x - d.y), (a.x + a.y, d.x + d.y)];
     let crossings = breaks.into_iter().filter(|b| b.1 != 0.0).map(|(from, by)| (-from / by).clamp(0.0, 1.0));
     crossings.chain([0.0, 1.0]).map(|t| (a + t * d).abs().max_element()).fold(f64::INFINITY, f64::min)

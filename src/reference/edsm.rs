@@ -1,6 +1,6 @@
 //! Mirror of `glsl/pass/edsm.comp`, `edsm_distance.glsl` and `edsm_border.glsl`: edge distance shadow mapping.
 
-use super::map_edges::{MapEdge, PLACE_ERROR};
+use super::edge_segments::{PLACE_ERROR, Segment};
 use super::map_receiver::{MapReceiver, receive};
 use super::rbsm::{self, Tests};
 use super::sssm::displaced;
@@ -21,11 +21,11 @@ pub struct EdgeDistance {
 }
 
 /// Of an edge at a point, for a quad of a half width in texels.
-pub fn edge_distance(e: &MapEdge, p: DVec2, half_width: f64, cosine: bool) -> EdgeDistance {
+pub fn edge_distance(e: &Segment, p: DVec2, half_width: f64, cosine: bool) -> EdgeDistance {
     let (d, away) = (e.along(), p - e.ends[0]);
     let length = d.length();
     let t = away.dot(d) / (length * length);
-    let distance = d.perp_dot(away) / length;
+    let distance = e.line_distance(p);
     let beyond = !(0.0..=1.0).contains(&t);
     let from_corner = if t <= 0.0 { away } else { p - e.ends[1] };
     let priority = if cosine {
@@ -51,7 +51,7 @@ const SNAPPING: f64 = 1.0 / 64.0;
 
 /// Every edge that each texel of a map may keep.
 pub fn candidates(
-    edges: &[MapEdge],
+    edges: &[Segment],
     map_size: [u32; 2],
     shadow_map: &[f32],
     config: &DistanceConfig,
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn distances_are_in_texels_and_signed() {
-        let e = MapEdge { ends: [dvec2(2.0, 2.0), dvec2(5.0, 6.0)], depths: [0.1; 2], own: [true; 2] };
+        let e = Segment { ends: [dvec2(2.0, 2.0), dvec2(5.0, 6.0)], depths: [0.1; 2], own: [true; 2], third: None };
         // 3, 4, 5: a texel to the right of the edge's direction, y down.
         let p = dvec2(2.0, 2.0) + 0.5 * dvec2(3.0, 4.0) + dvec2(-0.8, 0.6);
         let r = edge_distance(&e, p, 1.5, false);
@@ -211,8 +211,8 @@ mod tests {
     fn ties_at_corners_are_decided() {
         let tip = dvec2(10.0, 10.0);
         // The occluder is the thin wedge between the two, on the right of either.
-        let upper = MapEdge { ends: [dvec2(0.0, 9.0), tip], depths: [0.1; 2], own: [true; 2] };
-        let lower = MapEdge { ends: [tip, dvec2(0.0, 11.0)], depths: [0.1; 2], own: [true; 2] };
+        let upper = Segment { ends: [dvec2(0.0, 9.0), tip], depths: [0.1; 2], own: [true; 2], third: None };
+        let lower = Segment { ends: [tip, dvec2(0.0, 11.0)], depths: [0.1; 2], own: [true; 2], third: None };
         for p in [dvec2(10.8, 10.3), dvec2(10.5, 9.6), dvec2(10.9, 10.01)] {
             let found = [&upper, &lower].map(|e| edge_distance(e, p, 1.5, false));
             let nearest = if found[0].priority < found[1].priority { found[0] } else { found[1] };

@@ -1,6 +1,6 @@
 //! Mirror of `glsl/pass/sssm.comp`, `sssm_points.comp`, `sssm_cell.glsl` and `sssm_quadrant.glsl`: shadow silhouette maps.
 
-use super::map_edges::{MapEdge, PLACE_ERROR};
+use super::edge_segments::{PLACE_ERROR, Segment};
 use super::map_receiver::{MapReceiver, receive};
 use super::rbsm::{self, Tests};
 use super::view::{Decision, FrameData, Mirror, Verdict, View};
@@ -29,7 +29,7 @@ pub struct Candidate {
 }
 
 /// What an edge leaves in the cell; `None` if it misses it for certain.
-fn candidate(e: &MapEdge, cell: [i64; 2], hidden: &dyn Fn(DVec2, f64) -> Decision) -> Option<Candidate> {
+fn candidate(e: &Segment, cell: [i64; 2], hidden: &dyn Fn(DVec2, f64) -> Decision) -> Option<Candidate> {
     let corner = dvec2(cell[0] as f64, cell[1] as f64) + 0.5;
     let (a, b) = (e.ends[0] - corner, e.ends[1] - corner);
     let along = b - a;
@@ -77,7 +77,7 @@ fn candidate(e: &MapEdge, cell: [i64; 2], hidden: &dyn Fn(DVec2, f64) -> Decisio
 }
 
 /// Every edge that each cell of a map may keep.
-pub fn candidates(edges: &[MapEdge], map_size: [u32; 2], shadow_map: &[f32], kill: bool) -> Vec<Vec<Candidate>> {
+pub fn candidates(edges: &[Segment], map_size: [u32; 2], shadow_map: &[f32], kill: bool) -> Vec<Vec<Candidate>> {
     let [w, h] = map_size.map(i64::from);
     let mut cells = vec![vec![]; (w * h) as usize];
     for e in edges {
@@ -218,7 +218,8 @@ mod tests {
             let (s, c) = (f64::from(k) * std::f64::consts::TAU / 32.0 + 0.013).sin_cos();
             let middle = dvec2(8.03, 7.9);
             let along = 20.0 * dvec2(c, s);
-            let edge = MapEdge { ends: [middle - along, middle + along], depths: [0.3; 2], own: [false; 2] };
+            let edge =
+                Segment { ends: [middle - along, middle + along], depths: [0.3; 2], own: [false; 2], third: None };
             let cells = candidates(&[edge], [n, n], &[1.0; 256], true);
             let point = |x: i64, y: i64| cells[(y * 16 + x) as usize].first().map_or(DVec2::splat(0.5), |c| c.point);
             let inside = |p: DVec2| edge.along().perp_dot(p - edge.ends[0]) > 0.0;

@@ -35,44 +35,18 @@ pub struct DrawList {
     pub calls: Vec<DrawCall>,
 }
 
-/// The view's own `clip_from_world`, kept apart so that positions are subtracted before anything is
-/// multiplied.
-struct Viewer {
-    clip_from_view: DMat4,
-    view_from_world_rotation: DMat3,
-    position: DVec3,
-}
-
-impl Viewer {
-    fn new(world_from_view: &DAffine3, clip_from_view: DMat4) -> Self {
-        Self {
-            clip_from_view,
-            view_from_world_rotation: world_from_view.matrix3.transpose(),
-            position: world_from_view.translation,
-        }
-    }
-
-    fn clip_from_object(&self, world_from_object: &DAffine3) -> DMat4 {
-        let view_from_object = DAffine3 {
-            matrix3: self.view_from_world_rotation * world_from_object.matrix3,
-            translation: self.view_from_world_rotation * (world_from_object.translation - self.position),
-        };
-        self.clip_from_view * DMat4::from(view_from_object)
-    }
-}
-
 impl DrawList {
     /// What the camera sees.
     pub fn for_camera(scene: &Scene, camera: &CameraView) -> Self {
-        Self::new(scene, &Viewer::new(&camera.world_from_view, camera.clip_from_view))
+        Self::new(scene, |world_from_object| camera.clip_from_object(world_from_object))
     }
 
     /// What the light's map needs.
     pub fn for_light(scene: &Scene, light: &LightView) -> Self {
-        Self::new(scene, &Viewer::new(&light.world_from_view, light.clip_from_view))
+        Self::new(scene, |world_from_object| light.clip_from_object(world_from_object))
     }
 
-    fn new(scene: &Scene, viewer: &Viewer) -> Self {
+    fn new(scene: &Scene, clip_from_object: impl Fn(&DAffine3) -> DMat4) -> Self {
         let mut first_triangle = 0u32;
         let mut visible = vec![];
         for instance in &scene.instances {
@@ -80,7 +54,7 @@ impl DrawList {
             let first = first_triangle;
             // Ids are for the G-buffer only, whose renderer refuses a scene with too many.
             first_triangle = first_triangle.wrapping_add(mesh.triangles() as u32);
-            let clip_from_object = viewer.clip_from_object(&instance.world_from_object);
+            let clip_from_object = clip_from_object(&instance.world_from_object);
             if mesh.bounds.is_empty() || is_outside(&mesh.bounds.corners(), &clip_from_object) {
                 continue;
             }

@@ -1,12 +1,12 @@
 //! Edge distance shadow maps with edge identities.
 
+use super::edsm::border_kernel;
 use super::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
 use crate::pass::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
-use crate::pass::edge_segments::EdgeSegments;
+use crate::pass::map_edges::MapEdges;
 use crate::pass::pixels::PixelPass;
 use crate::pass::silhouette_view::SilhouetteView;
-use crate::pass::silhouettes::Silhouettes;
 use crate::pass::view::{ViewBuffer, ViewConstants};
 use crate::{Bind, Context, Frame, ImageRef, Inputs, Result};
 use ash::vk;
@@ -94,8 +94,7 @@ shader_struct! {
 
 struct EdsmX {
     view: ViewBuffer,
-    silhouettes: Silhouettes,
-    segments: EdgeSegments,
+    edges: MapEdges,
     map: EdgeMap,
     lookup: PixelPass,
     decisions: Image,
@@ -110,7 +109,6 @@ struct EdsmX {
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let p = &setup.params;
     let casters = setup.casters(INFO.id)?;
-    let kernel = ["box", "smoothstep", "disc"].iter().position(|k| *k == p.word("kernel")).unwrap_or(0) as u32;
     let slots = p.int("slots");
     let config = EdgeMapConfig {
         slots,
@@ -120,11 +118,12 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
     };
     let mixed_only = p.word("resolve") == "mixed-only";
-    let silhouettes = Silhouettes::new(context, casters, false)?;
-    let map = EdgeMap::new(context, &silhouettes, setup.map_size, config)?;
+    let edges = MapEdges::new(context, INFO.id, casters, config.reach)?;
+    let map = EdgeMap::new(context, edges.silhouettes(), setup.map_size, config)?;
     let split: u32 = map.is_split().into();
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
-        let constants = [slots, mixed_only.into(), kernel, setup.intermediates.into(), step as u32, split];
+        let constants =
+            [slots, mixed_only.into(), border_kernel(p) as u32, setup.intermediates.into(), step as u32, split];
         let pipeline = context.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(pipeline)
@@ -133,14 +132,14 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let ids = (setup.intermediates && !map.is_split()).then(|| EdgeIds::new(context, &map));
     // The technique itself does without raster passes.
     let can_draw = context.features().dynamic_rendering;
-    let seen = (setup.intermediates && can_draw).then(|| SilhouetteView::new(context, &silhouettes, setup.extent));
+    let seen =
+        (setup.intermediates && can_draw).then(|| SilhouetteView::new(context, edges.silhouettes(), setup.extent));
     let decisions = if setup.intermediates { setup.extent } else { [1, 1] };
     let desc = ImageDesc::storage("edsm-x decisions", vk::Format::R32_SFLOAT, decisions);
     Ok(Box::new(EdsmX {
         view: ViewBuffer::new(context.device())?,
-        segments: EdgeSegments::new(context, &silhouettes)?,
+        edges,
         map,
-        silhouettes,
         lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
         decisions: Image::new(context.device(), &desc)?,
         viewed: setup.intermediates,
@@ -161,11 +160,9 @@ impl Technique for EdsmX {
     fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
         let visibility = &self.visibility;
         inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        inputs.check_casters(INFO.id, self.silhouettes.casters())?;
         frame.begin_group(INFO.title);
-        if self.silhouettes.record(frame, inputs, None)? {
-            self.segments.record(frame, inputs, &self.silhouettes, self.map.reach())?;
-            self.map.record(frame, inputs, &self.silhouettes, &self.segments)?;
+        if self.edges.record(frame, inputs)? {
+            self.map.record(frame, inputs, self.edges.silhouettes(), self.edges.segments())?;
             if let Some(ids) = &self.ids {
                 ids.record(frame, &self.map)?;
             }
@@ -179,7 +176,7 @@ impl Technique for EdsmX {
             Bind::Image(visibility),
             self.lookup.list(),
             Bind::Buffer(self.map.keys()),
-            Bind::Buffer(self.segments.segments()),
+            Bind::Buffer(self.edges.segments().segments()),
             Bind::Buffer(self.map.spill()),
             Bind::Buffer(self.map.heads()),
             Bind::Buffer(self.map.lower_keys()),
@@ -187,7 +184,7 @@ impl Technique for EdsmX {
         ];
         self.lookup.record(frame, ["anchors", "crossings"], &bind, bytemuck::bytes_of(&self.push), visibility)?;
         if let Some(seen) = &self.seen {
-            seen.record(frame, inputs, &self.silhouettes)?;
+            seen.record(frame, inputs, self.edges.silhouettes())?;
         }
         frame.end_group();
         Ok(visibility.as_ref())
@@ -207,8 +204,7 @@ impl Technique for EdsmX {
     fn memory_bytes(&self) -> u64 {
         self.visibility.memory_bytes()
             + self.decisions.memory_bytes()
-            + self.silhouettes.memory_bytes()
-            + self.segments.memory_bytes()
+            + self.edges.memory_bytes()
             + self.map.memory_bytes()
             + self.lookup.memory_bytes()
             + self.ids.as_ref().map_or(0, |i| i.image().memory_bytes())

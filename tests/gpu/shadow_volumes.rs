@@ -9,9 +9,9 @@ use edgeshade::casters::topology::Topology;
 use edgeshade::casters::{CasterMesh, Casters, Vertices};
 use edgeshade::gpu::ImageDesc;
 use edgeshade::host::Host;
-use edgeshade::reference::ray_traced::{MIN_N_DOT_L, RayScene, Target, Truth, hard};
+use edgeshade::reference::ray_traced::{RayScene, Target, Truth, hard};
 use edgeshade::reference::shadow_volumes::{self as mirror, Caster};
-use edgeshade::scene::{Camera, Light, Mesh, Projection, RenderDesc, Renderer, Scene};
+use edgeshade::scene::{Camera, Light, Masked, Mesh, Projection, RenderDesc, Renderer, Scene};
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
 use edgeshade::view::{CameraView, DepthRange, LightKind};
 use edgeshade::{Inputs, NormalEncoding};
@@ -337,17 +337,15 @@ fn shipped_scenes_without_masks_equal_the_ray_traced_truth() {
         let mut failed = vec![];
         for mut scene in every_shipped() {
             // Where leaves are cut out of cards, what is left without them.
-            let masked = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha_cutoff.is_some();
-            let opaque: Vec<_> = scene.instances.iter().copied().filter(|i| !masked(i.mesh)).collect();
-            scene.instances = opaque;
+            scene.set_masked(Masked::Exclude);
             let mut r = renderer(host, &scene, desc(SIZE, 256));
             let seen = visibility(&mut r, "shadow-volumes", &[]);
             let ids = host.read_image::<u32>(&r.gbuffer().triangle).unwrap();
             let rays = RayScene::build(&scene).unwrap();
             let truth = hard(&rays, r.camera(), r.light(), SIZE, &|_, _| ()).unwrap();
-            let valid = truth.valid(MIN_N_DOT_L);
+            let judged = truth.judged(&ids);
             let surfaces = ids.iter().filter(|&&id| id != u32::MAX).count();
-            let compared: Vec<usize> = (0..seen.len()).filter(|&i| valid[i] && ids[i] == truth.triangle[i]).collect();
+            let compared: Vec<usize> = (0..seen.len()).filter(|&i| judged[i]).collect();
             let wrong: Vec<usize> =
                 compared.iter().copied().filter(|&i| (seen[i] > 0.5) != (truth.visibility[i] > 0.5)).collect();
             let outside: Vec<usize> =

@@ -84,7 +84,7 @@ fn page(figures: &Figures) -> String {
     let mut text = format!(
         "# Suite `edges`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, lights without size, alpha-masked surfaces \
          left out, against the ray-traced truth.\n\n\
-         {LEGEND} `edges`: silhouette edges in the scene; `spilled`: entries in the chains of texels that have more edges \
+         {LEGEND} `edges`: silhouette edges in the scene; `spilled`: entries in the chains of cells that have more edges \
          than slots; `lost`: entries that found no place there either. `shadow-volumes` has no map and is judged once a \
          scene.\n\n{}## Mean over the scenes\n\n{HEADER}",
         left_out_note(&figures.left_out)

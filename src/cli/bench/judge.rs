@@ -4,7 +4,7 @@ use super::{Args, real_time, shown, slug};
 use crate::cli::args::TruthArgs;
 use crate::cli::stage::Stage;
 use crate::cli::techniques::Choice;
-use crate::cli::truth::{self, Tracer};
+use crate::cli::truth::Tracer;
 use crate::cli::{console, report};
 use edgeshade::host::Host;
 use edgeshade::picture::write_atomic;
@@ -140,7 +140,7 @@ pub fn possible(choices: Vec<Choice>, device: DeviceFeatures) -> (Vec<Choice>, V
 /// The pixels that count in a frame as the renderer now stands.
 pub fn mask(host: &Host, renderer: &mut Renderer<'_>, truth: &Truth) -> Result<Vec<bool>> {
     renderer.shade_with(&truth.visibility)?;
-    Ok(truth::judged(truth, &host.read_image::<u32>(&renderer.gbuffer().triangle)?))
+    Ok(truth.judged(&host.read_image::<u32>(&renderer.gbuffer().triangle)?))
 }
 
 /// Mean of what there is; `None` of nothing.

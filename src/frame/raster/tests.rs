@@ -81,6 +81,17 @@ fn pipeline<P: ShaderStruct>(host: &Host, state: RasterState<'_>) -> Arc<RasterP
     host.context().raster_pipeline::<P>(&RasterState { vertex: "test/quads.vert", ..state }).unwrap()
 }
 
+/// Writes the quads' values into an `R32_SFLOAT` target.
+fn value_pipeline(host: &Host) -> Arc<RasterPipeline> {
+    let state = RasterState {
+        name: "values of quads",
+        fragment: Some("test/quads.frag"),
+        colors: &[vk::Format::R32_SFLOAT],
+        ..RasterState::default()
+    };
+    pipeline::<()>(host, state)
+}
+
 /// Quads in a buffer, written in the frame itself: the vertex shader must wait for it.
 fn write_quads(frame: &mut Frame<'_>, target: &Buffer, quads: &[Quad]) {
     let words: Vec<u32> = quads.iter().flat_map(Quad::words).collect();
@@ -92,15 +103,9 @@ const FORMAT: vk::Format = vk::Format::D32_SFLOAT_S8_UINT;
 #[test]
 fn stencil_counts_and_fragments_store() {
     with_host(|host| {
-        let face = |depth_fail| StencilFace {
-            compare: vk::CompareOp::ALWAYS,
-            fail: vk::StencilOp::KEEP,
-            depth_fail,
-            pass: vk::StencilOp::KEEP,
-        };
         let stencil = StencilState {
-            front: face(vk::StencilOp::DECREMENT_AND_WRAP),
-            back: face(vk::StencilOp::INCREMENT_AND_WRAP),
+            front: StencilFace::on_depth_fail(vk::StencilOp::DECREMENT_AND_WRAP),
+            back: StencilFace::on_depth_fail(vk::StencilOp::INCREMENT_AND_WRAP),
         };
         let state = RasterState {
             name: "z-fail",
@@ -293,13 +298,7 @@ fn frames_wait_for_the_draws_of_those_before() {
     with_host(|host| {
         let target = image(host, "target", vk::Format::R32_SFLOAT);
         let quads = buffer(host, "quads", 7);
-        let state = RasterState {
-            name: "one quad",
-            fragment: Some("test/quads.frag"),
-            colors: &[vk::Format::R32_SFLOAT],
-            ..RasterState::default()
-        };
-        let pipeline = pipeline::<()>(host, state);
+        let pipeline = value_pipeline(host);
         host.run(|cmd| {
             for value in 1..4 {
                 // SAFETY: as above; the frames of one command buffer follow one another.
@@ -338,13 +337,7 @@ fn statistics_count_what_passes_do() {
         let quads = buffer(host, "quads", 7 * 2);
         let counts = buffer(host, "counts", PIXELS);
         let read = host.context().pipeline::<()>("test/stencil.comp", &[]).unwrap();
-        let state = RasterState {
-            name: "one quad",
-            fragment: Some("test/quads.frag"),
-            colors: &[vk::Format::R32_SFLOAT],
-            ..RasterState::default()
-        };
-        let pipeline = pipeline::<()>(host, state);
+        let pipeline = value_pipeline(host);
         let mut timings = Timings::with_statistics(host.context(), host.queue_family(), 1).unwrap();
         // The second quad lies outside the view: nothing of it is left after clipping.
         let list = [Quad::WHOLE, Quad { depth: 2.0, ..Quad::WHOLE }];
@@ -431,12 +424,7 @@ fn what_the_device_was_not_made_for_is_refused() {
         // Wrong uses of stages and stencil, whatever the device.
         let text = refused(&RasterState { geometry: Some("test/quads.frag"), ..state.clone() });
         assert!(text.contains("another stage"), "{text}");
-        let face = StencilFace {
-            compare: vk::CompareOp::ALWAYS,
-            fail: vk::StencilOp::KEEP,
-            depth_fail: vk::StencilOp::KEEP,
-            pass: vk::StencilOp::KEEP,
-        };
+        let face = StencilFace::on_depth_fail(vk::StencilOp::KEEP);
         let depth = Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::LESS));
         let text = refused(&RasterState { stencil: Some(StencilState { front: face, back: face }), depth, ..state });
         assert!(text.contains("stencil"), "{text}");
@@ -448,13 +436,7 @@ fn wrong_passes_are_refused() {
     with_host(|host| {
         let target = image(host, "target", vk::Format::R32_SFLOAT);
         let quads = buffer(host, "quads", 7);
-        let state = RasterState {
-            name: "one quad",
-            fragment: Some("test/quads.frag"),
-            colors: &[vk::Format::R32_SFLOAT],
-            ..RasterState::default()
-        };
-        let pipeline = pipeline::<()>(host, state);
+        let pipeline = value_pipeline(host);
         run(host, |frame| {
             let colors = [Target::color(&target, [0.0; 4])];
             let bind = [Bind::Buffer(&quads)];

@@ -43,4 +43,11 @@ impl Truth {
             .map(|i| self.triangle[i] != SKY && self.n_dot_l[i] > min_n_dot_l && !self.outside_light[i])
             .collect()
     }
+
+    /// Those of [`Truth::valid`], by [`MIN_N_DOT_L`], in which the rasteriser drew the triangle that the ray hit;
+    /// `triangle_ids` as a G-buffer holds them, a pixel each.
+    pub fn judged(&self, triangle_ids: &[u32]) -> Vec<bool> {
+        let valid = self.valid(MIN_N_DOT_L).into_iter();
+        valid.zip(&self.triangle).zip(triangle_ids).map(|((valid, traced), seen)| valid && traced == seen).collect()
+    }
 }

@@ -1,10 +1,10 @@
 //! The lookups against their mirrors, with the maps as the GPU has them.
 
-use super::{maps, receiver_settings};
+use super::{KERNELS, config, distances, maps, receiver_settings};
 use crate::common::{Shot, desc, renderer, shipped_scene, visibility, with_gpu};
 use crate::made::{spot, still_life};
 use crate::mirrors::compare;
-use edgeshade::pass::edsm::{BorderKernel, DistanceConfig, EdgeDistances};
+use edgeshade::pass::edsm::{BorderKernel, DistanceConfig};
 use edgeshade::reference::{edsm, sssm};
 use edgeshade::scene::Scene;
 use glam::{DVec3, dvec3};
@@ -25,7 +25,7 @@ fn hard_lookups_equal_their_mirrors() {
                 let mut r = renderer(host, &scene, desc(SIZE, map));
                 let seen = ["sssm", "edsm"].map(|id| visibility(&mut r, id, &[]));
                 let shot = Shot::of(host, &r, true);
-                let m = maps(host, &scene, &r, true);
+                let m = maps(host, &r, true);
                 let mirror = sssm::visibility(&shot.data(), &receiver_settings("sssm"), &m.points).unwrap();
                 compare(&seen[0], &mirror, 0.5).check(&format!("sssm {} {map}", scene.name), 0.02);
                 let settings = receiver_settings("edsm");
@@ -48,14 +48,14 @@ fn hard_lookups_equal_their_mirrors() {
 fn soft_borders_equal_their_mirror() {
     with_gpu(|host| {
         let scene = shipped_scene("jenga");
-        for (word, kernel) in
-            [("box", BorderKernel::Box), ("smoothstep", BorderKernel::Smoothstep), ("disc", BorderKernel::Disc)]
-        {
+        for (word, kernel) in KERNELS {
             for width in [1.0f32, 6.0] {
                 let mut r = renderer(host, &scene, desc(SIZE, 256));
                 let seen = visibility(&mut r, "edsm", &[("border", &width.to_string()), ("kernel", word)]);
                 let shot = Shot::of(host, &r, true);
-                let distances = wide(host, &scene, &r, width);
+                // What a border of that width needs.
+                let wide = DistanceConfig { half_width: 0.5 * width + 1.5, ..config(false, true) };
+                let distances = distances(host, &r, wide);
                 let mirror =
                     edsm::visibility(&shot.data(), &receiver_settings("edsm"), &distances, width.into(), kernel)
                         .unwrap();
@@ -66,31 +66,4 @@ fn soft_borders_equal_their_mirror() {
             }
         }
     });
-}
-
-/// The distances that a border of that width needs.
-fn wide(host: &edgeshade::host::Host, scene: &Scene, r: &edgeshade::scene::Renderer<'_>, border: f32) -> Vec<f32> {
-    let gpu = edgeshade::scene::GpuScene::new(host, scene).unwrap();
-    let placed = edgeshade::scene::SceneCasters::new(host.context(), scene, &gpu).unwrap();
-    let config = DistanceConfig { cosine: false, kill: true, half_width: 0.5 * border + 1.5 };
-    let size = r.shadow_map().extent();
-    let mut map = EdgeDistances::new(host.context(), "test", &placed.casters, size, config).unwrap();
-    let inputs = edgeshade::Inputs {
-        camera: r.camera(),
-        depth: r.gbuffer().depth.as_ref(),
-        normal: None,
-        shadow_map: r.shadow_map().as_ref(),
-        light: std::slice::from_ref(r.light()),
-        light_version: None,
-        casters: &placed.transforms,
-    };
-    host.run(|cmd| {
-        // SAFETY: `cmd` is recording and is waited for.
-        let mut frame = unsafe { edgeshade::Frame::begin(host.context(), cmd, edgeshade::Handoff::default(), None) };
-        map.record(&mut frame, &inputs)?;
-        frame.end();
-        Ok(())
-    })
-    .unwrap();
-    host.read_values(map.distances()).unwrap()
 }

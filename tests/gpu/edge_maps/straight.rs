@@ -1,9 +1,9 @@
 //! A half-plane over a ground, at many angles, against the closed form: where its edge's shadow lies, and how a border falls.
 
+use super::KERNELS;
 use crate::common::{desc, renderer, visibility, with_gpu};
 use crate::made::{self, mesh, moved, perspective, plane, sun};
 use edgeshade::host::Host;
-use edgeshade::pass::edsm::BorderKernel;
 use edgeshade::reference::edsm::border;
 use edgeshade::scene::{Renderer, Scene};
 use edgeshade::view::{CameraView, LightView, look_along, look_at};
@@ -91,9 +91,7 @@ fn straight_edges_lie_where_they_are() {
 #[test]
 fn borders_have_their_width_and_shape() {
     with_gpu(|host| {
-        for (word, kernel) in
-            [("box", BorderKernel::Box), ("smoothstep", BorderKernel::Smoothstep), ("disc", BorderKernel::Disc)]
-        {
+        for (word, kernel) in KERNELS {
             for width in [1.0, 5.0, 16.0] {
                 let text = f64::to_string(&width);
                 let (mut worst, mut other) = (0.0f64, 0.0f64);

@@ -1,7 +1,7 @@
 //! The hybrid of soft shadows against its mirror, and against the techniques that it is made of.
 
 use super::enlarged;
-use super::ground::{Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
+use super::ground::{self, Ground, UNDER_NOISE, noise, upload};
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, is_llvmpipe};
 use crate::common::{renderer, search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::compare;
@@ -51,15 +51,7 @@ fn settings(set: Set) -> Settings {
 }
 
 fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
-    let setup = Setup {
-        extent: IMAGE,
-        map_size: MAP,
-        output: OutputFormat::R32,
-        params: params(set),
-        intermediates: false,
-        casters: None,
-    };
-    technique::prepare("soft-auto", host.context(), &setup).unwrap()
+    ground::on_ground(host, "soft-auto", params(set))
 }
 
 /// A mirror that doubts everything agrees with anything.

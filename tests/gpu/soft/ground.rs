@@ -7,6 +7,7 @@ use edgeshade::gpu::{Image, ImageDesc};
 use edgeshade::host::Host;
 use edgeshade::pass::view::ViewConstants;
 use edgeshade::reference::FrameData;
+use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique};
 use edgeshade::view::{CameraView, LightView};
 use glam::{DAffine3, dvec3};
 
@@ -22,6 +23,13 @@ pub const UNDER_NOISE: [(bool, f64, f64); 5] =
 const DISTANCE: f64 = 10.0;
 const NEAR: f64 = 1.0;
 const FAR: f64 = 21.0;
+
+/// A technique for such images and maps.
+pub fn on_ground(host: &Host, id: &str, params: Params) -> Box<dyn Technique> {
+    let setup =
+        Setup { extent: IMAGE, map_size: MAP, output: OutputFormat::R32, params, intermediates: false, casters: None };
+    technique::prepare(id, host.context(), &setup).unwrap()
+}
 
 pub struct Ground {
     pub camera: CameraView,

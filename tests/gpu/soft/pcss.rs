@@ -1,7 +1,7 @@
 //! Percentage-closer soft shadows against the mirror, a closed form, and without their shortcuts.
 
 use super::enlarged;
-use super::ground::{Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
+use super::ground::{self, Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, renderer};
 use crate::common::{search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::{Agreement, compare};
@@ -9,7 +9,7 @@ use crate::noise::visibility_of;
 use edgeshade::host::Host;
 use edgeshade::reference::pcss::Settings;
 use edgeshade::reference::{Mirror, pcss};
-use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
+use edgeshade::technique::{Params, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];
 
@@ -39,15 +39,7 @@ pub fn settings(set: Set) -> Settings {
 }
 
 fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
-    let setup = Setup {
-        extent: IMAGE,
-        map_size: MAP,
-        output: OutputFormat::R32,
-        params: params(set),
-        intermediates: false,
-        casters: None,
-    };
-    technique::prepare("pcss", host.context(), &setup).unwrap()
+    ground::on_ground(host, "pcss", params(set))
 }
 
 /// A mirror that doubts everything agrees with anything: its doubts stay small, and planted errors are found despite them.

@@ -1,7 +1,7 @@
 //! Revectorization-based soft shadow mapping against the mirror, and without its shortcuts.
 
 use super::enlarged;
-use super::ground::{Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
+use super::ground::{self, Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, renderer};
 use crate::common::{search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::compare;
@@ -11,7 +11,7 @@ use edgeshade::pass::rbssm::RbssmVisibility;
 use edgeshade::reference::Mirror;
 use edgeshade::reference::rbssm::{self, Settings};
 use edgeshade::scene::RenderDesc;
-use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
+use edgeshade::technique::{Params, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];
 
@@ -45,15 +45,7 @@ pub fn settings(set: Set) -> Settings {
 }
 
 fn on_ground(host: &Host, id: &str, set: Set) -> Box<dyn Technique> {
-    let setup = Setup {
-        extent: IMAGE,
-        map_size: MAP,
-        output: OutputFormat::R32,
-        params: params(id, set),
-        intermediates: false,
-        casters: None,
-    };
-    technique::prepare(id, host.context(), &setup).unwrap()
+    ground::on_ground(host, id, params(id, set))
 }
 
 /// A mirror that doubts everything agrees with anything.
