@@ -47,7 +47,10 @@ float lineDistance(EdgeSegment e, vec2 p) {
   return l > 0.0 ? cross2(d, p - e.a) / l : 0.0;
 }
 
-float segmentDepth(EdgeSegment e, float t) { return e.za + t * (e.zb - e.za); }
+float segmentDepth(EdgeSegment e, float t) {
+  precise float z = e.za + t * (e.zb - e.za);
+  return z;
+}
 
 // Whether a point lies in the triangle beside the segment, seen from the light; then `z` is the triangle's depth there.
 bool faceCovers(EdgeSegment e, vec2 p, out float z) {

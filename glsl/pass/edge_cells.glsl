@@ -1,9 +1,15 @@
-// Where the cells of a map of edge ids (edge_map.glsl) are kept.
+// Where the cells of a map of edge ids (edge_map.glsl), and what has no slot in them, are kept.
 #ifndef EDGESHADE_EDGE_CELLS
 #define EDGESHADE_EDGE_CELLS
 
 // Row by row, one more along each axis than the map has texels.
 uint cellIndex(ivec2 cell, ivec2 map_size) { return uint(cell.y) * uint(map_size.x + 1) + uint(cell.x); }
+
+// An edge beyond the K nearest of its cell.
+struct SpilledEdge {
+  uint segment;
+  uint next; // entry, or all bits
+};
 
 // The first cell of the lower half, of a map in two buffers.
 uint lowerCells(ivec2 map_size) { return uint(map_size.x + 1) * uint((map_size.y + 2) / 2); }

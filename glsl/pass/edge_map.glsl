@@ -18,12 +18,6 @@ layout(constant_id = 3) const bool SPLIT = false; // the slots are more than a b
 
 const uint64_t EMPTY = 0xFFFFFFFFFFFFFFFFul;
 
-// An edge beyond the K nearest of its cell.
-struct SpilledEdge {
-  uint segment;
-  uint next; // entry, or all bits
-};
-
 layout(binding = 0) uniform sampler2DArray shadow_map;
 layout(binding = 1, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(binding = 2, scalar) buffer Keys { uint64_t keys[]; };

@@ -12,11 +12,6 @@ layout(constant_id = 0) const int K = 2;               // slots a cell
 layout(constant_id = 5) const bool SPLIT = false;      // the slots of the map's lower half are in a buffer of their own
 layout(constant_id = 1) const bool MIXED_ONLY = false; // ask the edges only where the four anchors disagree
 
-struct SpilledEdge {
-  uint segment;
-  uint next;
-};
-
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6, scalar) readonly buffer Keys { uvec2 keys[]; }; // segment, squared distance
 layout(binding = 10, scalar) readonly buffer LowerKeys { uvec2 lower_keys[]; };

@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "map_receiver.glsl"
 #include "edge_rule.glsl"
+#include "edsm_border.glsl"
 #include "pixel_steps.glsl"
 
 layout(constant_id = 2) const int KERNEL = 0; // of soft borders: box, smoothstep, disc
@@ -16,20 +17,11 @@ layout(push_constant, scalar) uniform Push {
   float edge_bias;  // fraction of a texel's slope, along both axes, within which an edge lies on the receiver
   float depth_bias; // and that is taken off the receiver's depth at an anchor
   float slack;      // texels of depth a texel of distance that a curved receiver may lie before its plane
-  float border;     // half width of soft borders, texels; 0: hard
+  float half_border; // of soft borders, texels; 0: hard
 } push;
 
 // Depth a texel of distance, in texels of depth, up to which an edge behind an anchor may belong to the surface seen there.
 const float STEEPEST = 4.0;
-
-// Share of a disc light that a straight edge leaves visible; x = distance over half width, positive in shadow.
-float softened(float x) {
-  x = clamp(x, -1.0, 1.0);
-  if (KERNEL == 0) return 0.5 - 0.5 * x;
-  if (KERNEL == 1) return 1.0 - smoothstep(-1.0, 1.0, x);
-  // Single precision may leave the range by a few parts in ten million.
-  return clamp((acos(x) - x * sqrt(1.0 - x * x)) / 3.14159265358979, 0.0, 1.0);
-}
 
 bool visibilityAt(ivec2 pixel, out float v) {
   MapReceiver m;
@@ -54,7 +46,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
       float border;
       bool lit = litByEdges(p, a, map_size, border, how);
       v = lit ? 1.0 : 0.0;
-      if (push.border > 0.0) v = softened(border / push.border);
+      if (push.half_border > 0.0) v = borderVisibility(border / push.half_border, KERNEL);
     }
   }
   if (VIEWED) imageStore(decisions, pixel, vec4(how));

@@ -10,12 +10,6 @@
 // An edge seen end-on has no sides.
 bool isDrawn(EdgeSegment e) { return e.flags != 0 && e.a != e.b; }
 
-// Depth at a share of the way from a to b, the same in every pipeline.
-float depthAlong(EdgeSegment e, float t) {
-  precise float z = e.za + t * (e.zb - e.za);
-  return z;
-}
-
 // True where an edge at a point of the map lies behind all that the map holds around it. Next to the edge the map holds the
 // occluder itself, which may be nearer than its edge; but of an edge that the light sees, one side always is farther.
 bool isHidden(sampler2DArray shadow_map, ivec2 map_size, EdgeSegment e, vec2 p, float z) {

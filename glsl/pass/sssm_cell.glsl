@@ -36,7 +36,7 @@ bool cellPoint(EdgeSegment e, ivec2 cell, out vec2 point, out float t, out uint 
   point = clamp(found, vec2(CELL_MARGIN), vec2(1.0 - CELL_MARGIN));
   precise float way = (t1 - t0) * length(along);
   uint order = uint(clamp(1.0 - way * 0.70710678, 0.0, 1.0) * 2047.0);
-  uint depth = uint(clamp(depthAlong(e, t), 0.0, 1.0) * 4095.0);
+  uint depth = uint(clamp(segmentDepth(e, t), 0.0, 1.0) * 4095.0);
   key = (has_a || has_b ? 0u : 1u << 23) | order << 12 | depth;
   return true;
 }
@@ -45,7 +45,7 @@ bool cellPoint(EdgeSegment e, ivec2 cell, out vec2 point, out float t, out uint 
 bool seenCellPoint(sampler2DArray shadow_map, ivec2 map_size, bool kill, EdgeSegment e, ivec2 cell, out vec2 point, out uint key) {
   float t;
   if (!cellPoint(e, cell, point, t, key)) return false;
-  return !(kill && isHidden(shadow_map, map_size, e, vec2(cell) + 0.5 + point, depthAlong(e, t)));
+  return !(kill && isHidden(shadow_map, map_size, e, vec2(cell) + 0.5 + point, segmentDepth(e, t)));
 }
 
 #endif

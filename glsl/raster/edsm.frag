@@ -21,7 +21,7 @@ void main() {
   EdgeSegment e = segments[edge_index];
   EdgeDistance r = edgeDistance(e, gl_FragCoord.xy, push.half_width, COSINE);
   vec2 foot = mix(e.a, e.b, r.along);
-  if (KILL && isHidden(shadow_map, ivec2(push.map_size), e, foot, depthAlong(e, r.along))) discard;
+  if (KILL && isHidden(shadow_map, ivec2(push.map_size), e, foot, segmentDepth(e, r.along))) discard;
   signed_distance = r.signed_distance;
   gl_FragDepth = r.priority;
 }

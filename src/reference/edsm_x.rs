@@ -4,9 +4,11 @@
 //! precision may have moved it: where any of them decides otherwise the pixel is in doubt.
 
 use super::edge_segments::Segment;
+use super::edsm::border;
 use super::map_receiver::{MapReceiver, OpenReceiver, receive};
 use super::view::{DEPTH_ULPS, FrameData, Mirror, ROUNDING, Verdict, View};
 use crate::Result;
+use crate::pass::edsm::BorderKernel;
 use glam::{DVec2, dvec2};
 
 /// Settings of the technique.
@@ -20,36 +22,10 @@ pub struct Settings {
     pub depth_bias: f32,
     /// Texels of depth a texel of distance that a curved receiver may lie before its plane.
     pub slack: f32,
-    /// Half width of soft borders, texels.
+    /// Width of soft borders, texels.
     pub border: f32,
     /// Profile of soft borders.
-    pub kernel: Kernel,
-}
-
-/// Profile of a soft border.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// A ramp.
-    Box,
-    /// `smoothstep`.
-    Smoothstep,
-    /// A disc light behind a straight edge.
-    Disc,
-}
-
-impl Kernel {
-    /// Visibility at a distance over half the border's width, positive in shadow.
-    pub fn at(self, x: f64) -> f64 {
-        let x = x.clamp(-1.0, 1.0);
-        match self {
-            Self::Box => 0.5 - 0.5 * x,
-            Self::Smoothstep => {
-                let t = 0.5 * (x + 1.0);
-                1.0 - t * t * (3.0 - 2.0 * t)
-            }
-            Self::Disc => (x.acos() - x * (1.0 - x * x).sqrt()) / std::f64::consts::PI,
-        }
-    }
+    pub kernel: BorderKernel,
 }
 
 /// `SNAPPED` of `edge_rule.glsl`.
@@ -261,7 +237,7 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
     if settings.border > 0.0 {
         let distance = of_side[usize::from(!is_lit)];
         let signed = if is_lit { -distance } else { distance };
-        return settings.kernel.at(signed / f64::from(settings.border));
+        return border(2.0 * signed / f64::from(settings.border), settings.kernel);
     }
     if is_lit { 1.0 } else { 0.0 }
 }

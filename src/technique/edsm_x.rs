@@ -52,12 +52,12 @@ pub const INFO: Info = Info {
             true,
             "leave out edges that lie behind everything that the light sees around a cell: they need no slot",
         ),
-        Param::float("border", 0.0, 16.0, 0.0, "texels", "half width of soft borders; 0 = hard"),
+        Param::float("border", 0.0, 16.0, 0.0, "texels", "width of the shadow's border; 0 = hard"),
         Param::choice(
             "kernel",
             &["box", "smoothstep", "disc"],
             2,
-            "profile of soft borders: a disc is that of a disc light and a straight edge",
+            "how visibility falls across the border: a ramp, one with soft ends, or as behind an edge under a round light",
         ),
         Param::float(
             "edge_bias",
@@ -88,7 +88,7 @@ shader_struct! {
         edge_bias: f32,
         depth_bias: f32,
         slack: f32,
-        border: f32,
+        half_border: f32,
     }
 }
 
@@ -114,7 +114,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         slots,
         spill: p.int("spill"),
         kill: p.on("kill"),
-        reach: p.float("border").max(LEAST_REACH),
+        reach: (0.5 * p.float("border")).max(LEAST_REACH),
         generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
     };
     let mixed_only = p.word("resolve") == "mixed-only";
@@ -149,7 +149,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
             edge_bias: p.float("edge_bias"),
             depth_bias: p.float("depth_bias"),
             slack: p.float("slack"),
-            border: p.float("border"),
+            half_border: 0.5 * p.float("border"),
         },
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), "edsm-x visibility", setup)?,
