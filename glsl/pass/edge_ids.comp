@@ -36,10 +36,10 @@ vec3 colorOf(uint id) {
 
 void main() {
   float farthest = 1.41421356 * (0.5 + push.reach);
-  ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
-  if (any(greaterThan(cell, push.map_size))) return;
+  ivec2 cell = ivec2(gl_GlobalInvocationID.xy) + 1;
+  if (!isCell(cell, push.map_size)) return;
   uvec2 nearest = keys[push.slots * cellIndex(cell, push.map_size)];
   float near = 1.0 - min(sqrt(uintBitsToFloat(nearest.y)) / farthest, 1.0);
   vec3 color = nearest.x == EMPTY ? vec3(0.0) : mix(FARTHEST, 1.0, near) * colorOf(nearest.x);
-  imageStore(picture, cell, vec4(color, 1.0));
+  imageStore(picture, cell - 1, vec4(color, 1.0));
 }

@@ -27,12 +27,12 @@ void walk(uint index, uint walker) {
   vec2 a = steep ? e.a.yx : e.a, b = steep ? e.b.yx : e.b;
   float half_side = 0.5 + push.reach, slope = a.x != b.x ? (b.y - a.y) / (b.x - a.x) : 0.0;
   float across = half_side * (1.0 + abs(slope)) + 1e-3;
-  ivec2 last_cell = steep ? push.map_size.yx : push.map_size;
+  ivec2 last_cell = (steep ? push.map_size.yx : push.map_size) - 1;
   float low = min(a.x, b.x), high = max(a.x, b.x);
-  int first = max(int(ceil(low - half_side - 1e-3)), 0), last = min(int(floor(high + half_side + 1e-3)), last_cell.x);
+  int first = max(int(ceil(low - half_side - 1e-3)), 1), last = min(int(floor(high + half_side + 1e-3)), last_cell.x);
   for (int x = first + int(walker); x <= last; x += int(WALKERS)) {
     float y = a.y + slope * (clamp(float(x), low, high) - a.x);
-    int from = max(int(ceil(y - across)), 0), to = min(int(floor(y + across)), last_cell.y);
+    int from = max(int(ceil(y - across)), 1), to = min(int(floor(y + across)), last_cell.y);
     for (int i = from; i <= to; ++i) insertEdge(index, e, steep ? ivec2(i, x) : ivec2(x, i), push.map_size, push.reach);
   }
 }

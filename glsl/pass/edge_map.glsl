@@ -1,8 +1,7 @@
-// Edge ids in a map: its cells are the squares between four texel centres, those at its rim between fewer: cell (i, j) has
-// the texels (i - 1, j - 1) to (i, j) at its corners and its own centre at (i, j), in texels. What a point can learn from
-// edges on its way to the corners, the edges of its one cell tell. Each cell keeps the edges that enter it, the K nearest to
-// its centre by 64-bit keys: the high word is the squared distance, whose bits order like integers; the low word the segment.
-// An empty slot is greater than every key.
+// Edge ids in a map: its cells are the squares between four texel centres, cell (i, j) centred at (i, j), in texels. What a
+// point can learn from edges on its way to the corners, the edges of its one cell tell. Each cell keeps the edges that enter
+// it, the K nearest to its centre by 64-bit keys: the high word is the squared distance, whose bits order like integers; the
+// low word the segment. An empty slot is greater than every key.
 #ifndef EDGESHADE_EDGE_MAP
 #define EDGESHADE_EDGE_MAP
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -60,7 +59,7 @@ void spillEdge(uint segment, uint cell) {
 // Puts an edge into a cell's list if it enters the cell, or comes as near as `reach`. Slots are only ever lowered, and what
 // is displaced moves on to the next: whatever the order of the insertions, the slots end with the K smallest keys.
 void insertEdge(uint index, EdgeSegment e, ivec2 cell, ivec2 map_size, float reach) {
-  if (!entersSquare(e, vec2(cell), 0.5 + reach)) return;
+  if (!isCell(cell, map_size) || !entersSquare(e, vec2(cell), 0.5 + reach)) return;
   float d2 = segmentDistance2(e, vec2(cell));
   uint index_of_cell = cellIndex(cell, map_size), lower_from = lowerCells(map_size);
   bool lower = SPLIT && index_of_cell >= lower_from;

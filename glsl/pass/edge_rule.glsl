@@ -1,6 +1,6 @@
 // Edges with identities: the anchored crossing rule. A point's four surrounding texel centres, the corners of its cell in
-// the map of edges (edge_map.glsl), are anchors whose light is known from the depth map. Along a walk that crosses no silhouette edge visibility cannot change: the point inherits
-// that of every anchor it can reach so. Where edges cut it off from all four, the edges themselves are the evidence. A
+// the map of edges (edge_map.glsl), are anchors whose light is known from the depth map. Along a walk that crosses no
+// silhouette edge visibility cannot change: the point inherits that of every anchor it can reach so. Where edges cut it off from all four, the edges themselves are the evidence. A
 // surface that goes into the receiver ends a shadow without an edge: there the triangles beside the edges tell.
 #ifndef EDGESHADE_EDGE_RULE
 #define EDGESHADE_EDGE_RULE
@@ -52,7 +52,6 @@ struct Anchors {
 ivec2 anchorTexel(ivec2 first, int k) { return first + ivec2(k & 1, k >> 1); }
 vec2 anchorCenter(ivec2 first, int k) { return vec2(anchorTexel(first, k)) + 0.5; }
 
-uint cellOf(Anchors a, ivec2 map_size) { return cellIndex(clamp(a.first + 1, ivec2(0), map_size), map_size); }
 
 uvec2 keyAt(uint cell, int i, ivec2 map_size) {
   uint lower_from = lowerCells(map_size);
@@ -84,7 +83,10 @@ Anchors anchorsOf(EdgePoint p, ivec2 map_size) {
   return a;
 }
 
-bool anyEdge(Anchors a, ivec2 map_size) { return keyAt(cellOf(a, map_size), 0, map_size).y != EMPTY; }
+bool anyEdge(Anchors a, ivec2 map_size) {
+  ivec2 cell = a.first + 1;
+  return isCell(cell, map_size) && keyAt(cellIndex(cell, map_size), 0, map_size).y != EMPTY;
+}
 
 bvec4 both(bvec4 a, bvec4 b) { return bvec4(a.x && b.x, a.y && b.y, a.z && b.z, a.w && b.w); }
 
@@ -198,8 +200,8 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
   v.nearest_line = 0.0;
   v.under_nearest = v.covered = false;
   v.of_side = vec2(3.0e38);
-  uint cell = cellOf(a, map_size);
-  bool full = true;
+  uint cell = cellIndex(a.first + 1, map_size);
+  bool full = isCell(a.first + 1, map_size);
   for (int i = 0; i < K; ++i) {
     uvec2 key = full ? keyAt(cell, i, map_size) : uvec2(EMPTY);
     full = key.y != EMPTY;

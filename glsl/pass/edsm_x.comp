@@ -1,7 +1,7 @@
 #version 460
 // Edge distance shadow maps with edge identities: hard shadows that follow the casters' own edges, at any size of the map.
-// After Kenzel 2013 [EDSM], which keeps a distance a texel; here a cell of the map names the edges that enter it, which are then evaluated
-// exactly. See edge_rule.glsl.
+// After Kenzel 2013 [EDSM], which keeps a distance a texel; here a cell between texels names the edges that enter it, which
+// are then evaluated exactly. See edge_rule.glsl.
 #extension GL_GOOGLE_include_directive : require
 #include "map_receiver.glsl"
 #include "edge_rule.glsl"

@@ -11,4 +11,4 @@ layout(push_constant, scalar) uniform Push {
 
 layout(location = 0) flat in uint index;
 
-void main() { insertEdge(index, segments[index], ivec2(gl_FragCoord.xy), push.map_size, push.reach); }
+void main() { insertEdge(index, segments[index], ivec2(gl_FragCoord.xy) + 1, push.map_size, push.reach); }

@@ -1,7 +1,8 @@
 //! Map of edge ids: for each cell between four texels of the shadow map the silhouette edges that enter it.
 //!
-//! Cell (i, j) has the texels (i - 1, j - 1) to (i, j) at its corners and is centred at (i, j), in texels: there is one more
-//! along each axis than there are texels. A point asks the edges of the one cell that it lies in.
+//! Cell (i, j), from (1, 1), has the texels (i - 1, j - 1) to (i, j) at its corners and is centred at (i, j), in texels: there
+//! is one fewer along each axis than there are texels. A point asks the edges of the one cell that it lies in; within half a
+//! texel of the map's rim it does without.
 
 use crate::frame::{Bound, RasterPass};
 use crate::gpu::{
@@ -98,7 +99,7 @@ impl EdgeMap {
         map_size: [u32; 2],
         config: EdgeMapConfig,
     ) -> Result<Self> {
-        let [columns, all_rows] = map_size.map(|n| n + 1);
+        let [columns, all_rows] = cells_of(map_size);
         let cells = u64::from(columns) * u64::from(all_rows);
         let rows = |n: u32| u64::from(columns) * u64::from(n) * u64::from(config.slots) * 8;
         let most = u64::from(context.device().limits.max_storage_buffer_range);
@@ -194,7 +195,7 @@ impl EdgeMap {
             Writer::Quads(pipeline) => {
                 let pass = RasterPass {
                     name: "edge ids",
-                    extent: self.map_size.map(|n| n + 1),
+                    extent: cells_of(self.map_size),
                     colors: &[],
                     depth: None,
                     bound: &[Bound { pipeline, bind: &map }],
@@ -246,6 +247,11 @@ impl EdgeMap {
     }
 }
 
+/// Cells along each axis; room for one where there is none.
+fn cells_of(map_size: [u32; 2]) -> [u32; 2] {
+    map_size.map(|n| n.saturating_sub(1).max(1))
+}
+
 /// A picture of an [`EdgeMap`]: RGBA8, a pixel a cell; the nearest edge of each in a colour of its id, near bright, black
 /// where no edge enters the cell.
 pub struct EdgeIds {
@@ -256,7 +262,7 @@ pub struct EdgeIds {
 impl EdgeIds {
     /// Allocates.
     pub fn new(context: &Context, map: &EdgeMap) -> Result<Self> {
-        let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, map.map_size.map(|n| n + 1));
+        let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, cells_of(map.map_size));
         Ok(Self {
             pipeline: context.pipeline::<EdgeIdsPush>("pass/edge_ids.comp", &[])?,
             image: Image::new(context.device(), &desc)?,

@@ -61,10 +61,10 @@ pub fn near(segments: &[Option<Segment>], map: &[f32], size: [usize; 2], setting
         }
         z
     };
-    (0..(width + 1) * (height + 1))
+    (0..(width - 1) * (height - 1))
         .into_par_iter()
         .map(|i| {
-            let (x, y) = (i % (width + 1), i / (width + 1));
+            let (x, y) = (1 + i % (width - 1), 1 + i / (width - 1));
             let center = dvec2(x as f64, y as f64);
             let deepest = farthest(x, y) + 2.0 * DEPTH_ULPS;
             let mut found: Vec<_> = (0u32..)

@@ -137,9 +137,10 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
     let sure: [bool; 4] = std::array::from_fn(|k| {
         !lit[k] || !usable[k] || (p.plane_depth(center(k)) - p.tolerance).min(1.0) <= view.stored(texel(k))
     });
-    let [column, row]: [i64; 2] = std::array::from_fn(|i| (first[i] + 1).clamp(0, size[i]));
-    let cell = &map.cells[(row * (size[0] + 1) + column) as usize];
-    let edges: Vec<&Segment> = cell.iter().filter_map(|&s| map.segments[s as usize].as_ref()).collect();
+    // Within half a texel of the map's rim there is no cell.
+    let is_cell = (0..2).all(|i| (0..size[i] - 1).contains(&first[i]));
+    let cell = is_cell.then(|| &map.cells[(first[1] * (size[0] - 1) + first[0]) as usize]);
+    let edges: Vec<&Segment> = cell.into_iter().flatten().filter_map(|&s| map.segments[s as usize].as_ref()).collect();
     let unanimous = lit.iter().all(|l| *l == lit[0]);
     if unanimous && (settings.mixed_only || edges.is_empty()) {
         return if lit[0] { 1.0 } else { 0.0 };

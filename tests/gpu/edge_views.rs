@@ -152,7 +152,7 @@ fn edge_ids_are_those_of_the_slots() {
         let farthest = 2f64.sqrt() * (0.5 + f64::from(LEAST_REACH));
         let expected = |i: usize, slot: usize| {
             let Some(&id) = map.slots[i].get(slot) else { return [0.0; 3] };
-            let center = dvec2(f64::from(i as u32 % (MAP + 1)), f64::from(i as u32 / (MAP + 1)));
+            let center = dvec2(f64::from(i as u32 % (MAP - 1)), f64::from(i as u32 / (MAP - 1))) + 1.0;
             id_color(id, map.segments[id as usize].as_ref().unwrap().distance(center), farthest)
         };
         let off = |i: usize, slot: usize| {
