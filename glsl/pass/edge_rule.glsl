@@ -10,6 +10,7 @@
 
 layout(constant_id = 0) const int K = 2;               // slots a cell
 layout(constant_id = 5) const bool SPLIT = false;      // the slots of the map's lower half are in a buffer of their own
+layout(constant_id = 6) const bool SOFT = false;       // borders are asked for
 layout(constant_id = 1) const bool MIXED_ONLY = false; // ask the edges only where the four anchors disagree
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
@@ -30,6 +31,8 @@ const float SNAPPED = 1.0 / 128.0;
 const float BY_ANCHORS = 0.0, BY_EVIDENCE = 1.0, BY_CONTACT = 2.0, BY_NEAREST = 3.0, BY_FACE = 4.0;
 // Tolerances before the receiver up to which a face is followed beyond its triangle: with more it has ended on the way.
 const float FOLLOWED = 32.0;
+// Texels beyond an edge at which the map tells whether light is there: more than half a diagonal.
+const float BEYOND = 0.75;
 
 struct EdgePoint {
   vec2 texels;     // place in the map, texels
@@ -110,7 +113,17 @@ struct Evidence {
   vec2 of_side;        // squared distances of the nearest edge that the point lies outside of, and inside
 };
 
-void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
+// Whether a shadow ends at an edge that a point is inside of: beyond its nearest place the map sees the receiver.
+bool litBeyond(EdgeSegment e, float foot, EdgePoint p, ivec2 map_size) {
+  vec2 place = e.a + foot * (e.b - e.a), away = place - p.texels, d = e.b - e.a;
+  float far = length(away);
+  vec2 outwards = far > 1e-3 ? away / far : vec2(d.y, -d.x) / length(d);
+  ivec2 t = ivec2(floor(place + BEYOND * outwards));
+  return !inMap(t, map_size) ||
+         shadowTest(referenceDepth(p, vec2(t) + 0.5), shadowMapDepth(shadow_map, t, 0, map_size)) != 0.0;
+}
+
+void consider(EdgeSegment e, EdgePoint p, Anchors a, ivec2 map_size, inout Evidence v) {
   float foot = segmentFoot(e, p.texels);
   // Behind the receiver nothing can shadow it. On it, an edge is the receiver's own, or that of what stands on it: it
   // parts anchors, but proves no shadow.
@@ -130,8 +143,8 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, inout Evidence v) {
       v.under_nearest = false;
     }
     if (d2 == v.nearest && line == v.nearest_line && under) v.under_nearest = true;
-    if (line > 0.0) v.of_side.y = min(v.of_side.y, d2);
-    else v.of_side.x = min(v.of_side.x, d2);
+    if (line <= 0.0) v.of_side.x = min(v.of_side.x, d2);
+    else if (SOFT && d2 < v.of_side.y && litBeyond(e, foot, p, map_size)) v.of_side.y = d2;
   }
   for (int k = 0; k < 4; ++k) {
     vec2 c = anchorCenter(a.first, k);
@@ -205,12 +218,12 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
   for (int i = 0; i < K; ++i) {
     uvec2 key = full ? keyAt(cell, i, map_size) : uvec2(EMPTY);
     full = key.y != EMPTY;
-    if (full) consider(segments[key.x], p, a, v);
+    if (full) consider(segments[key.x], p, a, map_size, v);
   }
   uint entry = full ? heads[cell].x : EMPTY;
   while (entry != EMPTY) {
     SpilledEdge s = spill.entries[entry];
-    consider(segments[s.segment], p, a, v);
+    consider(segments[s.segment], p, a, map_size, v);
     entry = s.next;
   }
   bvec4 surely = both(v.open, a.sure);

@@ -46,7 +46,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
       float border;
       bool lit = litByEdges(p, a, map_size, border, how);
       v = lit ? 1.0 : 0.0;
-      if (push.half_border > 0.0) v = borderVisibility(border / push.half_border, KERNEL);
+      if (SOFT) v = borderVisibility(border / push.half_border, KERNEL);
     }
   }
   if (VIEWED) imageStore(decisions, pixel, vec4(how));

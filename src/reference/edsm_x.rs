@@ -30,6 +30,8 @@ pub struct Settings {
 
 /// `SNAPPED` of `edge_rule.glsl`.
 const SNAPPED: f64 = 1.0 / 128.0;
+/// `BEYOND` of `edge_rule.glsl`.
+const BEYOND: f64 = 0.75;
 /// `FOLLOWED` of `edge_rule.glsl`.
 const FOLLOWED: f64 = 32.0;
 
@@ -126,6 +128,16 @@ fn differing(verdict: Verdict, other: f64, settings: &Settings) -> Verdict {
     verdict.or(other)
 }
 
+/// Whether a shadow ends at an edge that a point is inside of: beyond its nearest place the map sees the receiver.
+fn lit_beyond(view: &View<'_>, e: &Segment, p: &Point) -> bool {
+    let place = e.at(e.foot(p.texels));
+    let outwards = if p.texels.distance(place) > 1e-3 { place - p.texels } else { -e.along().perp() };
+    let t = (place + BEYOND * outwards.normalize()).floor();
+    let texel = [t.x as i64, t.y as i64];
+    let outside = (0..2).any(|i| !(0..view.map_size[i] as i64).contains(&texel[i]));
+    outside || p.reference_depth(t + 0.5).min(1.0) <= view.stored(texel)
+}
+
 fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -> f64 {
     let size = view.map_size.map(|n| n as i64);
     let first = [(p.texels.x - 0.5).floor() as i64, (p.texels.y - 0.5).floor() as i64];
@@ -169,7 +181,9 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
             }
             under_nearest |= d2 == nearest && line == nearest_line && under;
             let side = usize::from(line > p.inside_from);
-            of_side[side] = of_side[side].min(distance);
+            if side == 0 || lit_beyond(view, e, p) {
+                of_side[side] = of_side[side].min(distance);
+            }
         }
         for k in 0..4 {
             if e.distance(center(k)) < SNAPPED {

@@ -120,10 +120,10 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let mixed_only = p.word("resolve") == "mixed-only";
     let edges = MapEdges::new(context, INFO.id, casters, config.reach)?;
     let map = EdgeMap::new(context, edges.silhouettes(), setup.map_size, config)?;
-    let split: u32 = map.is_split().into();
+    let (split, soft) = (u32::from(map.is_split()), u32::from(p.float("border") > 0.0));
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
         let constants =
-            [slots, mixed_only.into(), border_kernel(p) as u32, setup.intermediates.into(), step as u32, split];
+            [slots, mixed_only.into(), border_kernel(p) as u32, setup.intermediates.into(), step as u32, split, soft];
         let pipeline = context.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(pipeline)
