@@ -188,10 +188,10 @@ fn it_equals_its_mirror() {
                 &[][..],
                 &[("resolve", "mixed-only")][..],
                 &[("border", "1.6"), ("kernel", "smoothstep")][..],
-                &[("border", "1"), ("kernel", "disc"), ("kill", "off")][..],
+                &[("border", "2"), ("kernel", "disc"), ("kill", "off")][..],
             ] {
                 // What the chains have no room for would be left to chance.
-                let with_room: Vec<_> = set.iter().copied().chain([("spill", "256")]).collect();
+                let with_room: Vec<_> = set.iter().copied().chain([("spill", "4096")]).collect();
                 let found = visibility(&mut r, "edsm-x", &with_room);
                 assert_in_range(&found, name);
                 let shot = Shot::of(host, &r, true);
@@ -199,7 +199,12 @@ fn it_equals_its_mirror() {
                 let kill = !set.contains(&("kill", "off"));
                 let settings = settings(set);
                 let reach = (0.5 * settings.border).max(LEAST_REACH);
-                let made = edges(host, &r, &casters, EdgeMapConfig { kill, reach, ..config(2, Generation::Compute) });
+                let made = edges(
+                    host,
+                    &r,
+                    &casters,
+                    EdgeMapConfig { kill, reach, spill: 4096, ..config(2, Generation::Compute) },
+                );
                 assert_eq!(made.lost, 0, "{name}: with edges lost, which ones is left to chance");
                 let map = edsm_x::EdgeMap { segments: &made.segments, cells: &made.all() };
                 let mirror = edsm_x::visibility(&shot.data(), &map, &settings).unwrap();
