@@ -20,6 +20,10 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Lights of the file in file order (none if it has none: see [`crate::scene::fit`]).
     pub lights: Vec<Light>,
+    /// Cameras of the file that cannot be used, in file order.
+    pub broken_cameras: Vec<Broken>,
+    /// Lights of the file that cannot be used, in file order.
+    pub broken_lights: Vec<Broken>,
     /// What was dropped or approximated on loading, one sentence each.
     pub warnings: Vec<String>,
 }
@@ -130,6 +134,19 @@ pub struct Camera {
     pub world_from_camera: DAffine3,
     /// How it projects.
     pub projection: Projection,
+}
+
+/// A camera or light of the file that cannot be used. Others of the file can.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Broken {
+    /// How many sound ones of its kind come before it in the file.
+    pub number: usize,
+    /// Its name, or that of its node.
+    pub name: String,
+    /// Its place in the file: `cameras[1].perspective.znear`.
+    pub place: String,
+    /// What is wrong there, and what would be right.
+    pub problem: String,
 }
 
 /// Projection of a [`Camera`]; the aspect ratio is the image's.

@@ -36,6 +36,12 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 
+/// The JSON chunk without its padding: glTF pads with spaces, but some exporters pad with NUL.
+fn unpadded(json: &[u8]) -> &[u8] {
+    let end = json.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
+    &json[..end]
+}
+
 fn split_binary(bytes: &[u8]) -> Loaded<Container<'_>> {
     let cut = |what: &str| fault("header", format!("the file is cut short: {what}; copy or export it again"));
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
@@ -64,8 +70,10 @@ fn split_binary(bytes: &[u8]) -> Loaded<Container<'_>> {
         rest = &rest[8 + chunk.len()..];
     }
     match chunks[..] {
-        [(JSON, json)] => Ok(Container { json, bin: None }),
-        [(JSON, json), (kind, chunk)] => Ok(Container { json, bin: (kind == BIN).then_some(chunk) }),
+        [(JSON, json)] => Ok(Container { json: unpadded(json), bin: None }),
+        [(JSON, json), (kind, chunk)] => {
+            Ok(Container { json: unpadded(json), bin: (kind == BIN).then_some(chunk) })
+        }
         _ => Err(fault("chunk 0", "the first chunk of a binary glTF must be its JSON")),
     }
 }

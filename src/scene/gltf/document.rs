@@ -29,6 +29,7 @@ pub struct Document {
     pub skins: Vec<json::Skin>,
     pub textures: Vec<json::Texture>,
     pub extensions_required: Vec<String>,
+    pub extensions_used: Vec<String>,
     pub extensions: Option<json::extensions::Root>,
 }
 
@@ -58,12 +59,29 @@ pub struct SceneEntry {
 }
 
 /// Extensions that a file may require, besides those that only change how a surface shines.
-const SUPPORTED: [&str; 5] = [
+const SUPPORTED: [&str; 6] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_transform",
     "KHR_materials_*",
+];
+
+/// Further extensions that change nothing here: they concern animation, textures' encoding, which is checked where a
+/// texture is read, or data beside the scene.
+const HARMLESS: [&str; 11] = [
+    "EXT_texture_avif",
+    "EXT_texture_webp",
+    "FB_ngon_encoding",
+    "KHR_animation_pointer",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_texture_basisu",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "KHR_draco_mesh_compression",
+    "MSFT_texture_dds",
 ];
 
 fn is_supported(extension: &str) -> bool {
@@ -103,6 +121,12 @@ impl Document {
             }
         }
         Ok(document)
+    }
+
+    /// Extensions that the file uses and that are not read.
+    pub fn unread_extensions(&self) -> impl Iterator<Item = &str> {
+        let used = self.extensions_used.iter().map(String::as_str);
+        used.filter(|e| !is_supported(e) && !HARMLESS.contains(e))
     }
 
     /// The lights of `KHR_lights_punctual`.

@@ -1,10 +1,11 @@
 //! What is wrong with a file, and what was left out of it: both name the place.
 
 use crate::Error;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// A problem at a place of the file; the entry point adds the file's path.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Fault {
     place: String,
     problem: String,
@@ -19,6 +20,11 @@ pub fn fault(place: impl Into<String>, problem: impl Into<String>) -> Fault {
 }
 
 impl Fault {
+    /// The place in the file, and what is wrong there.
+    pub fn into_parts(self) -> (String, String) {
+        (self.place, self.problem)
+    }
+
     /// The public error.
     pub fn in_file(self, path: &Path) -> Error {
         Error::File { path: path.into(), place: self.place, problem: self.problem }
@@ -51,17 +57,18 @@ pub struct Warnings(Vec<Warning>);
 
 #[derive(Debug)]
 struct Warning {
-    what: &'static str,
+    what: Cow<'static, str>,
     amount: usize,
     first: String,
 }
 
 impl Warnings {
     /// Notes `amount` cases of `what` at a place.
-    pub fn add(&mut self, what: &'static str, amount: usize, place: impl FnOnce() -> String) {
+    pub fn add(&mut self, what: impl Into<Cow<'static, str>>, amount: usize, place: impl FnOnce() -> String) {
         if amount == 0 {
             return;
         }
+        let what = what.into();
         match self.0.iter_mut().find(|w| w.what == what) {
             Some(w) => w.amount += amount,
             None => self.0.push(Warning { what, amount, first: place() }),

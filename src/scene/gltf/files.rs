@@ -12,7 +12,9 @@ use std::borrow::Cow;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
+use unicode_normalization::UnicodeNormalization;
 
+/// Standard alphabet, with or without padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &alphabet::STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
@@ -62,13 +64,10 @@ impl Folder {
     /// # Errors
     /// The problem in the user's words.
     pub fn fetch(&mut self, uri: &str) -> Result<Vec<u8>, String> {
-        let scheme = uri.split_once(':').map(|(scheme, rest)| (scheme.to_ascii_lowercase(), rest));
-        match scheme {
-            Some((scheme, rest)) if scheme == "data" => return decode_data(rest),
-            Some((scheme, _)) if scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c)) => {
-                return Err(format!("{}: {ONLY_INSIDE}", shortened(uri)));
-            }
-            _ => {}
+        if let Some((scheme, rest)) = uri.split_once(':')
+            && scheme.eq_ignore_ascii_case("data")
+        {
+            return decode_data(rest);
         }
         let path = self.resolve(uri)?;
         let bytes = read_whole(&path, self.bytes_left).map_err(|e| format!("{}: {e}", shortened(uri)))?;
@@ -76,26 +75,69 @@ impl Folder {
         Ok(bytes)
     }
 
+    /// The file that a URI means: what glTF says first, then what exporters write instead.
     fn resolve(&self, uri: &str) -> Result<PathBuf, String> {
         let shown = shortened(uri);
         let Some(root) = &self.root else {
             return Err(format!("{shown}: this scene has no folder, so all its data must be inside it"));
         };
         let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| format!("{shown}: is not UTF-8"))?;
-        let relative = Path::new(&*decoded);
-        let mut depth = 0;
-        for component in relative.components() {
-            match component {
-                Component::Normal(_) => depth += 1,
-                Component::CurDir => {}
-                Component::ParentDir if depth > 0 => depth -= 1,
-                _ => return Err(format!("{shown}: {ONLY_INSIDE}")),
+        // A name that holds a percent sign itself, and the separators of Windows.
+        let mut names = vec![decoded.to_string(), uri.to_owned()];
+        names.extend(names.clone().iter().filter(|n| n.contains('\\')).map(|n| n.replace('\\', "/")));
+        if names.iter().any(|name| leads_out(name)) {
+            return Err(format!("{shown}: {ONLY_INSIDE}"));
+        }
+        let mut reason = None;
+        for name in &names {
+            let found = root.join(name).canonicalize().or_else(|e| same_letters(root, name).ok_or(e));
+            match found {
+                // A symbolic link can still lead out.
+                Ok(path) if path.starts_with(root) => return Ok(path),
+                Ok(_) => return Err(format!("{shown}: {ONLY_INSIDE}")),
+                Err(e) => reason = reason.or(Some(e)),
             }
         }
-        let path = root.join(relative).canonicalize().map_err(|e| format!("{shown}: {e}"))?;
-        // A symbolic link can still lead out.
-        if path.starts_with(root) { Ok(path) } else { Err(format!("{shown}: {ONLY_INSIDE}")) }
+        // `http://host/file` is a path too, of a folder named `http:`: say so only if there is no such file.
+        let is_address = uri.split_once("//").is_some_and(|(scheme, _)| scheme.ends_with(':'));
+        match reason {
+            Some(e) if !is_address => Err(format!("{shown}: {e}")),
+            _ => Err(format!("{shown}: {ONLY_INSIDE}")),
+        }
     }
+}
+
+/// True for an absolute path and for one that leaves the folder it starts from.
+fn leads_out(name: &str) -> bool {
+    let mut depth = 0;
+    for component in Path::new(name).components() {
+        match component {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir if depth > 0 => depth -= 1,
+            _ => return true,
+        }
+    }
+    false
+}
+
+/// The file below `root` whose path has the same letters, however accents are composed: the same name is written
+/// differently by macOS and by other systems.
+fn same_letters(root: &Path, name: &str) -> Option<PathBuf> {
+    let composed = |text: &str| text.nfc().collect::<String>();
+    let mut path = root.to_owned();
+    for component in Path::new(name).components() {
+        let exact = path.join(component);
+        path = if exact.exists() {
+            exact
+        } else {
+            let wanted = composed(component.as_os_str().to_str()?);
+            let entries = std::fs::read_dir(&path).ok()?.filter_map(Result::ok);
+            let mut entries = entries.filter(|e| e.file_name().to_str().is_some_and(|n| composed(n) == wanted));
+            entries.next()?.path()
+        };
+    }
+    path.canonicalize().ok()
 }
 
 const ONLY_INSIDE: &str =
@@ -113,7 +155,9 @@ fn decode_data(rest: &str) -> Result<Vec<u8>, String> {
     let (kind, data) = rest.split_once(',').ok_or("data URI without a comma")?;
     let bytes: Cow<'_, [u8]> = percent_decode_str(data).into();
     if kind.to_ascii_lowercase().ends_with(";base64") {
-        BASE64.decode(&bytes).map_err(|e| format!("data URI: base64: {e}"))
+        // Some exporters break the lines.
+        let letters: Vec<u8> = bytes.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect();
+        BASE64.decode(&letters).map_err(|e| format!("data URI: base64: {e}"))
     } else {
         Ok(bytes.into_owned())
     }

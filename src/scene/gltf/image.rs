@@ -12,7 +12,6 @@ use gltf::json::validation::Checked;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::io::Cursor;
 
 /// An image together with how it is sampled: what one texture in memory is made of.
@@ -23,14 +22,14 @@ pub struct Use {
     nearest: bool,
 }
 
-/// What `textures[index]` is.
-pub fn of_texture(document: &Document, index: usize, user: impl FnOnce() -> String) -> Loaded<Use> {
+/// What `textures[index]` is; the inner fault says that its image is of a kind that is not read.
+pub fn of_texture(document: &Document, index: usize, user: impl FnOnce() -> String) -> Loaded<Loaded<Use>> {
     let texture = entry(&document.textures, "textures", index, || format!("{}: texture index", user()))?;
     let image = texture.source.value();
     // The crate's mark for a texture that has its image only in an extension.
     if image == u32::MAX as usize {
         let problem = "has no image that can be read: only PNG and JPEG are; export it without texture compression";
-        return Err(fault(format!("textures[{index}].source"), problem));
+        return Ok(Err(fault(format!("textures[{index}].source"), problem)));
     }
     entry(&document.images, "images", image, || format!("textures[{index}].source"))?;
     let place = |member: &str| format!("textures[{index}].sampler{member}");
@@ -50,7 +49,8 @@ pub fn of_texture(document: &Document, index: usize, user: impl FnOnce() -> Stri
         Some(Checked::Valid(MagFilter::Nearest)) => true,
         Some(Checked::Invalid) => return Err(fault(place(".magFilter"), "must be 9728 or 9729")),
     };
-    Ok(Use { image, wrap: [wrap(sampler.wrap_s, ".wrapS")?, wrap(sampler.wrap_t, ".wrapT")?], nearest })
+    let wrap = [wrap(sampler.wrap_s, ".wrapS")?, wrap(sampler.wrap_t, ".wrapT")?];
+    Ok(Ok(Use { image, wrap, nearest }))
 }
 
 /// An encoded image.
@@ -63,37 +63,45 @@ struct Encoded<'a> {
     users: usize,
 }
 
-/// The textures for `uses`, one each, in that order.
-pub fn textures(data: &Data<'_>, uses: &[Use], folder: &mut Folder) -> Loaded<Vec<Texture>> {
-    let mut images: Vec<Encoded<'_>> = Vec::new();
+/// The textures for `uses`, one each, in that order: a fault where an image cannot be had, for the caller to judge.
+///
+/// # Errors
+/// If all images together are too large.
+pub fn textures(data: &Data<'_>, uses: &[Use], folder: &mut Folder) -> Loaded<Vec<Loaded<Texture>>> {
+    let mut images: Vec<Loaded<Encoded<'_>>> = Vec::new();
     let mut slots: HashMap<usize, usize> = HashMap::new();
     let mut bytes_needed = 0;
     for wanted in uses {
-        let slot = match slots.entry(wanted.image) {
-            Entry::Occupied(known) => *known.get(),
-            Entry::Vacant(new) => {
-                let bytes = fetch(data, wanted.image, folder)?;
+        let slot = *slots.entry(wanted.image).or_insert_with(|| {
+            let encoded = fetch(data, wanted.image, folder).and_then(|bytes| {
                 let size = measure(&bytes, wanted.image)?;
-                images.push(Encoded { index: wanted.image, bytes, size, users: 0 });
-                *new.insert(images.len() - 1)
-            }
-        };
-        images[slot].users += 1;
-        bytes_needed += images[slot].size;
+                Ok(Encoded { index: wanted.image, bytes, size, users: 0 })
+            });
+            images.push(encoded);
+            images.len() - 1
+        });
+        let Ok(image) = &mut images[slot] else { continue };
+        image.users += 1;
+        bytes_needed += image.size;
         if bytes_needed > limits::TEXTURE_BYTES {
             let problem = "all images together need more than 2 GiB when decoded; make them smaller";
             return Err(fault(format!("images[{}]", wanted.image), problem));
         }
     }
-    let decoded: Vec<Loaded<Texture>> = images.par_iter().map(|e| decode(data.document, e)).collect();
-    // In file order, so that the same file always gives the same error.
-    let mut decoded: Vec<Texture> = decoded.into_iter().collect::<Loaded<_>>()?;
+    let decode = |encoded: &Loaded<Encoded<'_>>| decode(data.document, encoded.as_ref().map_err(Fault::clone)?);
+    let mut decoded: Vec<Loaded<Texture>> = images.par_iter().map(decode).collect();
     let texture = |wanted: &Use| {
         let slot = slots[&wanted.image];
-        images[slot].users -= 1;
+        let texels = decoded[slot].as_mut().map_err(|f| f.clone())?;
         // The last user takes the texels, so that one image with one sampler is never copied.
-        let texture = if images[slot].users == 0 { std::mem::take(&mut decoded[slot]) } else { decoded[slot].clone() };
-        Texture { wrap: wanted.wrap, nearest: wanted.nearest, ..texture }
+        let texture = match &mut images[slot] {
+            Ok(image) if image.users > 1 => {
+                image.users -= 1;
+                texels.clone()
+            }
+            _ => std::mem::take(texels),
+        };
+        Ok(Texture { wrap: wanted.wrap, nearest: wanted.nearest, ..texture })
     };
     Ok(uses.iter().map(texture).collect())
 }

@@ -1,9 +1,9 @@
 //! Materials: base colour, its texture, and the holes that let light through.
 
 use super::document::Document;
-use super::fault::{Loaded, Warnings, fault, label};
+use super::fault::{Fault, Loaded, Warnings, fault, label};
 use super::image::{self, Use};
-use crate::scene::Material;
+use crate::scene::{Material, Texture};
 use gltf::json;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::Info;
@@ -46,10 +46,20 @@ fn base_color(material: &json::Material, index: usize) -> Loaded<([f32; 4], Opti
     Ok((pbr.base_color_factor.0, pbr.base_color_texture.clone()))
 }
 
-/// True for a blended material that is see-through all over.
+/// True for a material that is see-through all over: blended with an alpha below one half and no texture, or with a
+/// transmission of one half or more and no texture of it.
 pub fn is_glass(material: &json::Material) -> bool {
     let Ok((color, texture)) = base_color(material, 0) else { return false };
-    material.alpha_mode == Checked::Valid(AlphaMode::Blend) && texture.is_none() && color[3] < 0.5
+    let blended = material.alpha_mode == Checked::Valid(AlphaMode::Blend) && texture.is_none() && color[3] < 0.5;
+    blended || transmission(material).is_some_and(|(factor, textured)| factor >= 0.5 && !textured)
+}
+
+/// Share of the light that `KHR_materials_transmission` lets through, and whether a texture weighs it; `None` if nothing
+/// passes.
+fn transmission(material: &json::Material) -> Option<(f64, bool)> {
+    let extension = material.extensions.as_ref()?.others.get("KHR_materials_transmission")?;
+    let factor = extension.get("transmissionFactor").and_then(serde_json::Value::as_f64).unwrap_or(0.0);
+    (factor > 0.0).then(|| (factor, extension.get("transmissionTexture").is_some()))
 }
 
 /// How the base-colour texture of a material reads its coordinates; `None` without a texture.
@@ -76,16 +86,26 @@ pub fn materials(document: &Document, used: &[usize], warnings: &mut Warnings) -
         let material = &document.materials[index];
         let place = || label("materials", index, material.name.as_deref());
         let (factor, info) = base_color(material, index)?;
-        let texture = match info {
-            Some(info) => {
-                let wanted = image::of_texture(document, info.index.value(), || format!("materials[{index}]"))?;
-                Some(*known.entry(wanted).or_insert_with(|| {
-                    uses.push(wanted);
-                    uses.len() - 1
-                }))
+        let masked = material.alpha_mode == Checked::Valid(AlphaMode::Mask);
+        let wanted = info.map(|i| image::of_texture(document, i.index.value(), || format!("materials[{index}]")));
+        let wanted = match wanted.transpose()? {
+            Some(Err(fault)) if masked => return Err(fault),
+            Some(Err(fault)) => {
+                without_texture(fault, warnings);
+                None
             }
+            Some(Ok(wanted)) => Some(wanted),
             None => None,
         };
+        let texture = wanted.map(|wanted| {
+            *known.entry(wanted).or_insert_with(|| {
+                uses.push(wanted);
+                uses.len() - 1
+            })
+        });
+        if transmission(material).is_some() {
+            warnings.add("light that passes through it is not drawn: it casts a full shadow", 1, place);
+        }
         let alpha_cutoff = match material.alpha_mode {
             Checked::Valid(AlphaMode::Opaque) => None,
             // Beyond 1 everything is a hole, at 0 nothing is; 2 is as good as infinity.
@@ -105,6 +125,43 @@ pub fn materials(document: &Document, used: &[usize], warnings: &mut Warnings) -
         });
     }
     Ok((materials, uses))
+}
+
+/// Warns that a surface is drawn without a texture that cannot be had. Only a mask's texture changes shadows.
+fn without_texture(fault: Fault, warnings: &mut Warnings) {
+    let (where_, problem) = fault.into_parts();
+    warnings.add(format!("{problem}. It only colours surfaces, which are drawn without it"), 1, || where_);
+}
+
+/// Gives every material its texture. Where an image cannot be had, a surface without holes is drawn without it.
+///
+/// # Errors
+/// If a material needs the texture for its holes.
+pub fn set_textures(
+    materials: &mut [Material],
+    textures: Vec<Loaded<Texture>>,
+    warnings: &mut Warnings,
+) -> Loaded<Vec<Texture>> {
+    let (mut kept, mut slots) = (vec![], vec![]);
+    for (i, texture) in textures.into_iter().enumerate() {
+        match texture {
+            Ok(texture) => {
+                slots.push(Some(kept.len()));
+                kept.push(texture);
+            }
+            Err(fault) => {
+                if materials.iter().any(|m| m.texture == Some(i) && m.alpha_cutoff.is_some()) {
+                    return Err(fault);
+                }
+                slots.push(None);
+                without_texture(fault, warnings);
+            }
+        }
+    }
+    for material in materials {
+        material.texture = material.texture.and_then(|t| slots[t]);
+    }
+    Ok(kept)
 }
 
 /// What glTF says a primitive without material looks like.

@@ -46,12 +46,15 @@ use std::path::Path;
 /// `EXT_mesh_gpu_instancing`, and the base colour of `KHR_materials_pbrSpecularGlossiness`. The size
 /// of a light is our own: `extras.edgeshade.size` (spot, full width of the square light in world
 /// units) or `extras.edgeshade.angle` (directional, full angular width in radians), on the light or on
-/// its node, the node's coming first.
+/// its node, the node's coming first. What `KHR_node_visibility` hides is left out. A mesh whose vertices lie far from
+/// its own origin is moved there, and its instances back, so that no position loses precision.
 ///
 /// **What is approximated**, each with a line in [`Scene::warnings`]: points and lines are left out;
 /// alpha mode BLEND is opaque, unless the base colour has an alpha below 0.5 and no texture, as glass
-/// has: that is left out; point lights are left out; triangles with a NaN or infinite position are
-/// dropped. Instances whose transform leaves no area are left out silently: files hide objects so.
+/// has: that is left out, as is what transmits half the light or more (`KHR_materials_transmission`); point lights are
+/// left out; triangles with a NaN or infinite position are dropped; so are instances whose transform leaves no area;
+/// extensions that are not read are named. A base-colour texture that cannot be had is left out where the material has no
+/// holes, and a camera or light that cannot be used goes into [`Scene::broken_cameras`] or [`Scene::broken_lights`].
 ///
 /// **Limits:** 4 GiB of files; 2^28 accessor elements read, 2^26 vertices, 2^25 triangles and 2^20
 /// primitives kept; 2^22 placed primitives; 2^20 elements in an accessor without `bufferView`; images
@@ -94,6 +97,9 @@ fn build(name: &str, bytes: &[u8], scene: Option<usize>, mut folder: Folder) -> 
     let document = Document::parse(container.json)?;
     let tree = Tree::new(&document, scene)?;
     let mut warnings = Warnings::default();
+    for extension in document.unread_extensions() {
+        warnings.add("is not read: what it adds to the scene is missing", 1, || format!("extension {extension}"));
+    }
     let buffers = files::buffers(&document, container.bin, &mut folder)?;
     let data = Data { document: &document, buffers };
     let plan = plan::plan(&data, &tree, &mut warnings)?;
@@ -104,6 +110,7 @@ fn build(name: &str, bytes: &[u8], scene: Option<usize>, mut folder: Folder) -> 
     let (mut materials, uses) = material::materials(&document, &used, &mut warnings)?;
     let (built, textures) = rayon::join(|| meshes(&data, &tree, &plan), || image::textures(&data, &uses, &mut folder));
     let (built, textures) = (built?, textures?);
+    let textures = material::set_textures(&mut materials, textures, &mut warnings)?;
 
     // A mesh that lost its triangles leaves no gap: `slots` is where each job's mesh went.
     let mut slots = vec![None; plan.jobs.len()];
@@ -121,15 +128,20 @@ fn build(name: &str, bytes: &[u8], scene: Option<usize>, mut folder: Folder) -> 
         slots[job] = Some(kept.len());
         kept.push(mesh);
     }
-    let instances = instances(&document, &plan, &kept, &slots, &built.palettes)?;
+    let centers = recentre(&plan, &mut kept, &slots);
+    let instances = instances(&document, &plan, &kept, &slots, &centers, &built.palettes, &mut warnings)?;
+    let (cameras, broken_cameras) = view::cameras(&document, &tree, &mut warnings)?;
+    let (lights, broken_lights) = view::lights(&document, &tree, &mut warnings)?;
     Ok(Scene {
         name: name.into(),
         meshes: kept,
         materials,
         textures,
         instances,
-        cameras: view::cameras(&document, &tree, &mut warnings)?,
-        lights: view::lights(&document, &tree, &mut warnings)?,
+        cameras,
+        lights,
+        broken_cameras,
+        broken_lights,
         warnings: warnings.into_sentences(),
     })
 }
@@ -157,12 +169,49 @@ fn meshes(data: &Data<'_>, tree: &Tree, plan: &Plan<'_>) -> Loaded<Built> {
     Ok(Built { meshes: built.into_iter().collect::<Loaded<_>>()?, palettes })
 }
 
+/// A mesh whose middle lies farther from its own origin than this, in half diagonals, is moved to it.
+const FAR_FROM_ORIGIN: f64 = 4.0;
+
+/// Moves meshes that were baked far from their own origin, such as map data in a national grid, back to it: the GPU
+/// works on `f32` positions, and its derivatives and products would lose what the file's numbers hold. Returns what was
+/// subtracted from each job's positions; instances add it again in `f64`. The parts of one glTF mesh move together.
+fn recentre(plan: &Plan<'_>, meshes: &mut [Mesh], slots: &[Option<usize>]) -> Vec<DVec3> {
+    let mut centers = vec![DVec3::ZERO; plan.jobs.len()];
+    let mut ranges: Vec<_> = plan.placements.iter().map(|p| p.jobs.clone()).collect();
+    ranges.sort_unstable_by_key(|r| r.start);
+    ranges.dedup();
+    for jobs in ranges {
+        let parts = || slots[jobs.clone()].iter().flatten().copied();
+        let bounds = parts().map(|m| meshes[m].bounds).fold(Bounds::EMPTY, Bounds::union);
+        let half = 0.5 * (bounds.max - bounds.min);
+        let center = bounds.center().as_vec3().as_dvec3();
+        if bounds.is_empty() || center.abs().max_element() <= FAR_FROM_ORIGIN * bounds.radius() {
+            continue;
+        }
+        // Only along axes where all positions lie within a factor of two of the middle: there the difference of two `f32`
+        // is exact.
+        let center = DVec3::select(center.abs().cmpgt(3.0 * half), center, DVec3::ZERO);
+        let to_subtract = center.as_vec3().to_array();
+        for part in parts() {
+            let mesh = &mut meshes[part];
+            for position in &mut mesh.positions {
+                position.iter_mut().zip(to_subtract).for_each(|(p, c)| *p -= c);
+            }
+            mesh.compute_bounds();
+        }
+        centers[jobs].fill(center);
+    }
+    centers
+}
+
 fn instances(
     document: &Document,
     plan: &Plan<'_>,
     meshes: &[Mesh],
     slots: &[Option<usize>],
+    centers: &[DVec3],
     palettes: &HashMap<usize, Palette>,
+    warnings: &mut Warnings,
 ) -> Result<Vec<Instance>, Fault> {
     let mut instances = Vec::new();
     for placement in &plan.placements {
@@ -174,8 +223,11 @@ fn instances(
                 None => placement.world_from_object,
             };
             if !keeps_area(&world_from_object) {
+                let place = || node_label(document, placement.node);
+                warnings.add("its scale leaves no surface: its mesh is not drawn", 1, place);
                 continue;
             }
+            let world_from_object = world_from_object * DAffine3::from_translation(centers[job]);
             let Bounds { min, max } = meshes[mesh].bounds.transformed(&world_from_object);
             let near = |v: DVec3| v.abs().cmple(DVec3::splat(limits::COORDINATE)).all();
             if !(near(min) && near(max)) {

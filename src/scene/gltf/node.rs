@@ -11,6 +11,9 @@ pub struct Tree {
     pub worlds: Vec<DAffine3>,
     /// Nodes of the chosen scene, in file order.
     pub shown: Vec<usize>,
+    /// True for a node that `KHR_node_visibility` hides, itself or through an ancestor: its mesh and its light are left
+    /// out; a camera looks on.
+    pub hidden: Vec<bool>,
 }
 
 impl Tree {
@@ -45,13 +48,28 @@ impl Tree {
         for root in roots(document, scene, &parents)? {
             shown[root] = true;
         }
+        let mut hidden = nodes.iter().enumerate().map(|(i, n)| hides(n, i)).collect::<Loaded<Vec<_>>>()?;
         for &i in &order {
             if let Some(parent) = parents[i] {
                 shown[i] |= shown[parent];
+                hidden[i] |= hidden[parent];
             }
         }
         let shown = (0..nodes.len()).filter(|&i| shown[i]).collect();
-        Ok(Self { worlds, shown })
+        Ok(Self { worlds, shown, hidden })
+    }
+}
+
+/// True if the node's own `KHR_node_visibility` says so.
+fn hides(node: &Node, index: usize) -> Loaded<bool> {
+    let extension = node.extensions.as_ref().and_then(|e| e.others.get("KHR_node_visibility"));
+    match extension.and_then(|e| e.get("visible")) {
+        None => Ok(false),
+        Some(serde_json::Value::Bool(visible)) => Ok(!visible),
+        Some(other) => {
+            let place = format!("nodes[{index}].extensions.KHR_node_visibility.visible");
+            Err(fault(place, format!("is {other}, must be true or false")))
+        }
     }
 }
 

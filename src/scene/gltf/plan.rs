@@ -56,7 +56,7 @@ pub fn plan<'a>(data: &Data<'a>, tree: &Tree, warnings: &mut Warnings) -> Loaded
     let mut known: HashMap<(usize, Option<usize>, Vec<u32>), Range<usize>> = HashMap::new();
     for &i in &tree.shown {
         let node = &document.nodes[i];
-        let Some(mesh) = node.mesh else { continue };
+        let Some(mesh) = node.mesh.filter(|_| !tree.hidden[i]) else { continue };
         entry(&document.meshes, "meshes", mesh, || format!("nodes[{i}].mesh"))?;
         if let Some(skin) = node.skin {
             entry(&document.skins, "skins", skin, || format!("nodes[{i}].skin"))?;
@@ -150,7 +150,7 @@ fn is_wanted(
     if let Some(m) = primitive.material.map(|m| m.value()) {
         let material = entry(&document.materials, "materials", m, || format!("{}.material", place()))?;
         if material::is_glass(material) {
-            let what = "blended with an alpha below 0.5 and no texture: taken for glass, which casts no shadow and is not drawn";
+            let what = "blended with an alpha below 0.5, or transmitting half the light or more, without a texture: taken for glass, which casts no shadow and is not drawn";
             warnings.add(what, 1, || label("materials", m, material.name.as_deref()));
             return Ok(false);
         }

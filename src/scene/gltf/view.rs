@@ -1,9 +1,9 @@
 //! Cameras and lights of the shown nodes.
 
 use super::document::{Document, Node};
-use super::fault::{Loaded, Warnings, entry, fault, label};
+use super::fault::{Fault, Loaded, Warnings, entry, fault, label};
 use super::node::{Tree, rigid};
-use crate::scene::{Camera, Light, LightShape, Projection};
+use crate::scene::{Broken, Camera, Light, LightShape, Projection};
 use gltf::json;
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as FileLight, Type as LightType};
@@ -13,23 +13,30 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 const NO_DIRECTION: &str = "was left out: the scale of its node leaves it no direction";
 
-/// The cameras, in the order of their nodes.
-pub fn cameras(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Loaded<Vec<Camera>> {
-    let mut cameras = Vec::new();
+/// Adds a fault to the list of what cannot be used, and a warning.
+fn leave_out(broken: &mut Vec<Broken>, number: usize, name: String, fault: Fault, warnings: &mut Warnings) {
+    let (place, problem) = fault.into_parts();
+    warnings.add(format!("{problem}. It cannot be used, all else can"), 1, || place.clone());
+    broken.push(Broken { number, name, place, problem });
+}
+
+/// The cameras, in the order of their nodes, and those that cannot be used.
+pub fn cameras(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Loaded<(Vec<Camera>, Vec<Broken>)> {
+    let (mut cameras, mut broken) = (Vec::new(), Vec::new());
     for &i in &tree.shown {
         let node = &document.nodes[i];
         let Some(index) = node.camera else { continue };
         let camera = entry(&document.cameras, "cameras", index, || format!("nodes[{i}].camera"))?;
-        let projection = projection(camera, index)?;
-        match rigid(&tree.worlds[i]) {
-            Some(world_from_camera) => {
-                let name = own_name(camera.name.as_ref(), node, "camera", index);
+        let name = own_name(camera.name.as_ref(), node, "camera", index);
+        match (projection(camera, index), rigid(&tree.worlds[i])) {
+            (Ok(projection), Some(world_from_camera)) => {
                 cameras.push(Camera { name, world_from_camera, projection });
             }
-            None => warnings.add(NO_DIRECTION, 1, || label("cameras", index, camera.name.as_deref())),
+            (Ok(_), None) => warnings.add(NO_DIRECTION, 1, || label("cameras", index, camera.name.as_deref())),
+            (Err(fault), _) => leave_out(&mut broken, cameras.len(), name, fault, warnings),
         }
     }
-    Ok(cameras)
+    Ok((cameras, broken))
 }
 
 fn own_name(name: Option<&String>, node: &Node, kind: &str, index: usize) -> String {
@@ -66,10 +73,10 @@ fn projection(camera: &json::Camera, index: usize) -> Loaded<Projection> {
     }
 }
 
-/// The spot and directional lights, in the order of their nodes.
-pub fn lights(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Loaded<Vec<Light>> {
-    let (mut lights, mut points) = (Vec::new(), Vec::new());
-    for &i in &tree.shown {
+/// The spot and directional lights, in the order of their nodes, and those that cannot be used.
+pub fn lights(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Loaded<(Vec<Light>, Vec<Broken>)> {
+    let (mut lights, mut points, mut broken) = (Vec::new(), Vec::new(), Vec::new());
+    for &i in tree.shown.iter().filter(|&&i| !tree.hidden[i]) {
         let node = &document.nodes[i];
         let reference = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         let Some(index) = reference.map(|r| r.light.value()) else { continue };
@@ -77,10 +84,11 @@ pub fn lights(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Load
             format!("nodes[{i}].extensions.KHR_lights_punctual.light")
         })?;
         let name = own_name(light.name.as_ref(), node, "light", index);
-        match (shape(light, index, node, i)?, rigid(&tree.worlds[i])) {
-            (None, _) => points.push(label("lights", index, Some(&name))),
+        match (shape(light, index, node, i), rigid(&tree.worlds[i])) {
+            (Err(fault), _) => leave_out(&mut broken, lights.len(), name, fault, warnings),
+            (Ok(None), _) => points.push(label("lights", index, Some(&name))),
             (_, None) => warnings.add(NO_DIRECTION, 1, || label("lights", index, Some(&name))),
-            (Some(shape), Some(world_from_light)) => {
+            (Ok(Some(shape)), Some(world_from_light)) => {
                 let color = light.color.map(|c| c.clamp(0.0, 1.0));
                 lights.push(Light { name, world_from_light, shape, color });
             }
@@ -94,7 +102,7 @@ pub fn lights(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Load
         };
         warnings.add(what, points.len(), || first.clone());
     }
-    Ok(lights)
+    Ok((lights, broken))
 }
 
 /// `None` for a point light.
