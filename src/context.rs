@@ -112,6 +112,7 @@ type PipelineKey = (String, Vec<u32>);
 pub struct Context {
     device: Arc<Device>,
     nearest: vk::Sampler,
+    nearest_clamped: vk::Sampler,
     pipelines: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
     /// By the text of their state, which names every part of it.
     raster_pipelines: Mutex<HashMap<String, Arc<RasterPipeline>>>,
@@ -154,9 +155,17 @@ impl Context {
             .address_mode_w(vk::SamplerAddressMode::CLAMP_TO_BORDER)
             .border_color(vk::BorderColor::FLOAT_OPAQUE_WHITE);
         let nearest = device.sampler(&info, "nearest, white border")?;
+        let clamped = vk::SamplerCreateInfo::default()
+            .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE);
+        let nearest_clamped = device.sampler(&clamped, "nearest, clamped").inspect_err(|_| {
+            // SAFETY: nobody has it yet.
+            unsafe { device.raw.destroy_sampler(nearest, None) };
+        })?;
         Ok(Self {
             device,
             nearest,
+            nearest_clamped,
             pipelines: Mutex::default(),
             raster_pipelines: Mutex::default(),
             has_rastered: AtomicBool::new(false),
@@ -171,6 +180,11 @@ impl Context {
     /// Nearest filtering; outside the image 1.
     pub fn nearest(&self) -> vk::Sampler {
         self.nearest
+    }
+
+    /// Nearest filtering; outside the image its border goes on.
+    pub(crate) fn nearest_clamped(&self) -> vk::Sampler {
+        self.nearest_clamped
     }
 
     /// The compute pipeline of a shader with the given specialization constants, made once.
@@ -214,6 +228,9 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         // SAFETY: the owner vouches that the GPU is done with it.
-        unsafe { self.device.raw.destroy_sampler(self.nearest, None) };
+        unsafe {
+            self.device.raw.destroy_sampler(self.nearest, None);
+            self.device.raw.destroy_sampler(self.nearest_clamped, None);
+        }
     }
 }

@@ -9,6 +9,10 @@ float shadowMapDepth(sampler2DArray shadow_map, ivec2 texel, int layer, ivec2 ma
   return inside ? texelFetch(shadow_map, ivec3(texel, layer), 0).x : 1.0;
 }
 
+// The texel of the map that lies nearest: filters whose windows may be wider than the map go on with its border there. Depth
+// and place are both that texel's, so that a tilted receiver does not shadow itself.
+ivec2 nearestTexel(ivec2 texel, ivec2 map_size) { return clamp(texel, ivec2(0), map_size - 1); }
+
 // 0 where the reference lies behind the stored depth. The reference is kept within the map's range, so that an
 // empty texel never shadows, however far a receiver plane was extrapolated.
 float shadowTest(float reference, float stored) { return min(reference, 1.0) > stored ? 0.0 : 1.0; }

@@ -18,7 +18,7 @@ struct Blockers {
   int count; // taps that found one, of taps * taps
 };
 
-// `half_width` in uv. Outside the map nothing blocks.
+// `half_width` in uv. Beyond the map its border goes on.
 Blockers findBlockers(sampler2DArray shadow_map, SoftReceiver r, AreaLight a, vec2 half_width, int taps) {
   vec2 half_texels = windowTexels(half_width);
   ivec2 map_size = ivec2(view.map_size);

@@ -26,7 +26,7 @@ Blockers neighbouringBlockers(ShadowPoint p, AreaLight a) {
   for (int k = 0; k < 5; ++k) {
     ivec2 texel = k < 4 ? p.texel + SIDES[k] : p.texel;
     bool blocks = shadowTest(p, texel) == 0.0;
-    sum += blocks ? lightDistance(a, shadowMapDepth(shadow_map, texel, 0, ivec2(view.map_size))) : 0.0;
+    sum += blocks ? lightDistance(a, shadowMapDepth(shadow_map, testedTexel(texel), 0, ivec2(view.map_size))) : 0.0;
     count += int(blocks);
   }
   precise float z = sum / float(max(count, 1));

@@ -37,11 +37,9 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
   for (int y = first.y; y <= last.y; y += 2) {
     precise vec2 height = max(min(vec2(y, y + 1) + 1.0, high.y) - max(vec2(y, y + 1), low.y), 0.0);
     for (int x = first.x; x <= last.x; x += 2) {
-      // At the common corner of the four no rounding can pick another block. Gather order: (0, 1), (1, 1), (1, 0), (0, 0). The
-      // sampler's border is white.
+      // At the common corner of the four no rounding can pick another block.
       vec4 stored = textureGather(shadow_map, vec3(vec2(x + 1, y + 1) / vec2(view.map_size), 0.0));
-      float corner = softReference(r, ivec2(x, y));
-      precise vec4 reference = corner + vec4(r.slope.y, r.slope.x + r.slope.y, r.slope.x, 0.0);
+      vec4 reference = softReference2x2(r, ivec2(x, y));
       precise vec2 width = max(min(vec2(x, x + 1) + 1.0, high.x) - max(vec2(x, x + 1), low.x), 0.0);
       precise vec4 share = width.xyyx * height.yyxx * vec4(greaterThan(min(reference, vec4(1.0)), stored));
       precise vec4 z = a.depth_scale > 0.0 ? a.depth_scale / max(a.depth_offset - stored, vec4(1e-7)) : stored * a.depth_offset;

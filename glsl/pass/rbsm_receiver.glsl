@@ -16,18 +16,29 @@ layout(push_constant, scalar) uniform Push {
   float slack;         // texels of depth a texel of distance that a curved receiver may lie before its plane
 } push;
 
+// The texel that is tested for one that may lie outside the map: filters whose windows may be wider than the map, which
+// define MAP_GOES_ON, take its border there; for the others all is lit.
+ivec2 testedTexel(ivec2 texel) {
+#ifdef MAP_GOES_ON
+  return nearestTexel(texel, ivec2(view.map_size));
+#else
+  return texel;
+#endif
+}
+
 float shadowTest(ShadowPoint p, ivec2 texel) {
+  texel = testedTexel(texel);
   return shadowTest(receiverDepth(p, texel), shadowMapDepth(shadow_map, texel, 0, ivec2(view.map_size)));
 }
 
 uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
   // At the common corner of the four no rounding can pick another block. Gather order: (0, 1), (1, 1), (1, 0), (0, 0). The
-  // sampler's border is white.
+  // sampler's border is white, or with MAP_GOES_ON the map's own.
   vec4 stored = textureGather(shadow_map, vec3(vec2(corner + 1) / vec2(view.map_size), 0.0));
-  return uint(shadowTest(receiverDepth(p, corner), stored.w)) |
-         uint(shadowTest(receiverDepth(p, corner + ivec2(1, 0)), stored.z)) << 1 |
-         uint(shadowTest(receiverDepth(p, corner + ivec2(0, 1)), stored.x)) << 2 |
-         uint(shadowTest(receiverDepth(p, corner + ivec2(1, 1)), stored.y)) << 3;
+  return uint(shadowTest(receiverDepth(p, testedTexel(corner)), stored.w)) |
+         uint(shadowTest(receiverDepth(p, testedTexel(corner + ivec2(1, 0))), stored.z)) << 1 |
+         uint(shadowTest(receiverDepth(p, testedTexel(corner + ivec2(0, 1))), stored.x)) << 2 |
+         uint(shadowTest(receiverDepth(p, testedTexel(corner + ivec2(1, 1))), stored.y)) << 3;
 }
 
 // True where no shadow-map texel is needed; then `decided` is the visibility.

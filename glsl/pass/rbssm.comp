@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
+#define MAP_GOES_ON
 #include "edge_blockers.glsl"
 #include "hsm.glsl"
 #include "revectorized_filter.glsl"

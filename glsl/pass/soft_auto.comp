@@ -11,6 +11,7 @@
 //   than the texels, and leaves them hard. But where what blocks is within THIN_DISTANCE of the receiver, they are noise of
 //   the receiver's own depth, which plain tests would spread.
 #extension GL_GOOGLE_include_directive : require
+#define MAP_GOES_ON
 #include "edge_blockers.glsl"
 #include "hsm.glsl"
 #include "soft_filter.glsl"

@@ -15,13 +15,9 @@ vec2 softHalfTexels(SoftReceiver r, AreaLight a, float z_blocker, vec2 search) {
 }
 
 // Shadow tests of 2 x 2 texels by one gather at their common corner, where no rounding of coordinates can pick another block.
-// Gather order: (0, 1), (1, 1), (1, 0), (0, 0). The sampler's border is white: outside the map all is lit.
 vec4 softTest2x2(sampler2DArray shadow_map, SoftReceiver r, ivec2 first) {
   vec4 stored = textureGather(shadow_map, vec3(vec2(first + 1) / vec2(view.map_size), 0.0));
-  precise vec2 away = vec2(first) + 0.5 - r.at;
-  precise float corner = r.map.depth + (r.slope.x * away.x + r.slope.y * away.y);
-  precise vec4 reference = corner + vec4(r.slope.y, r.slope.x + r.slope.y, r.slope.x, 0.0);
-  return vec4(lessThanEqual(min(reference, vec4(1.0)), stored));
+  return vec4(lessThanEqual(min(softReference2x2(r, first), vec4(1.0)), stored));
 }
 
 // The exact mean over the window, of which each texel holds its share: what infinitely many taps would find. Every texel is

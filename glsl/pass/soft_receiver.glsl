@@ -2,6 +2,7 @@
 #ifndef EDGESHADE_SOFT_RECEIVER
 #define EDGESHADE_SOFT_RECEIVER
 #include "lib/area_light.glsl"
+#include "lib/shadow_test.glsl"
 #include "map_receiver.glsl"
 
 struct SoftReceiver {
@@ -37,11 +38,21 @@ vec2 windowTexels(vec2 half_width) {
   return texels;
 }
 
-// The texel under tap (i, j) of n x n points that lie at the centres of the window's n x n cells.
+// Depths of the receiver's plane at 2 x 2 texels, in the order of a gather: (0, 1), (1, 1), (1, 0), (0, 0). Beyond the map
+// they are those of its border, as the sampler's depths are.
+vec4 softReference2x2(SoftReceiver r, ivec2 first) {
+  ivec2 low = nearestTexel(first, ivec2(view.map_size)), high = nearestTexel(first + 1, ivec2(view.map_size));
+  float corner = softReference(r, low);
+  precise vec2 step = r.slope * vec2(high - low);
+  precise vec4 reference = corner + vec4(step.y, step.x + step.y, step.x, 0.0);
+  return reference;
+}
+
+// The texel under tap (i, j) of n x n points that lie at the centres of the window's n x n cells; beyond the map its border.
 ivec2 windowTap(SoftReceiver r, vec2 half_texels, int i, int j, int n) {
   precise vec2 t = (2.0 * vec2(i, j) + 1.0) / float(n) - 1.0;
   precise vec2 place = floor(r.at + t * half_texels);
-  return ivec2(place);
+  return nearestTexel(ivec2(place), ivec2(view.map_size));
 }
 
 #endif

@@ -18,16 +18,21 @@ layout(location = 1) out vec2 shading_normal;
 layout(location = 2) out vec4 albedo;
 layout(location = 3) out uint triangle;
 
+// A vector divided by its largest component, so that no product leaves the range of floats.
+vec3 unscaled(vec3 v) { return v / max(max(abs(v.x), abs(v.y)), abs(v.z)); }
+
 void main() {
   vec4 color = push.base_color * fragment_color * sampleBaseColor(fragment_uv);
   if (MASKED && color.a < push.alpha_cutoff) discard;
   Instance i = instances[fragment_instance];
-  // Object space keeps full precision however far away the object stands. With y down on the screen,
-  // the winding of the two derivatives turns: this order points towards the viewer for either face.
-  vec3 n = i.normal_from_object * cross(dFdy(fragment_position), dFdx(fragment_position));
+  // Object space keeps full precision however far away the object stands. At a horizon the derivatives reach across it, to
+  // where the triangle's plane lies behind the viewer: they still lie within the plane, but neither their lengths nor their
+  // winding mean anything. So the normal's side is that of the viewer.
+  vec3 n = i.normal_from_object * cross(unscaled(dFdy(fragment_position)), unscaled(dFdx(fragment_position)));
   float l = length(n);
+  vec3 to_viewer = i.viewer.xyz - i.viewer.w * (i.world_from_object * fragment_position);
   vec3 shading = normalize(fragment_normal) * (gl_FrontFacing ? 1.0 : -1.0);
-  n = l > 0.0 ? i.orientation * n / l : shading;
+  n = l > 0.0 ? n / (dot(n, to_viewer) < 0.0 ? -l : l) : shading;
   geometric_normal = octahedralEncode(n);
   shading_normal = octahedralEncode(shading);
   albedo = vec4(color.rgb, 1.0);

@@ -6,7 +6,8 @@
 struct Instance {
   mat4 clip_from_object;   // composed in f64 on the host, relative to the view
   mat3 normal_from_object; // takes normals to the world, up to their length
-  float orientation;       // -1 where the transform mirrors
+  mat3 world_from_object;  // without the translation
+  vec4 viewer;             // relative to the object's origin, axes of the world; where w is 0, towards it from everywhere
   uint first_triangle;     // id of the instance's first triangle
 };
 

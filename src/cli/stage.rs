@@ -3,16 +3,13 @@
 use super::args::{Ground, SceneArgs, numbers, usage};
 use super::console;
 use edgeshade::scene::{
-    Camera, Instance, Light, LightShape, Projection, Scene, fit, load_bytes, load_scene,
+    Broken, Camera, Instance, Light, LightShape, MAX_SPOT_FOV, Projection, Scene, fit, load_bytes, load_scene,
     shipped::{self, Shipped},
 };
 use edgeshade::view::{CameraView, look_along, look_at};
 use edgeshade::{Error, Result};
 use glam::{DVec3, dvec3};
 use std::path::Path;
-
-/// Widest cone of a spot light, degrees: one shadow map reaches no farther.
-const MAX_SPOT_FOV_DEGREES: f64 = 160.0;
 
 /// Height of a flat object by its width, at most.
 const FLAT: f64 = 1e-3;
@@ -35,25 +32,28 @@ impl Stage {
     }
 
     fn of(mut scene: Scene, args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
+        let file = args.scene.as_deref().unwrap_or(shipped::DEFAULT);
+        let mut light = light(&scene, args.light.as_deref(), file)?;
         // Before the surfaces go, so that the view stays.
-        let camera = camera(&scene, args.camera.as_deref(), size)?.view(size);
-        let mut light = light(&scene, args.light.as_deref())?;
+        let camera = camera(&scene, args.camera.as_deref(), &light, size, file)?;
+        warn_about_lights(&scene, &light, args.light.is_some());
         scene.set_masked(args.masked);
         if let Some(size) = args.light_size {
             resize(&mut light, size)?;
         }
         let lone_object = scene.cameras.is_empty() && scene.lights.is_empty();
-        if args.ground == Ground::On || args.ground == Ground::Auto && lone_object {
+        if args.ground == Ground::On || args.ground == Ground::Auto && lone_object && !fit::has_floor(&scene) {
             fit::add_ground(&mut scene);
         }
+        let camera = fit::clamp_clip_planes(&scene, &camera).view(size);
         Ok(Self { scene, camera, light })
     }
 
     /// A shipped scene as its file has it.
     pub fn shipped(shipped: &Shipped, size: [u32; 2]) -> Result<Self> {
         let scene = load_bytes(shipped.name, shipped.bytes)?;
-        let camera = camera(&scene, None, size)?.view(size);
-        let light = light(&scene, None)?;
+        let light = light(&scene, None, shipped.name)?;
+        let camera = camera(&scene, None, &light, size, shipped.name)?.view(size);
         Ok(Self { scene, camera, light })
     }
 
@@ -110,17 +110,94 @@ fn load(name: &str, index: Option<usize>) -> Result<Scene> {
     usage(format!("there is no scene {name:?}; give the path of a .glb or .gltf file, or one of: {}", names.join(", ")))
 }
 
-/// The entry that `text` names: by its name, or by its number.
-fn pick<'a, T>(what: &str, list: &'a [T], name: impl Fn(&T) -> &str, text: &str) -> Result<&'a T> {
-    let found = list.iter().find(|item| name(item) == text);
-    let found = found.or_else(|| text.parse::<usize>().ok().and_then(|i| list.get(i)));
-    found.ok_or_else(|| {
-        let known: Vec<_> = list.iter().enumerate().map(|(i, item)| format!("{i} {:?}", name(item))).collect();
-        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-        Error::Usage(format!(
-            "the scene has no {what} {text:?}; it has: {known}; see --help for other ways to give one"
-        ))
-    })
+/// Cameras or lights of a file: sound ones, and those that cannot be used.
+struct Entries<'a, T> {
+    what: &'static str,
+    sound: &'a [T],
+    broken: &'a [Broken],
+    name: fn(&T) -> &str,
+    /// For messages.
+    file: &'a str,
+}
+
+impl<'a, T> Entries<'a, T> {
+    /// In the order of the file.
+    fn all(&self) -> Vec<Result<&'a T, &'a Broken>> {
+        let mut all = vec![];
+        let mut broken = self.broken.iter().peekable();
+        for (number, item) in self.sound.iter().enumerate() {
+            while let Some(b) = broken.next_if(|b| b.number <= number) {
+                all.push(Err(b));
+            }
+            all.push(Ok(item));
+        }
+        all.extend(broken.map(Err));
+        all
+    }
+
+    fn sound_or_fault(&self, entry: Result<&'a T, &'a Broken>) -> Result<&'a T> {
+        entry.map_err(|b| Error::File {
+            path: self.file.into(),
+            place: b.place.clone(),
+            problem: format!("{}; mend it, or choose another {what} with --{what}", b.problem, what = self.what),
+        })
+    }
+
+    /// The first one of the file, if it has any.
+    fn first(&self) -> Result<Option<&'a T>> {
+        self.all().into_iter().next().map(|entry| self.sound_or_fault(entry)).transpose()
+    }
+
+    /// The one that `text` names: by its name, or by its number.
+    fn pick(&self, text: &str) -> Result<&'a T> {
+        let all = self.all();
+        let name = |entry: &Result<&'a T, &'a Broken>| match entry {
+            Ok(item) => (self.name)(item).to_owned(),
+            Err(b) => b.name.clone(),
+        };
+        let found = all.iter().find(|entry| name(entry) == text);
+        let found = found.or_else(|| text.parse::<usize>().ok().and_then(|i| all.get(i)));
+        let found = found.ok_or_else(|| {
+            let known: Vec<_> = all.iter().enumerate().map(|(i, entry)| format!("{i} {:?}", name(entry))).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let what = self.what;
+            Error::Usage(format!(
+                "the scene has no {what} {text:?}; it has: {known}; see --help for other ways to give one"
+            ))
+        })?;
+        self.sound_or_fault(*found)
+    }
+}
+
+fn cameras<'a>(scene: &'a Scene, file: &'a str) -> Entries<'a, Camera> {
+    Entries { what: "camera", sound: &scene.cameras, broken: &scene.broken_cameras, name: |c| &c.name, file }
+}
+
+fn lights<'a>(scene: &'a Scene, file: &'a str) -> Entries<'a, Light> {
+    Entries { what: "light", sound: &scene.lights, broken: &scene.broken_lights, name: |l| &l.name, file }
+}
+
+/// Says what of a file's lights does not show: those beside the one that is used, and the rim of a wide cone.
+fn warn_about_lights(scene: &Scene, light: &Light, given: bool) {
+    let warn = |text: String| console::note(format_args!("warning: {}: {text}", scene.name));
+    if scene.lights.len() > 1 && !given {
+        let others: Vec<_> = scene.lights[1..].iter().map(|l| format!("{:?}", l.name)).collect();
+        warn(format!(
+            "only the light {:?} shines, not {}: choose one with --light",
+            light.name,
+            others.join(", ")
+        ));
+    }
+    if let LightShape::Spot { outer, .. } = light.shape
+        && 2.0 * outer > MAX_SPOT_FOV
+    {
+        warn(format!(
+            "the light {:?} has a cone of {:.0} degrees to each side; a shadow map holds {:.0}: beyond that nothing is shadowed",
+            light.name,
+            outer.to_degrees(),
+            0.5 * MAX_SPOT_FOV.to_degrees()
+        ));
+    }
 }
 
 fn point(text: &str) -> Option<DVec3> {
@@ -130,16 +207,18 @@ fn point(text: &str) -> Option<DVec3> {
     }
 }
 
-fn camera(scene: &Scene, text: Option<&str>, size: [u32; 2]) -> Result<Camera> {
-    let usual = || scene.cameras.first().cloned().unwrap_or_else(|| fit::camera(scene, size));
-    let Some(text) = text else { return Ok(usual()) };
+fn camera(scene: &Scene, text: Option<&str>, light: &Light, size: [u32; 2], file: &str) -> Result<Camera> {
+    let entries = cameras(scene, file);
+    let fitted = || fit::camera_under(scene, Some(light), size);
+    let Some(text) = text else { return Ok(entries.first()?.cloned().unwrap_or_else(fitted)) };
     let Some((eye, target)) = text.split_once(':').and_then(|(a, b)| Some((point(a)?, point(b)?))) else {
-        return pick("camera", &scene.cameras, |c| &c.name, text).cloned();
+        return entries.pick(text).cloned();
     };
     if eye == target {
         return usage("--camera: the two points are the same: no direction to look in");
     }
-    let mut camera = usual();
+    // The file's own lens, if it has one.
+    let mut camera = scene.cameras.first().cloned().unwrap_or_else(fitted);
     camera.name = "given".into();
     camera.world_from_camera = look_at(eye, target);
     if let Projection::Perspective { near, .. } = &mut camera.projection {
@@ -149,16 +228,16 @@ fn camera(scene: &Scene, text: Option<&str>, size: [u32; 2]) -> Result<Camera> {
     Ok(camera)
 }
 
-fn light(scene: &Scene, text: Option<&str>) -> Result<Light> {
-    let usual = || scene.lights.first().cloned().unwrap_or_else(|| fit::light(scene));
-    let Some(text) = text else { return Ok(usual()) };
+fn light(scene: &Scene, text: Option<&str>, file: &str) -> Result<Light> {
+    let entries = lights(scene, file);
+    let Some(text) = text else { return Ok(entries.first()?.cloned().unwrap_or_else(|| fit::light(scene))) };
     if let Some(angles) = text.strip_prefix("sun:") {
         return sun(scene, angles);
     }
     if let Some(places) = text.strip_prefix("spot:") {
         return spot(places);
     }
-    pick("light", &scene.lights, |l| &l.name, text).cloned()
+    entries.pick(text).cloned()
 }
 
 fn sun(scene: &Scene, text: &str) -> Result<Light> {
@@ -187,8 +266,9 @@ fn spot(text: &str) -> Result<Light> {
     let Some((from, to, fov)) = read() else {
         return usage(format!("--light spot:{text}: it is spot:x,y,z:x,y,z:FOV, such as spot:0,5,0:0,0,0:60"));
     };
-    if !(fov > 0.0 && fov <= MAX_SPOT_FOV_DEGREES) {
-        return usage(format!("--light spot:{text}: the angle is above 0, up to {MAX_SPOT_FOV_DEGREES} degrees"));
+    let widest = MAX_SPOT_FOV.to_degrees();
+    if !(fov > 0.0 && fov <= widest) {
+        return usage(format!("--light spot:{text}: the angle is above 0, up to {widest:.0} degrees"));
     }
     if from == to {
         return usage(format!("--light spot:{text}: the two points are the same: no direction to shine in"));

@@ -18,6 +18,8 @@ pub enum Bind<'a> {
     Stencil(&'a Image),
     /// Somebody else's image, in the layout that it states; read only.
     Input(&'a ImageRef),
+    /// Somebody else's shadow map, for a filter whose window may be wider than the map: outside, its border goes on.
+    BorderlessMap(&'a ImageRef),
     /// A buffer.
     Buffer(&'a Buffer),
     /// Somebody else's buffer from its start, that many bytes; read only.
@@ -28,7 +30,7 @@ impl<'a> Bind<'a> {
     pub(super) fn owned(&self) -> Option<&'a Image> {
         match *self {
             Self::Image(i) | Self::Mip(i, _) | Self::Stencil(i) => Some(i),
-            Self::Input(_) | Self::Buffer(_) | Self::Foreign(..) => None,
+            Self::Input(_) | Self::BorderlessMap(_) | Self::Buffer(_) | Self::Foreign(..) => None,
         }
     }
 
@@ -37,7 +39,7 @@ impl<'a> Bind<'a> {
             Self::Image(i) => Some(i.as_ref()),
             Self::Mip(i, level) => Some(i.mip(level)),
             Self::Stencil(i) => Some(i.stencil()),
-            Self::Input(i) => Some(*i),
+            Self::Input(i) | Self::BorderlessMap(i) => Some(*i),
             Self::Buffer(_) | Self::Foreign(..) => None,
         }
     }
@@ -112,10 +114,13 @@ fn stage_use(stage: vk::ShaderStageFlags, kind: ResourceKind, access: ResourceAc
 impl Frame<'_> {
     /// Pushes what fits the interface, as [`Interface::check`] has found.
     pub(super) fn push_descriptors(&self, point: vk::PipelineBindPoint, interface: &Interface, bind: &[Bind<'_>]) {
-        let sampler = self.context.nearest();
         let images: Vec<_> = (interface.slots.iter().zip(bind))
             .map(|(slot, b)| {
-                let sampler = if slot.kind == ResourceKind::SampledImage { sampler } else { vk::Sampler::null() };
+                let sampler = match (slot.kind, b) {
+                    (ResourceKind::SampledImage, Bind::BorderlessMap(_)) => self.context.nearest_clamped(),
+                    (ResourceKind::SampledImage, _) => self.context.nearest(),
+                    _ => vk::Sampler::null(),
+                };
                 let image = b.image();
                 [vk::DescriptorImageInfo {
                     sampler,

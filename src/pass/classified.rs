@@ -118,7 +118,7 @@ fn bind<'a>(
         Bind::Buffer(view),
         Bind::Input(&inputs.depth),
         Bind::Input(inputs.normal_or_depth()),
-        Bind::Input(&inputs.shadow_map),
+        Bind::BorderlessMap(&inputs.shadow_map),
         Bind::Image(output),
         list,
         hsm,

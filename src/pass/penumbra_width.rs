@@ -117,7 +117,7 @@ impl PenumbraWidth {
             Bind::Buffer(view),
             Bind::Input(&inputs.depth),
             Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
+            Bind::BorderlessMap(&inputs.shadow_map),
             Bind::Image(&self.widths),
             self.pass.list(),
             Bind::Image(self.hsm.bounds()),

@@ -134,7 +134,7 @@ impl SeedWidth {
                 Bind::Buffer(view),
                 Bind::Input(&inputs.depth),
                 Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
+                Bind::BorderlessMap(&inputs.shadow_map),
                 Bind::Buffer(seeds.pixels),
                 Bind::Image(seeds.seeds),
                 Bind::Buffer(seeds.bits),

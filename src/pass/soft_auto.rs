@@ -165,7 +165,7 @@ impl SoftAuto {
             Bind::Buffer(view),
             Bind::Input(&inputs.depth),
             Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
+            Bind::BorderlessMap(&inputs.shadow_map),
             Bind::Image(output),
             self.estimate.list(),
             hsm,

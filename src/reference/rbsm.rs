@@ -56,6 +56,7 @@ pub(super) fn visibility_at(view: &View<'_>, r: &Receiver, settings: &Settings) 
 }
 
 /// The tests of a pixel.
+#[derive(Clone)]
 pub(super) struct Tests<'a> {
     view: &'a View<'a>,
     /// In texels.
@@ -66,6 +67,8 @@ pub(super) struct Tests<'a> {
     slope: DVec2,
     slope_error: DVec2,
     slack: f64,
+    /// Beyond the map its border goes on; otherwise all is lit there.
+    map_goes_on: bool,
 }
 
 impl<'a> Tests<'a> {
@@ -82,7 +85,13 @@ impl<'a> Tests<'a> {
             slope: flat * r.plane.slope / extent,
             slope_error: flat * r.plane.error / extent,
             slack: flat * f64::from(settings.slack) * r.texel_depth,
+            map_goes_on: false,
         }
+    }
+
+    /// With or without `MAP_GOES_ON`.
+    pub fn with_map_going_on(self, map_goes_on: bool) -> Self {
+        Self { map_goes_on, ..self }
     }
 
     /// The texels that the place may lie in, the exact one first.
@@ -107,6 +116,7 @@ impl<'a> Tests<'a> {
 
     /// The test of a texel, by the plane through the centre of `first`.
     pub fn test(&self, first: [i64; 2], texel: [i64; 2]) -> super::view::Decision {
+        let texel = if self.map_goes_on { self.view.nearest_texel(texel) } else { texel };
         let away = vector(texel) - vector(first);
         let from_place = vector(texel) + 0.5 - self.place;
         let steps = away.x.abs() + away.y.abs();

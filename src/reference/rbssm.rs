@@ -114,7 +114,7 @@ pub(super) struct Pixel<'a> {
 impl<'a> Pixel<'a> {
     pub fn new(view: &'a View<'a>, light: &'a AreaLight, open: &OpenReceiver, settings: &'a Settings) -> Self {
         let hard = settings.hard();
-        let (soft, tests) = (SoftReceiver::new(view, light, open), Tests::new(view, open, &hard));
+        let (soft, tests) = (SoftReceiver::new(view, light, open), Tests::new(view, open, &hard).with_map_going_on(true));
         Self { view, light, settings, hard, soft, tests }
     }
 
@@ -191,7 +191,7 @@ impl<'a> Pixel<'a> {
             let tests = texels.map(|t| self.tests.test(own, t));
             let blockers: Vec<_> = (0..5)
                 .filter(|&k| !tests[k].is_yes())
-                .map(|k| soft::distance(self.light, self.view.stored(texels[k]), 0.0))
+                .map(|k| soft::distance(self.light, self.view.stored(self.view.nearest_texel(texels[k])), 0.0))
                 .collect();
             let mut verdict = Verdict::sure(1.0);
             if !blockers.is_empty() {

@@ -185,8 +185,9 @@ impl SoftReceiver {
         (self.depth.value + self.slope.value.dot(away), error)
     }
 
-    /// The shadow test of a texel on the receiver's plane: yes if lit.
+    /// The shadow test of a texel on the receiver's plane: yes if lit. Beyond the map its border goes on.
     pub fn test(&self, view: &View<'_>, texel: [i64; 2]) -> Decision {
+        let texel = view.nearest_texel(texel);
         let (depth, error) = self.reference(texel);
         shadow_test(depth, error, view.stored(texel))
     }
@@ -388,7 +389,7 @@ pub(super) fn find_blockers(
             for v in floors(y, y_error) {
                 for u in floors(x, x_error) {
                     let lit = r.test(view, [u, v]);
-                    let z = a.distance(view.stored([u, v]));
+                    let z = a.distance(view.stored(view.nearest_texel([u, v])));
                     if !lit.is_yes() || lit.is_doubtful() {
                         tap.range = [tap.range[0].min(z), tap.range[1].max(z)];
                     }
@@ -458,7 +459,7 @@ pub(super) fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight
             let weight = |sign: f64| share(x, 0, sign * error.x) * share(y, 1, sign * error.y);
             let least = if lit.is_doubtful() { 0.0 } else { weight(-1.0) };
             let likely = if lit.is_yes() { 0.0 } else { weight(0.0) };
-            found.push((a.distance(view.stored([x, y])), likely, [least, weight(1.0)]));
+            found.push((a.distance(view.stored(view.nearest_texel([x, y]))), likely, [least, weight(1.0)]));
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));

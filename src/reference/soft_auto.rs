@@ -149,7 +149,9 @@ impl Pixel<'_> {
             pcss::filter_for(self.view, self.light, &self.narrow.soft, window, (z, range), &settings)
         };
         let kernel = || self.narrow.filter_for(window, z, range);
-        let hard = || rbsm::look_up(&self.narrow.tests, &self.settings.kernel.hard());
+        // The hard shadows' own pass, which ends with the map.
+        let tests = self.narrow.tests.clone().with_map_going_on(false);
+        let hard = || rbsm::look_up(&tests, &self.settings.kernel.hard());
         either(self.is_hard(width), hard, || either(self.is_kernel(width, z_any), kernel, wide))
     }
 

@@ -559,6 +559,11 @@ impl<'a> View<'a> {
         }
     }
 
+    /// The texel of the map that lies nearest.
+    pub fn nearest_texel(&self, texel: [i64; 2]) -> [i64; 2] {
+        [0, 1].map(|i| texel[i].clamp(0, self.map_size[i] as i64 - 1))
+    }
+
     /// Depth of a texel; outside the map 1, farther than everything.
     pub fn stored(&self, texel: [i64; 2]) -> f64 {
         let [w, h] = self.map_size.map(|n| n as i64);

@@ -11,7 +11,8 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 pub struct GpuInstance {
     clip_from_object: [[f32; 4]; 4],
     normal_from_object: [[f32; 3]; 3],
-    orientation: f32,
+    world_from_object: [[f32; 3]; 3],
+    viewer: [f32; 4],
     first_triangle: u32,
 }
 
@@ -38,15 +39,27 @@ pub struct DrawList {
 impl DrawList {
     /// What the camera sees.
     pub fn for_camera(scene: &Scene, camera: &CameraView) -> Self {
-        Self::new(scene, |world_from_object| camera.clip_from_object(world_from_object))
+        let viewer = |origin: DVec3| {
+            if camera.is_orthographic() {
+                return camera.world_from_view.matrix3.z_axis.extend(0.0);
+            }
+            (camera.position() - origin).extend(1.0)
+        };
+        Self::new(scene, |world_from_object| camera.clip_from_object(world_from_object), viewer)
     }
 
     /// What the light's map needs.
     pub fn for_light(scene: &Scene, light: &LightView) -> Self {
-        Self::new(scene, |world_from_object| light.clip_from_object(world_from_object))
+        // Nobody asks for normals there.
+        Self::new(scene, |world_from_object| light.clip_from_object(world_from_object), |_| DVec4::ZERO)
     }
 
-    fn new(scene: &Scene, clip_from_object: impl Fn(&DAffine3) -> DMat4) -> Self {
+    /// `viewer` is that of [`GpuInstance`], of an object with the given origin.
+    fn new(
+        scene: &Scene,
+        clip_from_object: impl Fn(&DAffine3) -> DMat4,
+        viewer: impl Fn(DVec3) -> DVec4,
+    ) -> Self {
         let mut first_triangle = 0u32;
         let mut visible = vec![];
         for instance in &scene.instances {
@@ -60,13 +73,13 @@ impl DrawList {
             }
             let m = instance.world_from_object.matrix3;
             let mirrored = m.determinant() < 0.0;
-            let orientation = if mirrored { -1.0 } else { 1.0 };
             visible.push((
                 (instance.mesh, mirrored),
                 GpuInstance {
                     clip_from_object: clip_from_object.as_mat4().to_cols_array_2d(),
                     normal_from_object: normal_matrix(&m).as_mat3().to_cols_array_2d(),
-                    orientation,
+                    world_from_object: m.as_mat3().to_cols_array_2d(),
+                    viewer: viewer(instance.world_from_object.translation).as_vec4().to_array(),
                     first_triangle: first,
                 },
             ));

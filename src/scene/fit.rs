@@ -19,11 +19,103 @@ const GROUND_CORNERS: u32 = 96;
 /// Radius of the ground in half diagonals of the scene.
 const GROUND_RADIUS: f64 = 100.0;
 
-/// A three-quarter view that shows the whole scene in an image of the given size.
+/// How far above the scene's lowest point a floor may rise, as a share of the scene's size.
+const FLOOR_RISE: f64 = 1e-3;
+/// Share of the ground below a scene that a floor covers at least.
+const FLOOR_SHARE: f64 = 0.5;
+/// Longest shadow that a fitted camera frames, diagonals of what casts it: that of a sun near the horizon has no end.
+const LONGEST_SHADOW: f64 = 1.0;
+
+/// The floor that a scene brings along: what faces up at its lowest height, if that covers half of the ground below it.
+struct Floor {
+    /// What of the scene is not the floor.
+    rest: Bounds,
+    /// The floor's own bounds.
+    bounds: Bounds,
+}
+
+/// Every triangle in the world, once an instance.
+fn triangles(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
+    scene.instances.iter().flat_map(|instance| {
+        let mesh = &scene.meshes[instance.mesh];
+        let at = |i: u32| {
+            let p = glam::Vec3::from(mesh.positions[i as usize]).as_dvec3();
+            instance.world_from_object.transform_point3(p)
+        };
+        // A mirroring transform turns the winding round.
+        let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
+        mesh.indices.chunks_exact(3).map(move |t| {
+            let [a, b, c] = [at(t[0]), at(t[1]), at(t[2])];
+            if mirrored { [a, c, b] } else { [a, b, c] }
+        })
+    })
+}
+
+fn floor(scene: &Scene) -> Option<Floor> {
+    let bounds = scene.bounds();
+    let size = bounds.max - bounds.min;
+    let top = bounds.min.y + FLOOR_RISE * size.max_element();
+    let mut floor = Floor { rest: Bounds::EMPTY, bounds: Bounds::EMPTY };
+    let mut area = 0.0;
+    for triangle in triangles(scene) {
+        let [a, b, c] = triangle;
+        let normal = (b - a).cross(c - a);
+        // Twice the area as seen from above; a floor is all but level.
+        let is_floor = triangle.iter().all(|p| p.y <= top) && normal.y > 0.99 * normal.length();
+        let part = if is_floor { &mut floor.bounds } else { &mut floor.rest };
+        triangle.iter().for_each(|&p| part.include(p));
+        area += if is_floor { 0.5 * normal.y } else { 0.0 };
+    }
+    (area > 0.0 && area >= FLOOR_SHARE * size.x * size.z).then_some(floor)
+}
+
+/// True if the scene has a floor of its own to throw shadows on.
+pub fn has_floor(scene: &Scene) -> bool {
+    floor(scene).is_some()
+}
+
+/// The points that a fitted camera shows: what casts, and its shadow on the ground; of a floor, only what lies under those.
+fn framed(scene: &Scene, light: Option<&Light>) -> Vec<DVec3> {
+    let floor = floor(scene).filter(|f| !f.rest.is_empty());
+    let (bounds, _) = extent(scene);
+    let subject = floor.as_ref().map_or(bounds, |f| f.rest);
+    let mut points = subject.corners().to_vec();
+    let towards = match light {
+        None => TOWARDS_SUN.normalize(),
+        Some(l) if matches!(l.shape, LightShape::Spot { .. }) => {
+            (l.world_from_light.translation - subject.center()).normalize_or(TOWARDS_SUN.normalize())
+        }
+        Some(l) => l.world_from_light.matrix3.z_axis,
+    };
+    let ground = floor.as_ref().map_or(subject.min.y, |f| f.bounds.max.y);
+    if towards.y > 0.0 {
+        let longest = LONGEST_SHADOW * 2.0 * subject.radius();
+        for corner in subject.corners() {
+            let along = ((corner.y - ground) / towards.y).clamp(0.0, longest);
+            let mut shadow = corner - along * towards;
+            if let Some(floor) = &floor {
+                shadow = shadow.clamp(floor.bounds.min, floor.bounds.max.max(subject.max));
+            }
+            points.push(shadow);
+        }
+    }
+    points
+}
+
+/// A three-quarter view that shows the whole scene and its shadow, but not all of a floor that reaches beyond them, in an
+/// image of the given size, under the scene's first light or else the fitted one.
 ///
-/// The near plane lies in front of everything.
+/// The near plane lies in front of everything that is shown.
 pub fn camera(scene: &Scene, image: [u32; 2]) -> Camera {
-    let (bounds, size) = extent(scene);
+    camera_under(scene, scene.lights.first(), image)
+}
+
+/// [`camera`] under a given light; `None` is the fitted one.
+pub fn camera_under(scene: &Scene, light: Option<&Light>, image: [u32; 2]) -> Camera {
+    let points = framed(scene, light);
+    let mut bounds = Bounds::EMPTY;
+    points.iter().for_each(|&p| bounds.include(p));
+    let size = resolvable_radius(&bounds);
     let center = bounds.center();
     let towards = TOWARDS_CAMERA.normalize();
     // Turned first, then moved back until the last corner is inside: tighter than a bounding sphere.
@@ -34,8 +126,7 @@ pub fn camera(scene: &Scene, image: [u32; 2]) -> Camera {
         let p = turned.matrix3.transpose() * (corner - center);
         p.z + (p.x.abs() / aspect).max(p.y.abs()) / slope
     };
-    let corners = bounds.corners();
-    let tight = corners.into_iter().map(corner_distance).fold(size, f64::max);
+    let tight = points.into_iter().map(corner_distance).fold(size, f64::max);
     // The margin also keeps the nearest corner at a twentieth of the distance or more, behind the near plane.
     let distance = 1.1 * tight;
     Camera {
@@ -103,8 +194,44 @@ pub fn light(scene: &Scene) -> Light {
 fn extent(scene: &Scene) -> (Bounds, f64) {
     let bounds = scene.bounds();
     let bounds = if bounds.is_empty() { Bounds { min: DVec3::ZERO, max: DVec3::ZERO } } else { bounds };
+    (bounds, resolvable_radius(&bounds))
+}
+
+/// Half the diagonal of a box; for a point some length that its coordinates can resolve.
+fn resolvable_radius(bounds: &Bounds) -> f64 {
     let resolvable = 1e-13 * bounds.center().abs().max_element();
     let radius = bounds.radius();
     // Below 1e-30 its square would be lost.
-    if radius > resolvable.max(1e-30) { (bounds, radius) } else { (bounds, resolvable.max(1.0)) }
+    if radius > resolvable.max(1e-30) { radius } else { resolvable.max(1.0) }
+}
+
+/// Nearest near plane of a perspective, as a share of the distance to the scene's end: depth stays a normal number.
+const LEAST_NEAR: f64 = 1e-12;
+
+/// How far beyond the scene clip planes stay, as a share of its size.
+const CLIP_AIR: f64 = 1e-3;
+
+/// The camera with its near and far planes moved to where the scene begins and ends along the view, where they lie
+/// beyond: depth between far planes is as fine as they are near each other, and exporters write any number.
+pub fn clamp_clip_planes(scene: &Scene, camera: &Camera) -> Camera {
+    let bounds = scene.bounds();
+    let mut out = camera.clone();
+    if bounds.is_empty() {
+        return out;
+    }
+    let view_from_world = camera.world_from_camera.inverse();
+    let depths = bounds.corners().map(|c| -view_from_world.transform_point3(c).z);
+    let air = CLIP_AIR * bounds.radius() + 1e-12 * depths.iter().fold(0.0, |a: f64, d| a.max(d.abs()));
+    let first = depths.iter().copied().fold(f64::INFINITY, f64::min) - air;
+    let last = depths.iter().copied().fold(f64::NEG_INFINITY, f64::max) + air;
+    match &mut out.projection {
+        // With reversed depth and no far plane, any near plane is as good as another, down to the least number.
+        Projection::Perspective { near, .. } => *near = near.max(LEAST_NEAR * last.max(0.0)),
+        Projection::Orthographic { near, far, .. } if first < *far && last > *near => {
+            (*near, *far) = (near.max(first), far.min(last));
+        }
+        // Nothing is between them: nothing is seen.
+        Projection::Orthographic { .. } => {}
+    }
+    out
 }

@@ -1,11 +1,11 @@
 //! From a light of the file to the view that its shadow map is rendered from.
 
 use super::{Bounds, Instance, Light, LightShape, Mesh, Scene};
-use crate::view::LightView;
-use glam::{DAffine3, DVec2, DVec3, Vec3, dvec2, dvec3};
+use crate::view::{CameraView, LightView};
+use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec3, dvec2, dvec3};
 
 /// Spot frusta wider than this waste most of the map; points beyond it count as lit.
-const MAX_SPOT_FOV: f64 = 160.0 * std::f64::consts::PI / 180.0;
+pub const MAX_SPOT_FOV: f64 = 160.0 * std::f64::consts::PI / 180.0;
 /// Smallest ratio of near to far: what lies nearer is clamped to the near plane and still casts.
 const MIN_NEAR: f64 = 1e-3;
 /// Full angular width of a sun that does not say: 1.5 degrees, a hazy sun.
@@ -14,6 +14,10 @@ const DEFAULT_ANGLE: f64 = 1.5 * std::f64::consts::PI / 180.0;
 const DEFAULT_SIZE: f64 = 0.03;
 /// How far penumbrae beside a sun's casters widen its map at most, diagonals of all casters' box.
 const MOST_PENUMBRA: f64 = 2.0;
+/// A map is cut to what a camera sees if that makes its longer side shorter than this share.
+const WORTH_CUTTING: f64 = 0.5;
+/// How far a map that is cut reaches beyond what is seen, as a share of the longer side.
+const SEEN_MARGIN: f64 = 0.1;
 /// Meshes up to this many triangles are tested for convexity.
 const CONVEX_LIMIT: usize = 256;
 
@@ -24,7 +28,22 @@ const CONVEX_LIMIT: usize = 256;
 /// everything that can cast a shadow on anything: the ground below all other things does not count,
 /// however far it reaches, and what lies beside the casters is lit without a look at the map. A sun with a size
 /// throws penumbrae beside its casters, so that its box is wider by as much as the farthest of them reaches.
+///
+/// It holds for any camera; see [`light_view_for`] for one.
 pub fn light_view(scene: &Scene, light: &Light) -> LightView {
+    fit(scene, light, None)
+}
+
+/// [`light_view`], but where a camera sees so little of a sun's scene that the map would be wasted on the rest, the map
+/// holds what can shadow something that is seen, and no more.
+///
+/// A scene of which the camera sees half or more, along the longer side of the map, keeps the map that fits any camera, so
+/// that shadows stand still while the camera moves.
+pub fn light_view_for(scene: &Scene, light: &Light, camera: &CameraView) -> LightView {
+    fit(scene, light, Some(camera))
+}
+
+fn fit(scene: &Scene, light: &Light, camera: Option<&CameraView>) -> LightView {
     let bounds = scene.bounds();
     match light.shape {
         LightShape::Spot { outer, size } => {
@@ -42,7 +61,7 @@ pub fn light_view(scene: &Scene, light: &Light) -> LightView {
             let near = lit.map_or(far, |[near, _]| near * 0.999).clamp(far * MIN_NEAR, far * 0.5);
             LightView::spot(light.world_from_light, fov, near, far, size)
         }
-        LightShape::Directional { angle } => directional(scene, light, angle.unwrap_or(DEFAULT_ANGLE)),
+        LightShape::Directional { angle } => directional(scene, light, angle.unwrap_or(DEFAULT_ANGLE), camera),
     }
 }
 
@@ -51,10 +70,28 @@ type Plane = (DVec3, f64);
 
 /// Smallest and largest distance along the light's axis of what lies inside all planes, these and the instances' transforms
 /// in a view that looks along -Z. `None` if nothing does.
-fn depth_range(scene: &Scene, view_from_object: impl Fn(&Instance) -> DAffine3, planes: &[Plane]) -> Option<[f64; 2]> {
-    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-    let mut polygon = vec![];
-    let mut clipped = vec![];
+fn depth_range(
+    scene: &Scene,
+    view_from_object: impl Fn(&Instance) -> DAffine3,
+    planes: &[Plane],
+) -> Option<[f64; 2]> {
+    let inside = bounds_inside(scene, view_from_object, planes, &[2]);
+    (!inside.is_empty()).then_some([-inside.max.z, -inside.min.z])
+}
+
+/// Bounds of what lies inside all planes, along the given axes; anything along the others. Empty if nothing does.
+fn bounds_inside(
+    scene: &Scene,
+    view_from_object: impl Fn(&Instance) -> DAffine3,
+    planes: &[Plane],
+    axes: &[usize],
+) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    let (mut polygon, mut clipped) = (vec![], vec![]);
+    let widens = |bounds: &Bounds, points: &[DVec3]| {
+        let outside = |p: &DVec3| axes.iter().any(|&k| p[k] < bounds.min[k] || p[k] > bounds.max[k]);
+        points.iter().any(outside)
+    };
     for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh];
         if mesh.bounds.is_empty() {
@@ -62,13 +99,14 @@ fn depth_range(scene: &Scene, view_from_object: impl Fn(&Instance) -> DAffine3, 
         }
         let view_from_object = view_from_object(instance);
         let corners = mesh.bounds.corners().map(|c| view_from_object.transform_point3(c));
-        if !may_widen(range, &corners) || planes.iter().any(|&(n, o)| corners.iter().all(|&c| n.dot(c) + o < 0.0)) {
+        let is_outside = |&(n, o): &Plane| corners.iter().all(|&c| n.dot(c) + o < 0.0);
+        if !widens(&bounds, &corners) || planes.iter().any(is_outside) {
             continue;
         }
         let at = |i: u32| view_from_object.transform_point3(Vec3::from(mesh.positions[i as usize]).as_dvec3());
         for t in mesh.indices.chunks_exact(3) {
             let triangle = [at(t[0]), at(t[1]), at(t[2])];
-            if !may_widen(range, &triangle) {
+            if !widens(&bounds, &triangle) {
                 continue;
             }
             polygon.clear();
@@ -77,17 +115,10 @@ fn depth_range(scene: &Scene, view_from_object: impl Fn(&Instance) -> DAffine3, 
                 clip(&polygon, |p| normal.dot(p) + offset, &mut clipped);
                 std::mem::swap(&mut polygon, &mut clipped);
             }
-            for p in &polygon {
-                range = [range[0].min(-p.z), range[1].max(-p.z)];
-            }
+            polygon.iter().for_each(|&p| bounds.include(p));
         }
     }
-    (range[0] <= range[1]).then_some(range)
-}
-
-/// False if all points lie within the range of distances.
-fn may_widen(range: [f64; 2], points: &[DVec3]) -> bool {
-    points.iter().any(|p| -p.z < range[0] || -p.z > range[1])
+    bounds
 }
 
 /// The part of a convex polygon where `inside` is not negative (Sutherland, Hodgman 1974).
@@ -105,7 +136,7 @@ fn clip(polygon: &[DVec3], inside: impl Fn(DVec3) -> f64, out: &mut Vec<DVec3>) 
     }
 }
 
-fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
+fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraView>) -> LightView {
     let mut world_from_view = light.world_from_light;
     let rotation = world_from_view.matrix3.transpose();
     // Box in the light's axes but around the scene's own middle, so that it holds far from the origin.
@@ -127,19 +158,90 @@ fn directional(scene: &Scene, light: &Light, angle: f64) -> LightView {
     let slack = 1e-6 * bounds.radius();
     let casting = scene.instances.iter().filter(|i| !convex[i.mesh] || can_shadow(scene, i, towards, slack));
     let casters: Vec<Bounds> = casting.map(around).filter(|b| !b.is_empty()).collect();
-    let sides = if casters.is_empty() {
+    let mut sides = if casters.is_empty() {
         all
     } else {
         with_penumbrae(&casters, angle, |planes| depth_range(scene, view_from_object, planes))
     };
+    let mut depths = [all.min.z, all.max.z];
+    let to_light_axes = |p: DVec3| rotation * (p - center);
+    let seen = camera.map(|c| seen(scene, c, view_from_object, to_light_axes, rotation));
+    if let Some(needed) = seen.and_then(|seen| needed(&casters, &seen, angle)) {
+        let longest = |b: &Bounds| (b.max - b.min).truncate().max_element();
+        if longest(&needed) <= WORTH_CUTTING * longest(&sides) {
+            sides = needed;
+            // What casts into the map; the ground below what is seen does not count.
+            let planes = [
+                (DVec3::X, -needed.min.x),
+                (DVec3::NEG_X, needed.max.x),
+                (DVec3::Y, -needed.min.y),
+                (DVec3::NEG_Y, needed.max.y),
+                (DVec3::Z, -needed.min.z),
+            ];
+            if let Some([nearest, farthest]) = depth_range(scene, view_from_object, &planes) {
+                depths = [-farthest, -nearest];
+            }
+        }
+    }
+    let [lowest, highest] = depths;
+    let size = if depths == [all.min.z, all.max.z] { all.radius() } else { sides.radius() };
     // A little air: nothing lies exactly on the border, and a single point still has a box.
-    let air = 1e-3 * (sides.max - sides.min).max_element() + 1e-6 * all.radius().max(1e-30);
+    let air = 1e-3 * (sides.max - sides.min).max_element() + 1e-6 * size.max(1e-30);
     let half = 0.5 * (sides.max - sides.min) + air;
-    let depth_air = 1e-3 * (all.max.z - all.min.z) + air;
+    let depth_air = 1e-3 * (highest - lowest) + air;
     let middle = sides.center();
-    world_from_view.translation = center + world_from_view.matrix3 * dvec3(middle.x, middle.y, all.max.z + depth_air);
-    let far = all.max.z - all.min.z + 2.0 * depth_air;
+    world_from_view.translation = center + world_from_view.matrix3 * dvec3(middle.x, middle.y, highest + depth_air);
+    let far = highest - lowest + 2.0 * depth_air;
     LightView::directional(world_from_view, [half.x, half.y], 0.0, far, angle)
+}
+
+/// Bounds of what the camera sees, in the light's axes.
+fn seen(
+    scene: &Scene,
+    camera: &CameraView,
+    light_from_object: impl Fn(&Instance) -> DAffine3,
+    light_from_world: impl Fn(DVec3) -> DVec3,
+    rotation: DMat3,
+) -> Bounds {
+    let clip = camera.clip_from_view;
+    let [x, y, z, w] = [0, 1, 2, 3].map(|i| clip.row(i));
+    // A far plane at infinity cuts nothing.
+    let planes = [w + x, w - x, w + y, w - y, w - z, z].into_iter().filter(|p| p.truncate() != DVec3::ZERO);
+    let eye = light_from_world(camera.position());
+    let plane = |p: DVec4| {
+        let normal = rotation * (camera.world_from_view.matrix3 * p.truncate());
+        let length = normal.length();
+        (normal / length, (p.w - normal.dot(eye)) / length)
+    };
+    let planes: Vec<Plane> = planes.map(plane).collect();
+    bounds_inside(scene, light_from_object, &planes, &[0, 1, 2])
+}
+
+/// Part of a sun's map that the receivers seen need, in the light's axes: where the casters above them lie, or their
+/// penumbrae. The ground below the lowest receiver casts nothing on them. `None` if nothing that is seen can be shadowed.
+fn needed(casters: &[Bounds], seen: &Bounds, angle: f64) -> Option<Bounds> {
+    if seen.is_empty() {
+        return None;
+    }
+    let slope = (0.5 * angle).tan();
+    let highest = casters.iter().fold(f64::NEG_INFINITY, |h, c| h.max(c.max.z));
+    // Filters read beside their receivers, and the camera may move a little.
+    let reach = slope * (highest - seen.min.z).max(0.0);
+    let most = MOST_PENUMBRA * (seen.max - seen.min).length();
+    let margin = DVec2::splat(reach.min(most)) + SEEN_MARGIN * (seen.max - seen.min).truncate().max_element();
+    let (low, high) = (seen.min - margin.extend(0.0), seen.max + margin.extend(0.0));
+    let mut needed = Bounds::EMPTY;
+    for caster in casters.iter().filter(|c| c.max.z > seen.min.z) {
+        let throws = DVec3::new(1.0, 1.0, 0.0) * (slope * (caster.max.z - seen.min.z)).min(most);
+        let part = Bounds { min: (caster.min - throws).max(low), max: (caster.max + throws).min(high) };
+        if part.min.truncate().cmple(part.max.truncate()).all() {
+            needed = needed.union(part);
+        }
+    }
+    // Height: from the lowest receiver up.
+    needed.min.z = seen.min.z;
+    needed.max.z = highest;
+    (!needed.is_empty()).then_some(needed)
 }
 
 /// What encloses the casters, in a sun's axes, and across them the penumbrae that they throw: one of a point at height `z` is

@@ -3,7 +3,7 @@
 use super::cull::DrawList;
 use super::{
     CasterOptions, GBuffer, GpuScene, Light, LightShape, Scene, SceneCasters, Shade, ShadeOptions, ShadowMap,
-    light_view,
+    light_view_for,
 };
 use crate::gpu::{Image, ImageDesc};
 use crate::host::Host;
@@ -73,6 +73,8 @@ pub struct Renderer<'h> {
     shade: Shade,
     timings: Timings,
     map_is_current: bool,
+    /// The light that the map is fitted to; none if the caller gave a view.
+    fitted: Option<Light>,
 }
 
 /// Who looks and who shines.
@@ -111,7 +113,7 @@ impl<'h> Renderer<'h> {
         check_camera(&camera)?;
         let gpu = GpuScene::new(host, scene)?;
         let casters = if desc.adjacency { Some(SceneCasters::new(host.context(), scene, &gpu)?) } else { None };
-        let view = light_view(scene, light);
+        let view = light_view_for(scene, light, &camera);
         let instances = scene.instances.len();
         Ok(Self {
             camera_list: DrawList::for_camera(scene, &camera),
@@ -125,6 +127,7 @@ impl<'h> Renderer<'h> {
                 Timings::new(host.context(), host.queue_family(), 1)?
             },
             map_is_current: false,
+            fitted: Some(light.clone()),
             view: View { camera, light: view, light_version: 0, normals: desc.normals },
             casters,
             host,
@@ -197,7 +200,8 @@ impl<'h> Renderer<'h> {
         let average = Image::new(context.device(), &average)?;
         let points = Stratified::new(grid, 0, 0);
         for i in 0..count {
-            let view = light_view(scene, &light_sample(light, &self.view.light, points.point(i)));
+            let sample = light_sample(light, &self.view.light, points.point(i));
+            let view = light_view_for(scene, &sample, &self.view.camera);
             let list = DrawList::for_light(scene, &view);
             self.host.run(|cmd| {
                 // SAFETY: as in `frame`.
@@ -253,14 +257,15 @@ impl<'h> Renderer<'h> {
         &self.view.camera
     }
 
-    /// Moves or replaces the light's view: the next frame draws the map anew.
+    /// Moves or replaces the light's view: the next frame draws the map anew, and later cameras leave the view alone.
     pub fn set_light(&mut self, scene: &Scene, view: LightView) {
+        self.fitted = None;
         self.light_list = DrawList::for_light(scene, &view);
         self.view.light = view;
         self.map_is_current = false;
     }
 
-    /// Moves or replaces the camera's view.
+    /// Moves or replaces the camera's view. The light's view is fitted anew, unless it was set by [`Renderer::set_light`].
     ///
     /// # Errors
     /// [`Error::Usage`] if its depth is not reversed.
@@ -268,6 +273,13 @@ impl<'h> Renderer<'h> {
         check_camera(&view)?;
         self.camera_list = DrawList::for_camera(scene, &view);
         self.view.camera = view;
+        if let Some(light) = &self.fitted {
+            let light = light_view_for(scene, light, &view);
+            if light != self.view.light {
+                self.light_list = DrawList::for_light(scene, &light);
+                self.view.light = light;
+            }
+        }
         // A camera that saw nothing has left the map empty.
         self.map_is_current = false;
         Ok(())
