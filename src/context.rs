@@ -177,6 +177,11 @@ impl Context {
         &self.device
     }
 
+    /// Most pixels that an image of this device may have a side.
+    pub fn largest_side(&self) -> u32 {
+        self.device.limits.max_image_dimension2_d
+    }
+
     /// Nearest filtering; outside the image 1.
     pub fn nearest(&self) -> vk::Sampler {
         self.nearest

@@ -82,6 +82,10 @@ float filtered(ivec2 pixel, float own, float width) {
   precise vec4 plane = vec4(p.normal, -dot(p.normal, p.position)) * view.view_from_clip;
   vec4 w_row = vec4(view.view_from_clip[0][3], view.view_from_clip[1][3], view.view_from_clip[2][3], view.view_from_clip[3][3]);
   precise float off_plane = push.tolerance * (view.pixel_size.x * abs(p.position.z) + view.pixel_size.y);
+  // Pixels that a spot does not reach count as lit, which says nothing about its shadows: no tap is taken there. Beside the map
+  // of a sun, which holds all that casts, pixels are lit.
+  bool is_spot = view.light_depth_scale[0] > 0.0;
+  mat4 light_from_clip = is_spot ? view.light_clip_from_view[0] * view.view_from_clip : mat4(0.0);
   precise float by_sigma = GAUSSIAN_REACH / half_taps;
   precise float sum = 0.0, weights = 0.0;
   for (int i = -taps; i <= taps; ++i) {
@@ -90,10 +94,12 @@ float filtered(ivec2 pixel, float own, float width) {
     ivec2 inside = clamp(at, ivec2(0), ivec2(view.size) - 1);
     float value = texelFetch(source, inside, 0).x, tap_depth = texelFetch(camera_depth, inside, 0).x;
     precise vec4 clip = vec4((2.0 * vec2(at) + 1.0) / vec2(view.size) - 1.0, tap_depth, 1.0);
-    precise float off = abs(dot(plane, clip)), w = abs(dot(w_row, clip));
+    precise float off = abs(dot(plane, clip)), signed_w = dot(w_row, clip), w = abs(signed_w);
+    precise vec4 in_light = light_from_clip * clip * (signed_w < 0.0 ? -1.0 : 1.0);
+    bool reached = all(lessThanEqual(abs(in_light.xy), in_light.ww));
     bool same = PLANES ? off <= off_plane * length(vec2(offset)) * w
                        : sameDepth(p.position.z, viewPosition(at, tap_depth).z, push.tolerance);
-    bool taken = i == 0 || (same || !BILATERAL) && at == inside && tap_depth != view.far_depth;
+    bool taken = i == 0 || (same || !BILATERAL) && reached && at == inside && tap_depth != view.far_depth;
     precise float sigmas = by_sigma * float(i);
     precise float weight = GAUSSIAN ? exp(-0.5 * sigmas * sigmas) : clamp(half_taps + 0.5 - abs(float(i)), 0.0, 1.0);
     sum += taken ? weight * value : 0.0;

@@ -12,7 +12,7 @@ use super::view;
 use super::{Outcome, close};
 use edgeshade::host::Host;
 use edgeshade::picture::{Picture, read_visibility, sheet, write_atomic, write_png};
-use edgeshade::reference::ray_traced::{Origin, Truth};
+use edgeshade::reference::ray_traced::{LeftOut, Origin, Truth};
 use edgeshade::scene::{RenderDesc, Renderer};
 use edgeshade::table::{Table, number};
 use edgeshade::technique::{self, Kind, OutputFormat};
@@ -24,7 +24,8 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 #[command(after_help = "Figures, over the pixels that can be judged (a surface that faces the light,
-inside its frustum, the same triangle for rasteriser and ray tracer):
+inside its frustum, the same triangle for rasteriser and ray tracer; why others
+are left out is said where it concerns more than 1 % of the picture):
   rmse, mae     error of the visibility
   over, under   too dark, too light; their sum is mae
   ssim          structural similarity, 1 is equal
@@ -90,6 +91,7 @@ struct Measure {
     picture: Picture,
     size: [u32; 2],
     about: Reference,
+    left_out: LeftOut,
 }
 
 /// A technique's outcome with its pictures.
@@ -131,6 +133,7 @@ pub fn run(args: &Args) -> Outcome {
         reference: measure.about.clone(),
         pixels: measure.mask.len(),
         pixels_judged: measure.mask.iter().filter(|&&m| m).count(),
+        pixels_left_out: measure.left_out,
         frames: args.frames,
         results: vec![],
     };
@@ -166,6 +169,9 @@ fn judge_all(
     };
     let Some(&first) = args.shadow_map.first() else { return usage("--shadow-map: a size is needed") };
     let mut current = renderer(first)?;
+    for &map_size in &args.shadow_map {
+        stage.warn_about_texels(current.light(), size, map_size);
+    }
     let mut tracer = Tracer::new(stage, current.light(), size, &args.truth);
     let measure = measure(args, &mut tracer, &mut current, host)?;
     let light = match current.light().kind {
@@ -281,8 +287,10 @@ fn measure(args: &Args, tracer: &mut Tracer<'_>, renderer: &mut Renderer<'_>, ho
     };
     renderer.shade_with(&visibility)?;
     let picture = view::picture(host, renderer.picture())?;
-    let mask = truth.judged(&host.read_image::<u32>(&renderer.gbuffer().triangle)?);
-    Ok(Measure { visibility, mask, picture, size, about })
+    let triangles = host.read_image::<u32>(&renderer.gbuffer().triangle)?;
+    let mask = truth.judged(&triangles);
+    let left_out = truth.left_out(&triangles, &view::facing(host, renderer, &truth.depth_view)?);
+    Ok(Measure { visibility, mask, picture, size, about, left_out })
 }
 
 fn judge(
@@ -319,6 +327,9 @@ fn judge(
     Ok(Judged { row, label, settings, picture, error })
 }
 
+/// Share of the pixels, %, from which on it is said why they are left out.
+const LEAST_TOLD: f64 = 1.0;
+
 /// What the figures are of, in one or two lines.
 fn note(figures: &report::Compare) -> String {
     let [w, h] = figures.size;
@@ -331,7 +342,12 @@ fn note(figures: &report::Compare) -> String {
         (false, None) => String::new(),
     };
     let share = 100.0 * figures.pixels_judged as f64 / figures.pixels.max(1) as f64;
-    format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{about}{made}", r.kind)
+    let share_of = |pixels: u64| 100.0 * pixels as f64 / figures.pixels.max(1) as f64;
+    let reasons = figures.pixels_left_out.reasons().map(|(pixels, what)| (share_of(pixels), what));
+    let told = reasons.iter().filter(|(share, _)| *share > LEAST_TOLD);
+    let told: Vec<_> = told.map(|(share, what)| format!("{share:.1} % {what}")).collect();
+    let left_out = if told.is_empty() { String::new() } else { format!("\nleft out: {}", told.join(", ")) };
+    format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{about}{made}{left_out}", r.kind)
 }
 
 /// The settings of the reference, in words.

@@ -8,7 +8,7 @@ use super::stats::{self, PassStats};
 use super::{Outcome, close, view};
 use edgeshade::host::Host;
 use edgeshade::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_SIDE, NO_SEED};
-use edgeshade::picture::{NOT_JUDGED, Picture, read_png_mask, write_atomic, write_exr, write_png};
+use edgeshade::picture::{NOT_JUDGED, Picture, PngMask, read_png_mask, write_atomic, write_exr, write_png};
 use edgeshade::reference::edt::{Mask, nearest_fast, squared_distance};
 use edgeshade::table::{Table, number};
 use edgeshade::timing::{FrameTiming, Timings};
@@ -24,6 +24,9 @@ use std::path::PathBuf;
   bounded-row   lower envelopes of rows: any radius or none; on a CPU driver
   brute         by trying, on the CPU: what the others are tested against
   auto          the fastest for the device and the radius
+
+The methods on the GPU take masks up to the device's largest image, often 16384
+pixels a side; brute takes up to 65535.
 
 Of several nearest seeds the one with the smallest y counts, then that with the
 smallest x.
@@ -42,8 +45,11 @@ Examples:
 Times are of the GPU: medians over the frames, after a first one that is not
 counted, with packing of the mask and without transfers from and to the CPU.")]
 pub struct Args {
-    /// The mask, a .png: white pixels, of luma 128 or more, are the seeds
+    /// The mask, a .png: pixels of luma --threshold or more are the seeds
     mask: PathBuf,
+    /// Least luma of a seed, 1 to 255; 1 for masks whose pixels are 0 and 1
+    #[arg(long, value_name = "LUMA", default_value_t = 128, value_parser = clap::value_parser!(u8).range(1..))]
+    threshold: u8,
     /// How: pba, bounded-tile, bounded-row, brute or auto
     #[arg(long, value_name = "METHOD", default_value = "auto", value_parser = method)]
     method: Method,
@@ -123,12 +129,31 @@ pub fn run(args: &Args) -> Outcome {
         check_folder(path)?;
     }
     let exr = args.output.as_deref().map(view::is_exr).transpose()?;
-    let (size, seeds) = read_png_mask(&args.mask, MAX_SIDE)?;
+    let PngMask { size, seeds, brightest } = read_png_mask(&args.mask, MAX_SIDE, args.threshold)?;
     let mask = Mask { size: size.map(|n| n as usize), seeds };
+    if brightest > 0.0 && !mask.seeds.contains(&true) {
+        console::note(format_args!(
+            "warning: {}: no pixel reaches the luma {}, so there are no seeds; the brightest has {}: see --threshold",
+            args.mask.display(),
+            args.threshold,
+            number(f64::from(brightest), if brightest < 1.0 { 4 } else { 0 })
+        ));
+    }
     let host = args.device.open()?;
     console.say(format_args!("{} ({})", host.info().name, host.info().driver))?;
     let done = match args.method {
-        Method::Gpu(method) => transform(args, &host, &mask, method)?,
+        Method::Gpu(method) => {
+            let most = host.context().largest_side();
+            if size.into_iter().any(|n| n > most) {
+                let problem = format!(
+                    "{} pixels a side; {} takes {most} at most: use --method brute, or cut the mask",
+                    size[0].max(size[1]),
+                    host.info().name
+                );
+                Err(Error::File { path: args.mask.clone(), place: "size".into(), problem })?;
+            }
+            transform(args, &host, &mask, method)?
+        }
         Method::Brute => {
             Done { method: Method::Brute, labels: nearest_fast(&mask, args.radius), frames: vec![], memory_bytes: 0 }
         }

@@ -123,6 +123,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
         ..RenderDesc::default()
     };
     let mut renderer = Renderer::new(&host, &stage.scene, stage.camera, &stage.light, desc)?;
+    stage.warn_about_texels(renderer.light(), size, args.shadow_map);
     let mut tracer = Tracer::new(&stage, renderer.light(), size, &args.truth);
     let rendered = render(args, &choice, &mut renderer, &mut tracer, &mut clock, &mut seconds)?;
     let shot = shoot(args, &host, &mut renderer, &mut tracer, &rendered)?;

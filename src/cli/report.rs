@@ -4,6 +4,7 @@ use super::console;
 use super::stats::PassStats;
 use edgeshade::host::DeviceInfo;
 use edgeshade::picture::write_atomic;
+use edgeshade::reference::ray_traced::LeftOut;
 use edgeshade::technique::{Info, Param, ParamKind, Params};
 use edgeshade::{Error, Result, metrics};
 use serde::Serialize;
@@ -82,6 +83,8 @@ pub struct Compare {
     pub pixels: usize,
     /// Pixels that count: a lit side, inside the light's frustum, the same triangle for rasteriser and ray tracer.
     pub pixels_judged: usize,
+    /// The others, by reason.
+    pub pixels_left_out: LeftOut,
     pub frames: u32,
     pub results: Vec<CompareRow>,
 }

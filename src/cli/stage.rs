@@ -5,11 +5,15 @@ use super::console;
 use edgeshade::scene::{
     Broken, Camera, Instance, Light, LightShape, MAX_SPOT_FOV, Projection, Scene, fit, load_bytes, load_scene,
     shipped::{self, Shipped},
+    texel_in_pixels,
 };
-use edgeshade::view::{CameraView, look_along, look_at};
+use edgeshade::view::{CameraView, LightView, look_along, look_at};
 use edgeshade::{Error, Result};
 use glam::{DVec3, dvec3};
 use std::path::Path;
+
+/// Width of a texel, pixels, from which on it is said that shadows are coarse.
+const COARSE_TEXEL: f64 = 16.0;
 
 /// Height of a flat object by its width, at most.
 const FLAT: f64 = 1e-3;
@@ -72,6 +76,18 @@ impl Stage {
         };
         stage.scene.instances = vec![ground];
         Ok(stage)
+    }
+
+    /// Warns where shadows will be coarse because the light's map covers much more than is seen of it.
+    pub fn warn_about_texels(&self, light: &LightView, size: [u32; 2], map_size: u32) {
+        let texel = texel_in_pixels(&self.scene, &self.camera, size, light, map_size);
+        if let Some(pixels) = texel.filter(|&p| p > COARSE_TEXEL) {
+            console::note(format_args!(
+                "warning: {}: a texel of the shadow map covers {pixels:.0} pixels in the middle of what is seen: shadows are \
+                 coarse, or missing where they are smaller; take a larger --shadow-map, or a smaller part of the scene",
+                self.scene.name
+            ));
+        }
     }
 
     /// One line about it.
@@ -182,11 +198,7 @@ fn warn_about_lights(scene: &Scene, light: &Light, given: bool) {
     let warn = |text: String| console::note(format_args!("warning: {}: {text}", scene.name));
     if scene.lights.len() > 1 && !given {
         let others: Vec<_> = scene.lights[1..].iter().map(|l| format!("{:?}", l.name)).collect();
-        warn(format!(
-            "only the light {:?} shines, not {}: choose one with --light",
-            light.name,
-            others.join(", ")
-        ));
+        warn(format!("only the light {:?} shines, not {}: choose one with --light", light.name, others.join(", ")));
     }
     if let LightShape::Spot { outer, .. } = light.shape
         && 2.0 * outer > MAX_SPOT_FOV

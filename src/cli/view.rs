@@ -6,8 +6,9 @@ use edgeshade::Result;
 use edgeshade::gpu::Image;
 use edgeshade::host::Host;
 use edgeshade::picture::{Picture, linear_from_srgb, srgb_from_linear, write_exr, write_png, write_png_gray};
+use edgeshade::scene::Renderer;
 use edgeshade::view::DepthRange;
-use glam::{DMat4, dvec4};
+use glam::{DMat4, DVec3, Vec3, dvec4};
 use std::path::Path;
 
 /// The views that every technique has.
@@ -136,6 +137,27 @@ impl Shot {
 pub fn picture(host: &Host, image: &Image) -> Result<Picture> {
     let rgba: Vec<[u8; 4]> = host.read_image(image)?;
     Ok(Picture { size: image.extent(), rgb: rgba.into_iter().map(|[r, g, b, _]| [r, g, b]).collect() })
+}
+
+/// Cosine between each pixel's G-buffer normal and the direction to the centre of the light, for surfaces at these distances
+/// along the view axis; 0 for the sky.
+pub fn facing(host: &Host, renderer: &Renderer<'_>, depth_view: &[f32]) -> Result<Vec<f32>> {
+    let (camera, light) = (renderer.camera(), renderer.light());
+    let normals = &renderer.gbuffer().geometric_normal;
+    let (planes, [w, h]) = (planes(host, normals)?, normals.extent());
+    let axis = camera.world_from_view.transform_vector3(DVec3::NEG_Z);
+    let cosine = |i: usize| {
+        let depth = f64::from(depth_view[i]);
+        if !depth.is_finite() {
+            return 0.0;
+        }
+        let center = |i: usize, n: u32| (2 * i + 1) as f64 / f64::from(n) - 1.0;
+        let (origin, direction) = camera.ray([center(i % w as usize, w), center(i / w as usize, h)]);
+        let along = (depth - (origin - camera.position()).dot(axis)) / direction.dot(axis);
+        let normal = octahedral_decode([planes[0][i], planes[1][i]]);
+        Vec3::from(normal).as_dvec3().dot(light.towards(origin + along * direction)) as f32
+    };
+    Ok((0..depth_view.len()).map(cosine).collect())
 }
 
 /// Replaces what colours with any alpha cover.

@@ -10,12 +10,23 @@ use crate::Result;
 /// Largest file that is read: more than a mask of 65535 pixels a side takes.
 const LIMIT_BYTES: u64 = 1 << 32;
 
-/// Reads a PNG as a mask: its size, and row by row from the top which pixels are white, of luma 128 or more of 255.
-/// `largest` is the most pixels that a side may have.
+/// A picture read as a mask.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PngMask {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// True for a white pixel, row by row from the top.
+    pub seeds: Vec<bool>,
+    /// Luma of the brightest pixel, 0 to 255; with fractions in a picture of 16 bits.
+    pub brightest: f32,
+}
+
+/// Reads a PNG as a mask: pixels of luma `threshold` or more, of 255, are white. `largest` is the most pixels that a side
+/// may have.
 ///
 /// # Errors
 /// The file cannot be read, is no PNG, or is larger.
-pub fn read_png_mask(path: &Path, largest: u32) -> Result<([u32; 2], Vec<bool>)> {
+pub fn read_png_mask(path: &Path, largest: u32, threshold: u8) -> Result<PngMask> {
     let wrong = |e: image::ImageError| file::wrong(path, "PNG", e.to_string());
     let bytes = file::read(path, LIMIT_BYTES)?;
     let reader = || ImageReader::with_format(Cursor::new(&bytes), ImageFormat::Png);
@@ -24,6 +35,13 @@ pub fn read_png_mask(path: &Path, largest: u32) -> Result<([u32; 2], Vec<bool>)>
     if let Some(side) = size.into_iter().find(|&s| s > largest) {
         return Err(file::wrong(path, "size", format!("{side} pixels a side, at most {largest} are possible here")));
     }
-    let luma = reader().decode().map_err(wrong)?.into_luma8();
-    Ok((size, luma.pixels().map(|p| p.0[0] >= 128).collect()))
+    // A value of 8 bits is 257 times as large in 16.
+    let luma = reader().decode().map_err(wrong)?.into_luma16();
+    let brightest = luma.pixels().map(|p| p.0[0]).max().unwrap_or(0);
+    let least = 257 * u16::from(threshold);
+    Ok(PngMask {
+        size,
+        seeds: luma.pixels().map(|p| p.0[0] >= least).collect(),
+        brightest: f32::from(brightest) / 257.0,
+    })
 }

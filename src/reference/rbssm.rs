@@ -114,7 +114,8 @@ pub(super) struct Pixel<'a> {
 impl<'a> Pixel<'a> {
     pub fn new(view: &'a View<'a>, light: &'a AreaLight, open: &OpenReceiver, settings: &'a Settings) -> Self {
         let hard = settings.hard();
-        let (soft, tests) = (SoftReceiver::new(view, light, open), Tests::new(view, open, &hard).with_map_going_on(true));
+        let (soft, tests) =
+            (SoftReceiver::new(view, light, open), Tests::new(view, open, &hard).with_map_going_on(true));
         Self { view, light, settings, hard, soft, tests }
     }
 

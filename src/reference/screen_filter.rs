@@ -213,8 +213,19 @@ impl Pass<'_> {
         let at = [place(0)?, place(1)?];
         let q = view.is_surface(at).then(|| view.position_at(at, view.depth_at(at)))?;
         let value = values[view.index(at)];
-        if offset == [0, 0] || !(self.second || self.s.both_bilateral) {
+        if offset == [0, 0] {
             return Some((value, Decision::Yes));
+        }
+        // What a spot does not reach says nothing about its shadows.
+        let reached = match view.light_distance(q.0) {
+            Some(_) => view.light_point(q.0, q.1).within_sides,
+            None => Decision::Yes,
+        };
+        if reached == Decision::No {
+            return None;
+        }
+        if !(self.second || self.s.both_bilateral) {
+            return Some((value, reached));
         }
         let vector = q.0 - p.position;
         let tolerance = f64::from(self.s.tolerance);
@@ -227,7 +238,7 @@ impl Pass<'_> {
                 near_plane((p.normal, p.normal_error), &Apart { vector, error }, pixels, width, tolerance)
             }
         };
-        (same != Decision::No).then_some((value, same))
+        (same != Decision::No).then_some((value, same.and(reached)))
     }
 }
 

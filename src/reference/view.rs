@@ -165,6 +165,8 @@ pub(super) struct LightPoint {
     ndc: DVec2,
     ndc_error: DVec2,
     pub inside: Decision,
+    /// Between the frustum's sides, whatever the depth.
+    pub within_sides: Decision,
 }
 
 /// Slope of the receiver plane: depth over uv.
@@ -452,13 +454,16 @@ impl<'a> View<'a> {
             (q.w - q.x.abs(), e.w + e.x),
             (q.w - q.y.abs(), e.w + e.y),
         ];
-        let inside = if margins.iter().any(|&(m, e)| m < -e) {
-            Decision::No
-        } else if margins.iter().all(|&(m, e)| m > e) {
-            Decision::Yes
-        } else {
-            Decision::Doubtful(q.w > 0.0 && margins.iter().all(|&(m, _)| m >= 0.0))
+        let decide = |margins: &[(f64, f64)]| {
+            if margins.iter().any(|&(m, e)| m < -e) {
+                Decision::No
+            } else if margins.iter().all(|&(m, e)| m > e) {
+                Decision::Yes
+            } else {
+                Decision::Doubtful(q.w > 0.0 && margins.iter().all(|&(m, _)| m >= 0.0))
+            }
         };
+        let (inside, within_sides) = (decide(&margins), decide(&margins[3..]));
         let r = if q.w > 0.0 { 1.0 / q.w } else { 0.0 };
         let ndc = dvec2(q.x, q.y) * r;
         let (x, y, w) = (self.row(0), self.row(1), self.row(3));
@@ -478,6 +483,7 @@ impl<'a> View<'a> {
             ndc,
             ndc_error,
             inside,
+            within_sides,
         }
     }
 

@@ -55,11 +55,7 @@ impl DrawList {
     }
 
     /// `viewer` is that of [`GpuInstance`], of an object with the given origin.
-    fn new(
-        scene: &Scene,
-        clip_from_object: impl Fn(&DAffine3) -> DMat4,
-        viewer: impl Fn(DVec3) -> DVec4,
-    ) -> Self {
+    fn new(scene: &Scene, clip_from_object: impl Fn(&DAffine3) -> DMat4, viewer: impl Fn(DVec3) -> DVec4) -> Self {
         let mut first_triangle = 0u32;
         let mut visible = vec![];
         for instance in &scene.instances {

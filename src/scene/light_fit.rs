@@ -2,7 +2,7 @@
 
 use super::{Bounds, Instance, Light, LightShape, Mesh, Scene};
 use crate::view::{CameraView, LightView};
-use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec3, dvec2, dvec3};
+use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4, Vec3, dvec2, dvec3};
 
 /// Spot frusta wider than this waste most of the map; points beyond it count as lit.
 pub const MAX_SPOT_FOV: f64 = 160.0 * std::f64::consts::PI / 180.0;
@@ -70,11 +70,7 @@ type Plane = (DVec3, f64);
 
 /// Smallest and largest distance along the light's axis of what lies inside all planes, these and the instances' transforms
 /// in a view that looks along -Z. `None` if nothing does.
-fn depth_range(
-    scene: &Scene,
-    view_from_object: impl Fn(&Instance) -> DAffine3,
-    planes: &[Plane],
-) -> Option<[f64; 2]> {
+fn depth_range(scene: &Scene, view_from_object: impl Fn(&Instance) -> DAffine3, planes: &[Plane]) -> Option<[f64; 2]> {
     let inside = bounds_inside(scene, view_from_object, planes, &[2]);
     (!inside.is_empty()).then_some([-inside.max.z, -inside.min.z])
 }
@@ -142,11 +138,8 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
     // Box in the light's axes but around the scene's own middle, so that it holds far from the origin.
     let bounds = scene.bounds();
     let center = bounds.center();
-    let view_from_object = |i: &Instance| {
-        let mut moved = i.world_from_object;
-        moved.translation -= center;
-        DAffine3 { matrix3: rotation, translation: DVec3::ZERO } * moved
-    };
+    let axes = Axes { rotation, origin: center };
+    let view_from_object = |i: &Instance| axes.from_object(i);
     let around = |i: &Instance| scene.meshes[i.mesh].bounds.transformed(&view_from_object(i));
     let all = scene.instances.iter().map(around).fold(Bounds::EMPTY, Bounds::union);
     if all.is_empty() {
@@ -155,8 +148,9 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
     let towards = -light.world_from_light.transform_vector3(DVec3::NEG_Z);
     // Once a mesh and once a scene: thousands of instances may share a mesh.
     let convex: Vec<bool> = scene.meshes.iter().map(is_convex).collect();
-    let slack = 1e-6 * bounds.radius();
-    let casting = scene.instances.iter().filter(|i| !convex[i.mesh] || can_shadow(scene, i, towards, slack));
+    // Of an instance's own size: a scene may reach so far that a millionth of it is larger than what stands in it.
+    let slack = |i: &Instance| 1e-6 * scene.instance_bounds(i).radius();
+    let casting = scene.instances.iter().filter(|i| !convex[i.mesh] || can_shadow(scene, i, towards, slack(i)));
     let casters: Vec<Bounds> = casting.map(around).filter(|b| !b.is_empty()).collect();
     let mut sides = if casters.is_empty() {
         all
@@ -164,8 +158,10 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
         with_penumbrae(&casters, angle, |planes| depth_range(scene, view_from_object, planes))
     };
     let mut depths = [all.min.z, all.max.z];
-    let to_light_axes = |p: DVec3| rotation * (p - center);
-    let seen = camera.map(|c| seen(scene, c, view_from_object, to_light_axes, rotation));
+    let seen = camera.map(|c| {
+        let planes = axes.frustum(&c.world_from_view, &c.clip_from_view);
+        bounds_inside(scene, view_from_object, &planes, &[0, 1, 2])
+    });
     if let Some(needed) = seen.and_then(|seen| needed(&casters, &seen, angle)) {
         let longest = |b: &Bounds| (b.max - b.min).truncate().max_element();
         if longest(&needed) <= WORTH_CUTTING * longest(&sides) {
@@ -195,26 +191,60 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
     LightView::directional(world_from_view, [half.x, half.y], 0.0, far, angle)
 }
 
-/// Bounds of what the camera sees, in the light's axes.
-fn seen(
+/// A frame of reference: its axes as the rows of a rotation, and the point of the world that is its origin.
+#[derive(Clone, Copy)]
+struct Axes {
+    rotation: DMat3,
+    origin: DVec3,
+}
+
+impl Axes {
+    /// From an instance's own space.
+    fn from_object(&self, instance: &Instance) -> DAffine3 {
+        let mut moved = instance.world_from_object;
+        moved.translation -= self.origin;
+        DAffine3 { matrix3: self.rotation, translation: DVec3::ZERO } * moved
+    }
+
+    /// The planes of a view's frustum; a far plane at infinity is none.
+    fn frustum(&self, world_from_view: &DAffine3, clip_from_view: &DMat4) -> Vec<Plane> {
+        let [x, y, z, w] = [0, 1, 2, 3].map(|i| clip_from_view.row(i));
+        let eye = self.rotation * (world_from_view.translation - self.origin);
+        let planes = [w + x, w - x, w + y, w - y, w - z, z].into_iter().filter(|p| p.truncate() != DVec3::ZERO);
+        let plane = |p: DVec4| {
+            let normal = self.rotation * (world_from_view.matrix3 * p.truncate());
+            let length = normal.length();
+            (normal / length, (p.w - normal.dot(eye)) / length)
+        };
+        planes.map(plane).collect()
+    }
+}
+
+/// Width of a texel of a light's map in pixels of the camera's image, in the middle of what both see: above a few pixels
+/// shadows are coarse. `None` if they see nothing in common.
+pub fn texel_in_pixels(
     scene: &Scene,
     camera: &CameraView,
-    light_from_object: impl Fn(&Instance) -> DAffine3,
-    light_from_world: impl Fn(DVec3) -> DVec3,
-    rotation: DMat3,
-) -> Bounds {
-    let clip = camera.clip_from_view;
-    let [x, y, z, w] = [0, 1, 2, 3].map(|i| clip.row(i));
-    // A far plane at infinity cuts nothing.
-    let planes = [w + x, w - x, w + y, w - y, w - z, z].into_iter().filter(|p| p.truncate() != DVec3::ZERO);
-    let eye = light_from_world(camera.position());
-    let plane = |p: DVec4| {
-        let normal = rotation * (camera.world_from_view.matrix3 * p.truncate());
-        let length = normal.length();
-        (normal / length, (p.w - normal.dot(eye)) / length)
+    image: [u32; 2],
+    light: &LightView,
+    map_size: u32,
+) -> Option<f64> {
+    let axes = Axes { rotation: DMat3::IDENTITY, origin: scene.bounds().center() };
+    let mut planes = axes.frustum(&camera.world_from_view, &camera.clip_from_view);
+    planes.extend(axes.frustum(&light.world_from_view, &light.clip_from_view));
+    let common = bounds_inside(scene, |i| axes.from_object(i), &planes, &[0, 1, 2]);
+    if common.is_empty() {
+        return None;
+    }
+    // World width of one of `n` units across a view, at the middle.
+    let width = |world_from_view: &DAffine3, clip_from_view: &DMat4, n: u32| {
+        let distance = -world_from_view.inverse().transform_point3(axes.origin + common.center()).z;
+        let w = clip_from_view.row(3).dot(dvec3(0.0, 0.0, -distance).extend(1.0));
+        2.0 * w / (clip_from_view.y_axis.y.abs() * f64::from(n))
     };
-    let planes: Vec<Plane> = planes.map(plane).collect();
-    bounds_inside(scene, light_from_object, &planes, &[0, 1, 2])
+    let texel = width(&light.world_from_view, &light.clip_from_view, map_size);
+    let pixel = width(&camera.world_from_view, &camera.clip_from_view, image[1]);
+    (pixel > 0.0).then_some(texel / pixel)
 }
 
 /// Part of a sun's map that the receivers seen need, in the light's axes: where the casters above them lie, or their

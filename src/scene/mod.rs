@@ -15,7 +15,7 @@ pub mod shipped;
 pub use casters::SceneCasters;
 pub use gltf::{load, load_bytes, load_scene};
 pub use gpu_scene::GpuScene;
-pub use light_fit::{MAX_SPOT_FOV, light_view, light_view_for};
+pub use light_fit::{MAX_SPOT_FOV, light_view, light_view_for, texel_in_pixels};
 pub use model::*;
 pub use raster::{CasterFaces, CasterOptions, GBuffer, ShadowMap};
 pub use renderer::{MAX_SIZE, RenderDesc, Renderer};

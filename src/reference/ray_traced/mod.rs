@@ -48,7 +48,7 @@ pub use key::{CacheKey, Method, cache_key};
 pub use sampling::Stratified;
 pub use soft::{SoftSettings, soft};
 pub use trace::{Hit, RayScene, Target};
-pub use truth::{MIN_N_DOT_L, SKY, Truth};
+pub use truth::{LeftOut, MIN_N_DOT_L, SKY, Truth};
 
 use crate::Result;
 use crate::view::{CameraView, LightView};

@@ -35,6 +35,35 @@ pub struct Truth {
     pub seconds: f64,
 }
 
+/// Pixels that a comparison leaves out, by the first reason that holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "app", derive(serde::Serialize))]
+pub struct LeftOut {
+    /// No surface is seen.
+    pub sky: u64,
+    /// The rasteriser drew another triangle than the ray hit, or only one of them found a surface.
+    pub another_triangle: u64,
+    /// Turned away from the light, or grazed by it ([`MIN_N_DOT_L`]), by the ray's triangle and by the G-buffer's normal.
+    pub facing_away: u64,
+    /// So turned by the ray's triangle, but not by the G-buffer's normal.
+    pub facing_differently: u64,
+    /// Outside the light's frustum.
+    pub outside_light: u64,
+}
+
+impl LeftOut {
+    /// Number of pixels with a description, in the order in which the reasons are asked for.
+    pub fn reasons(&self) -> [(u64, &'static str); 5] {
+        [
+            (self.sky, "sky"),
+            (self.another_triangle, "another triangle by rays than by rasterising"),
+            (self.facing_away, "facing away from the light"),
+            (self.facing_differently, "facing away by rays but not by the G-buffer's normals"),
+            (self.outside_light, "outside the light's frustum"),
+        ]
+    }
+}
+
 impl Truth {
     /// Pixels that a comparison may use: a surface, turned to the light by at least `min_n_dot_l`
     /// ([`MIN_N_DOT_L`]), and inside the light's frustum.
@@ -42,6 +71,25 @@ impl Truth {
         (0..self.visibility.len())
             .map(|i| self.triangle[i] != SKY && self.n_dot_l[i] > min_n_dot_l && !self.outside_light[i])
             .collect()
+    }
+
+    /// Why pixels are not among those of [`Truth::judged`]. `facing` holds the cosine between each pixel's G-buffer normal and
+    /// the direction to the light.
+    pub fn left_out(&self, triangle_ids: &[u32], facing: &[f32]) -> LeftOut {
+        let mut left_out = LeftOut::default();
+        for (i, (&seen, &facing)) in triangle_ids.iter().zip(facing).enumerate() {
+            let (traced, lit) = (self.triangle[i], self.n_dot_l[i] > MIN_N_DOT_L);
+            let reason = match () {
+                () if traced == SKY && seen == SKY => &mut left_out.sky,
+                () if traced != seen => &mut left_out.another_triangle,
+                () if !lit && facing > 2.0 * MIN_N_DOT_L => &mut left_out.facing_differently,
+                () if !lit => &mut left_out.facing_away,
+                () if self.outside_light[i] => &mut left_out.outside_light,
+                () => continue,
+            };
+            *reason += 1;
+        }
+        left_out
     }
 
     /// Those of [`Truth::valid`], by [`MIN_N_DOT_L`], in which the rasteriser drew the triangle that the ray hit;

@@ -71,9 +71,7 @@ fn split_binary(bytes: &[u8]) -> Loaded<Container<'_>> {
     }
     match chunks[..] {
         [(JSON, json)] => Ok(Container { json: unpadded(json), bin: None }),
-        [(JSON, json), (kind, chunk)] => {
-            Ok(Container { json: unpadded(json), bin: (kind == BIN).then_some(chunk) })
-        }
+        [(JSON, json), (kind, chunk)] => Ok(Container { json: unpadded(json), bin: (kind == BIN).then_some(chunk) }),
         _ => Err(fault("chunk 0", "the first chunk of a binary glTF must be its JSON")),
     }
 }
