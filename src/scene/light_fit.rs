@@ -177,6 +177,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
             if let Some([nearest, farthest]) = depth_range(scene, view_from_object, &planes) {
                 depths = [-farthest, -nearest];
             }
+            (sides.min.z, sides.max.z) = (depths[0], depths[1]);
         }
     }
     let [lowest, highest] = depths;

@@ -24,7 +24,6 @@ const ROWS: &[Row] = &[
     ("index accessor", |f| primitive(f)["indices"] = 99.into(), "meshes[0].primitives[0].indices: is 99"),
     ("view", |f| f.json["accessors"][0]["bufferView"] = 99.into(), "accessors[0].bufferView: is 99"),
     ("buffer", |f| f.json["bufferViews"][0]["buffer"] = 9.into(), "bufferViews[0].buffer: is 9"),
-    ("image view", |f| f.json["images"][0]["bufferView"] = 99.into(), "images[0].bufferView: is 99"),
     ("2^32", |f| primitive(f)["material"] = json!(1_u64 << 32), "material: 4294967296 is out of range"),
     ("2^32 attribute", |f| primitive(f)["attributes"]["POSITION"] = json!(1_u64 << 32), "attributes: 4294967296"),
     ("negative", |f| f.json["nodes"][0]["mesh"] = json!(-1), "nodes[0]: invalid value: integer `-1`"),
@@ -120,6 +119,42 @@ const ROWS: &[Row] = &[
     ("alpha mode", |f| f.json["materials"][0]["alphaMode"] = "GLASS".into(), "alphaMode must be"),
     ("wrap", |f| sampler(f, json!({ "wrapT": 1 })), "textures[0].sampler.wrapT: must be"),
     ("filter", |f| sampler(f, json!({ "magFilter": 1 })), "textures[0].sampler.magFilter: must be"),
+    // The file as a whole.
+    ("no asset", |f| drop(f.json.as_object_mut().unwrap().remove("asset")), "asset: is missing"),
+    (
+        "glTF 1.0",
+        |f| f.json = json!({ "asset": { "version": "1.0" }, "meshes": {}, "nodes": {} }),
+        "asset.version: is glTF 1.0, but only glTF 2.0 is read",
+    ),
+    ("glTF 3.0", |f| f.json["asset"]["version"] = "3.0".into(), "is glTF 3.0"),
+    ("minVersion", |f| f.json["asset"] = json!({ "version": "2.1", "minVersion": "2.1" }), "is glTF 2.1"),
+    (
+        "draco",
+        |f| f.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
+        "extensionsRequired[0]: the file cannot be read without KHR_draco_mesh_compression",
+    ),
+    (
+        "meshopt",
+        |f| f.json["extensionsRequired"] = json!(["KHR_lights_punctual", "EXT_meshopt_compression"]),
+        "extensionsRequired[1]: the file cannot be read without EXT_meshopt_compression",
+    ),
+    (
+        "basisu",
+        |f| f.json["extensionsRequired"] = json!(["KHR_texture_basisu"]),
+        "(supported: EXT_mesh_gpu_instancing, KHR_lights_punctual,",
+    ),
+    ("object", |f| f.json["nodes"] = json!({}), "nodes: must be an array"),
+    (
+        "no count",
+        |f| drop(f.json["accessors"][1].as_object_mut().unwrap().remove("count")),
+        "accessors[1]: missing field `count`",
+    ),
+    ("deep JSON", |f| f.json["extensions"] = deep(), "JSON: recursion limit exceeded"),
+];
+
+/// Changes that leave the texture without an image: an error if the material has holes, a warning if it has none.
+const IMAGES: &[Row] = &[
+    ("image view", |f| f.json["images"][0]["bufferView"] = 99.into(), "images[0].bufferView: is 99"),
     ("not an image", |f| image(f, b"BM this is no PNG"), "images[0]: is neither PNG nor JPEG"),
     ("no bytes", |f| image(f, b""), "images[0]: is neither PNG nor JPEG"),
     ("cut image", |f| image(f, &png(8, 8, &[7; 256])[..60]), "images[0]: cannot be decoded"),
@@ -132,7 +167,10 @@ const ROWS: &[Row] = &[
         |f| f.json["textures"][0] = json!({ "extensions": { "KHR_texture_basisu": { "source": 0 } } }),
         "textures[0].source: has no image that can be read",
     ),
-    // Views.
+];
+
+/// Changes that leave a camera or light unusable: the rest of the file can be used.
+const VIEWS: &[Row] = &[
     (
         "fov",
         |f| camera(f, json!({ "type": "perspective", "perspective": { "yfov": 4, "znear": 1 } })),
@@ -184,37 +222,6 @@ const ROWS: &[Row] = &[
         |f| lit(f, json!({ "type": "directional", "extras": { "edgeshade": { "angle": "wide" } } })),
         "lights[0].extras.edgeshade.angle: is \"wide\"",
     ),
-    // The file as a whole.
-    ("no asset", |f| drop(f.json.as_object_mut().unwrap().remove("asset")), "asset: is missing"),
-    (
-        "glTF 1.0",
-        |f| f.json = json!({ "asset": { "version": "1.0" }, "meshes": {}, "nodes": {} }),
-        "asset.version: is glTF 1.0, but only glTF 2.0 is read",
-    ),
-    ("glTF 3.0", |f| f.json["asset"]["version"] = "3.0".into(), "is glTF 3.0"),
-    ("minVersion", |f| f.json["asset"] = json!({ "version": "2.1", "minVersion": "2.1" }), "is glTF 2.1"),
-    (
-        "draco",
-        |f| f.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
-        "extensionsRequired[0]: the file cannot be read without KHR_draco_mesh_compression",
-    ),
-    (
-        "meshopt",
-        |f| f.json["extensionsRequired"] = json!(["KHR_lights_punctual", "EXT_meshopt_compression"]),
-        "extensionsRequired[1]: the file cannot be read without EXT_meshopt_compression",
-    ),
-    (
-        "basisu",
-        |f| f.json["extensionsRequired"] = json!(["KHR_texture_basisu"]),
-        "(supported: EXT_mesh_gpu_instancing, KHR_lights_punctual,",
-    ),
-    ("object", |f| f.json["nodes"] = json!({}), "nodes: must be an array"),
-    (
-        "no count",
-        |f| drop(f.json["accessors"][1].as_object_mut().unwrap().remove("count")),
-        "accessors[1]: missing field `count`",
-    ),
-    ("deep JSON", |f| f.json["extensions"] = deep(), "JSON: recursion limit exceeded"),
 ];
 
 /// A sound file of one textured, indexed triangle with every attribute but normals.
@@ -375,6 +382,39 @@ fn every_broken_file_names_its_fault() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn an_image_is_needed_for_holes_alone() {
+    for (name, change, expected) in IMAGES {
+        let mut file = sound();
+        change(&mut file);
+        for mode in ["OPAQUE", "BLEND"] {
+            file.json["materials"][0]["alphaMode"] = mode.into();
+            let scene = file.load();
+            assert_eq!((scene.triangles(), scene.textures.len(), scene.materials[0].texture), (1, 0, None), "{name}");
+            let told = scene.warnings.iter().filter(|w| w.contains(expected) && w.contains("drawn without it")).count();
+            assert_eq!(told, 1, "{name}: {:?}", scene.warnings);
+        }
+        file.json["materials"][0]["alphaMode"] = "MASK".into();
+        let error = file.error();
+        assert!(error.contains(expected) && error.starts_with("test: "), "{name}: {error}");
+    }
+}
+
+#[test]
+fn a_broken_view_leaves_the_others() {
+    for (name, change, expected) in VIEWS {
+        let mut file = sound();
+        change(&mut file);
+        let scene = file.load();
+        assert_eq!((scene.triangles(), scene.cameras.len(), scene.lights.len()), (1, 0, 0), "{name}");
+        let broken: Vec<_> = scene.broken_cameras.iter().chain(&scene.broken_lights).collect();
+        let [broken] = broken[..] else { panic!("{name}: {broken:?}") };
+        let text = format!("{}: {}", broken.place, broken.problem);
+        assert!(text.contains(expected) && broken.number == 0, "{name}: {text}");
+        assert!(scene.warnings.iter().any(|w| w.contains(expected)), "{name}: {:?}", scene.warnings);
+    }
 }
 
 #[test]
