@@ -322,6 +322,7 @@ fn input(texture: &Texture, state: State) -> ImageRef {
         format: texture.format,
         extent: texture.extent,
         layers: 1,
+        samples: vk::SampleCountFlags::TYPE_1,
         layout: state.2,
     }
 }
