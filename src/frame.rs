@@ -55,6 +55,9 @@ pub struct Frame<'a> {
     /// What this frame has changed, in case its commands never run.
     changed: Vec<Recorded>,
     closed: bool,
+    /// Passes until one fails, for tests of what an error half-way leaves.
+    #[cfg(test)]
+    pub(crate) passes_left: Option<u32>,
     /// The stages in which this frame and those before it touch memory, as far as this frame has waited for them.
     stages: vk::PipelineStageFlags2,
 }
@@ -99,6 +102,8 @@ impl<'a> Frame<'a> {
             groups: 0,
             changed: vec![],
             closed: false,
+            #[cfg(test)]
+            passes_left: None,
             stages: OWN_STAGES,
         };
         frame.stages |= frame.raster_stages();
@@ -138,6 +143,16 @@ impl<'a> Frame<'a> {
         }
     }
 
+    #[cfg(test)]
+    fn fail_in_turn(&mut self, pass: &str) -> Result<()> {
+        match &mut self.passes_left {
+            Some(0) => return Err(Error::Usage(format!("the pass {pass} fails for a test"))),
+            Some(n) => *n -= 1,
+            None => {}
+        }
+        Ok(())
+    }
+
     /// The context this frame records for.
     pub fn context(&self) -> &'a Context {
         self.context
@@ -159,6 +174,8 @@ impl<'a> Frame<'a> {
 
     /// Runs a compute pass, after the barrier that it needs, if it needs one.
     pub(crate) fn dispatch(&mut self, pass: &Pass<'_>) -> Result<()> {
+        #[cfg(test)]
+        self.fail_in_turn(pass.name)?;
         let interface = &pass.pipeline.interface;
         interface.check(pass.bind)?;
         if pass.push.len() != interface.push_size as usize {
@@ -250,9 +267,9 @@ impl<'a> Frame<'a> {
         while self.groups > 0 {
             self.end_group();
         }
-        if let Some(timings) = self.timings.as_ref().filter(|t| t.has_counters()) {
+        if let Some(timings) = self.timings.as_ref().filter(|t| t.is_used()) {
             self.memory_barrier(&TO_HOST);
-            timings.end_counters(self.cmd);
+            timings.end(self.cmd);
         }
     }
 

@@ -114,6 +114,8 @@ pub trait Technique {
 
     /// Forgets everything recorded so far: layouts, and what is kept while the light stands still. Call it where a command
     /// buffer with a finished frame of this technique is thrown away; the next frame costs as much as the first.
+    ///
+    /// What [`prepare`] hands out does it for all techniques alike; by itself a technique does nothing.
     fn reset(&mut self) {}
 }
 
@@ -155,7 +157,7 @@ impl Technique for Prepared {
     }
 }
 
-/// Makes a technique.
+/// Makes a technique, for [`prepare`] alone: it adds what all techniques have in common.
 pub type Prepare = fn(&Context, &Setup) -> Result<Box<dyn Technique>>;
 
 /// How a technique comes to its result.
@@ -303,3 +305,6 @@ fn classes_view(context: &Context, setup: &Setup, classified: bool) -> Result<Op
     let usage = desc.usage | vk::ImageUsageFlags::TRANSFER_DST;
     Ok(Some(Image::new(context.device(), &ImageDesc { usage, ..desc })?))
 }
+
+#[cfg(all(test, feature = "app"))]
+mod tests;

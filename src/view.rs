@@ -5,7 +5,7 @@
 //! they rounded to the `f32` that the GPU gets, so that a scene 1e6 units from the origin keeps its
 //! precision (see [`crate::Inputs`]).
 
-use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4, dvec3, dvec4};
+use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;
 
 /// Which end of the depth range the viewer is at.
@@ -23,7 +23,7 @@ pub enum DepthRange {
 pub struct CameraView {
     /// Rigid transform from the camera's own space to the world.
     pub world_from_view: DAffine3,
-    /// Projection with Vulkan's clip space: `x, y` in `[-w, w]` with **y down**, `z` in `[0, w]`.
+    /// Projection with Vulkan's clip space: `x, y` in `[-w, w]` with **y down**, `z` in `[0, w]`; or a multiple of it.
     pub clip_from_view: DMat4,
     /// How the depth buffer made with this projection is to be read.
     pub depth: DepthRange,
@@ -214,6 +214,12 @@ impl LightView {
                         state DepthRange::Standard"
                 .into());
         }
+        let scale = m.w_axis.w - m.z_axis.w;
+        if scale != 1.0 {
+            return Err(format!(
+                "clip_from_view is {scale} times a projection: divide it by that, so that w is the distance"
+            ));
+        }
         if is_tilted(m) {
             return Err(
                 "clip_from_view has a near plane that is not at right angles to the light's axis: the map's depth \
@@ -311,13 +317,12 @@ fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: Dep
                 .into(),
         );
     }
-    let perspective = dvec4(0.0, 0.0, -1.0, 0.0);
-    if m.row(3) != perspective && m.row(3) != DVec4::W {
+    let row = m.row(3);
+    let is_one = row.x == 0.0 && row.y == 0.0 && (row.z < 0.0 && row.w == 0.0 || row.z == 0.0 && row.w > 0.0);
+    if !is_one {
         return Err(format!(
-            "clip_from_view has the last row {}: it must be {perspective}, for a perspective along the view's own -Z, or \
-             {}, for a parallel projection",
-            m.row(3),
-            DVec4::W
+            "clip_from_view has the last row {row}: it must be 0, 0, -1, 0 for a perspective along the view's own -Z, or \
+             0, 0, 0, 1 for a parallel projection"
         ));
     }
     let turned = |across: f64, along: f64| across.abs() > 1e-6 * along.abs();
@@ -337,7 +342,7 @@ fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: Dep
              far: state DepthRange::{other:?}, or project the other way round"
         ));
     }
-    let near = m.w_axis.z / (m.z_axis.z + if grows { 0.0 } else { 1.0 });
+    let near = m.w_axis.z / (m.z_axis.z - if grows { 0.0 } else { m.z_axis.w });
     if !is_parallel(m) && !(near > 0.0 && near.is_finite()) {
         return Err(format!(
             "clip_from_view has its near plane at the distance {near}: it must be in front of the view"

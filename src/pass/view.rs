@@ -70,7 +70,8 @@ pub(super) fn map_view(inputs: &Inputs<'_>, layer: usize) -> LightView {
 
 /// World width of a pixel, finer axis, at eye depth `z`: `[0] z + [1]`; and the largest secant of the view rays.
 fn pixel_size(camera: &CameraView, extent: [u32; 2]) -> ([f32; 2], f32) {
-    let m = &camera.clip_from_view;
+    // Of a multiple of a projection, the projection.
+    let m = &(camera.clip_from_view / (camera.clip_from_view.w_axis.w - camera.clip_from_view.z_axis.w));
     let finest =
         (2.0 / (f64::from(extent[0]) * m.x_axis.x)).abs().min((2.0 / (f64::from(extent[1]) * m.y_axis.y)).abs());
     if camera.is_orthographic() {
