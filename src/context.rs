@@ -38,7 +38,7 @@ pub struct ContextDesc<'a> {
 pub struct Requirements {
     /// Smallest API version of instance and device.
     pub api_version: u32,
-    /// Device extensions.
+    /// Device extensions. Of Vulkan 1.4 the feature `pushDescriptor` will do instead.
     pub extensions: &'static [&'static CStr],
     /// Features of Vulkan 1.0.
     pub features: vk::PhysicalDeviceFeatures,
@@ -62,6 +62,8 @@ pub fn requirements() -> Requirements {
     }
 }
 
+const VULKAN_1_4: u32 = vk::make_api_version(0, 1, 4, 0);
+
 impl Requirements {
     /// What `physical_device` lacks, by name; empty if it has all.
     ///
@@ -78,7 +80,9 @@ impl Requirements {
         }
         // SAFETY: as above.
         let extensions = unsafe { instance.enumerate_device_extension_properties(physical_device) }.unwrap_or_default();
-        for needed in self.extensions {
+        // Part of Vulkan 1.4.
+        let is_core = |name: &CStr| name == ash::khr::push_descriptor::NAME && version >= VULKAN_1_4;
+        for needed in self.extensions.iter().filter(|name| !is_core(name)) {
             if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(needed)) {
                 missing.push(format!("the extension {}", needed.to_string_lossy()));
             }
@@ -123,6 +127,10 @@ pub struct Context {
 impl Context {
     /// Wraps the caller's device.
     ///
+    /// # Errors
+    /// [`Error::NoDevice`] names what the physical device lacks, or what to enable when the device is made;
+    /// [`Error::Allocation`] and [`Error::Vulkan`] are of the allocator and the samplers.
+    ///
     /// # Safety
     /// The handles are valid and belong together, the device was created with what [`requirements`]
     /// and [`ContextDesc::features`] list, and all of it outlives the context and everything made from it.
@@ -147,7 +155,7 @@ impl Context {
                 Arc::new(Mutex::new(allocator))
             }
         };
-        let device = Arc::new(Device::new(desc, allocator));
+        let device = Arc::new(Device::new(desc, allocator)?);
         // Texels outside a shadow map count as farther than everything: a border of depth 1.
         let info = vk::SamplerCreateInfo::default()
             .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_BORDER)

@@ -10,7 +10,7 @@ pub use bind::Bind;
 pub(crate) use raster::{Bound, Draw, RasterPass, Target};
 
 use crate::context::Context;
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Buffer, ComputePipeline, Image, Recorded};
 use crate::hazard::{Barrier, Hazards, Use};
 use crate::inputs::{Handoff, ImageRef};
 use crate::timing::{Counted, Timings};
@@ -41,7 +41,10 @@ pub struct Pass<'a> {
     pub threads: Threads<'a>,
 }
 
-/// Records into the caller's command buffer, from [`Frame::begin`] to [`Frame::finish`].
+/// Records into the caller's command buffer, from [`Frame::begin`] to [`Frame::finish`] or [`Frame::end`].
+///
+/// Dropped before either, as by a `?` between them, it makes the techniques forget what they recorded with it, so that the
+/// command buffer may be thrown away or submitted.
 pub struct Frame<'a> {
     context: &'a Context,
     cmd: vk::CommandBuffer,
@@ -49,6 +52,12 @@ pub struct Frame<'a> {
     timings: Option<&'a mut Timings>,
     hazards: Hazards,
     groups: u32,
+    /// What this frame has changed, in case its commands never run.
+    changed: Vec<Recorded>,
+    closed: bool,
+    /// Passes until one fails, for tests of what an error half-way leaves.
+    #[cfg(test)]
+    pub(crate) passes_left: Option<u32>,
     /// The stages in which this frame and those before it touch memory, as far as this frame has waited for them.
     stages: vk::PipelineStageFlags2,
 }
@@ -68,18 +77,35 @@ impl<'a> Frame<'a> {
     /// barrier here, so any number of frames may be in flight.
     ///
     /// # Safety
-    /// `cmd` is recording, outside a render pass, for a queue with compute (and graphics, for techniques with raster passes), and belongs to the
-    /// context's device. Command buffers recorded through one context are submitted to one queue, in
-    /// the order of their recording; none is thrown away, since layouts and kept results are tracked as
-    /// recorded. Techniques and inputs outlive the execution.
+    /// * `cmd` is recording, outside a render pass, for a queue with compute (and graphics, for techniques with raster
+    ///   passes), and belongs to the context's device.
+    /// * Command buffers recorded through one context are submitted to one queue, once each, in the order of their
+    ///   recording. Where one with a finished frame is thrown away instead,
+    ///   [`Technique::reset`](crate::technique::Technique::reset) is called on every technique recorded into it before the
+    ///   technique records again: layouts and kept results are tracked as recorded.
+    /// * Techniques, inputs and the casters' vertex buffers outlive the execution.
+    /// * Every [`ImageRef`] handed to a technique with this frame is true: the view is one of the image and of the stated
+    ///   format, the image has the stated extent, layers and samples, was made with `SAMPLED`, and is in the stated layout,
+    ///   visible to [`Inputs::STAGE`](crate::Inputs::STAGE), while the commands run.
     pub unsafe fn begin(
         context: &'a Context,
         cmd: vk::CommandBuffer,
         handoff: Handoff,
         timings: Option<&'a mut Timings>,
     ) -> Self {
-        let mut frame =
-            Self { context, cmd, handoff, timings, hazards: Hazards::default(), groups: 0, stages: OWN_STAGES };
+        let mut frame = Self {
+            context,
+            cmd,
+            handoff,
+            timings,
+            hazards: Hazards::default(),
+            groups: 0,
+            changed: vec![],
+            closed: false,
+            #[cfg(test)]
+            passes_left: None,
+            stages: OWN_STAGES,
+        };
         frame.stages |= frame.raster_stages();
         if let Some(timings) = &mut frame.timings {
             timings.begin(cmd);
@@ -91,6 +117,40 @@ impl<'a> Frame<'a> {
             dst_access: MEMORY,
         });
         frame
+    }
+
+    /// Notes what the commands recorded so far leave, and returns what was there before.
+    pub(crate) fn note(&mut self, state: &Recorded, value: i32) -> i32 {
+        self.changed.push(state.clone());
+        state.set(value)
+    }
+
+    /// Where the recording stands, for [`Frame::since`] and [`Frame::give_up`].
+    pub(crate) fn mark(&self) -> Mark {
+        Mark { changes: self.changed.len(), groups: self.groups }
+    }
+
+    /// What was changed since, some of it several times.
+    pub(crate) fn since(&self, mark: &Mark) -> &[Recorded] {
+        &self.changed[mark.changes..]
+    }
+
+    /// Forgets what was recorded since, and closes the groups that it left open.
+    pub(crate) fn give_up(&mut self, mark: &Mark) {
+        self.since(mark).iter().for_each(Recorded::forget);
+        while self.groups > mark.groups {
+            self.end_group();
+        }
+    }
+
+    #[cfg(test)]
+    fn fail_in_turn(&mut self, pass: &str) -> Result<()> {
+        match &mut self.passes_left {
+            Some(0) => return Err(Error::Usage(format!("the pass {pass} fails for a test"))),
+            Some(n) => *n -= 1,
+            None => {}
+        }
+        Ok(())
     }
 
     /// The context this frame records for.
@@ -114,6 +174,8 @@ impl<'a> Frame<'a> {
 
     /// Runs a compute pass, after the barrier that it needs, if it needs one.
     pub(crate) fn dispatch(&mut self, pass: &Pass<'_>) -> Result<()> {
+        #[cfg(test)]
+        self.fail_in_turn(pass.name)?;
         let interface = &pass.pipeline.interface;
         interface.check(pass.bind)?;
         if pass.push.len() != interface.push_size as usize {
@@ -201,20 +263,22 @@ impl<'a> Frame<'a> {
     }
 
     fn close(&mut self) {
+        self.closed = true;
         while self.groups > 0 {
             self.end_group();
         }
-        if let Some(timings) = self.timings.as_ref().filter(|t| t.has_counters()) {
+        if let Some(timings) = self.timings.as_ref().filter(|t| t.is_used()) {
             self.memory_barrier(&TO_HOST);
-            timings.end_counters(self.cmd);
+            timings.end(self.cmd);
         }
     }
 
-    fn image_barrier(&self, image: &Image, new: vk::ImageLayout) -> vk::ImageMemoryBarrier2<'static> {
+    fn image_barrier(&mut self, image: &Image, new: vk::ImageLayout) -> vk::ImageMemoryBarrier2<'static> {
         let r = image.as_ref();
+        let old = vk::ImageLayout::from_raw(self.note(image.layout(), new.as_raw()));
         vk::ImageMemoryBarrier2::default()
             .image(r.image)
-            .old_layout(image.swap_layout(new))
+            .old_layout(old)
             .new_layout(new)
             .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
@@ -234,17 +298,20 @@ impl<'a> Frame<'a> {
     }
 
     /// Brings images of ours into `GENERAL` where they are not: at first use and after a hand-over.
-    fn transition<'i>(&self, images: impl Iterator<Item = &'i Image>, stage: vk::PipelineStageFlags2) {
-        let barriers: Vec<_> = images
-            .filter(|i| i.layout() != vk::ImageLayout::GENERAL)
-            .map(|i| {
-                self.image_barrier(i, vk::ImageLayout::GENERAL)
+    fn transition<'i>(&mut self, images: impl Iterator<Item = &'i Image>, stage: vk::PipelineStageFlags2) {
+        let general = vk::ImageLayout::GENERAL;
+        let mut barriers = vec![];
+        for image in images {
+            if image.layout().get() != general.as_raw() {
+                let barrier = self
+                    .image_barrier(image, general)
                     .src_stage_mask(self.stages | self.handoff.stage | stage)
                     .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
                     .dst_stage_mask(self.stages | stage)
-                    .dst_access_mask(MEMORY)
-            })
-            .collect();
+                    .dst_access_mask(MEMORY);
+                barriers.push(barrier);
+            }
+        }
         if !barriers.is_empty() {
             self.image_barriers(&barriers);
         }
@@ -295,6 +362,20 @@ impl<'a> Frame<'a> {
             unsafe { debug.cmd_end_debug_utils_label(self.cmd) };
         }
     }
+}
+
+impl Drop for Frame<'_> {
+    fn drop(&mut self) {
+        if !self.closed {
+            self.changed.iter().for_each(Recorded::forget);
+        }
+    }
+}
+
+/// A place in a frame's recording.
+pub(crate) struct Mark {
+    changes: usize,
+    groups: u32,
 }
 
 /// What makes copies visible to the CPU once a fence has signalled.

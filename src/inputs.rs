@@ -7,6 +7,10 @@ use ash::vk;
 use glam::DAffine3;
 
 /// An image that somebody else owns, and the layout in which it is read.
+///
+/// Vulkan tells nobody what an image was made with, so the library believes what is stated here; that it is true is part
+/// of the contract of [`crate::Frame::begin`]. What is stated and cannot be used is an error of
+/// [`crate::technique::Technique::record`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageRef {
     /// The image; hazards are tracked by it.
@@ -15,10 +19,12 @@ pub struct ImageRef {
     pub view: vk::ImageView,
     /// Format of the view.
     pub format: vk::Format,
-    /// Width and height in pixels or texels.
+    /// Width and height of the real image, in pixels or texels.
     pub extent: [u32; 2],
     /// Array layers of the view.
     pub layers: u32,
+    /// Samples a pixel that the image was made with. Inputs have one: resolve others first, depth by sample 0.
+    pub samples: vk::SampleCountFlags,
     /// Layout that the image is in while the recorded commands run. The library does not change it.
     pub layout: vk::ImageLayout,
 }
@@ -42,19 +48,21 @@ pub enum NormalEncoding {
 pub struct Inputs<'a> {
     /// The camera whose pixels are shadowed.
     pub camera: &'a CameraView,
-    /// The camera's depth buffer: any depth format, or `R32_SFLOAT`.
+    /// The camera's depth buffer: a `2D` view of any depth format, or of `R32_SFLOAT`.
     pub depth: ImageRef,
     /// World-space normals of the same size as `depth`. Without them the techniques derive the
     /// geometric normal from neighbouring depths, which is right except at one-pixel features.
     /// Hand in *geometric* normals where you can: a bent shading normal tilts the receiver plane. They point to the
     /// viewer's side of the surface, for the back of a two-sided one too: what faces away from the light is dark.
     pub normal: Option<(ImageRef, NormalEncoding)>,
-    /// The shadow map: a `2D_ARRAY` view, one layer for each light view, depth 0 near to 1 far.
+    /// The shadow map: a `2D_ARRAY` view, one layer for each light view, depth 0 near to 1 far, of any depth format or of
+    /// `R32_SFLOAT`. What its format rounds away is taken off the receivers' depth, besides every technique's own bias.
     pub shadow_map: ImageRef,
     /// The views the layers were rendered from, in layer order. One for now.
     pub light: &'a [LightView],
-    /// A number that the caller changes whenever the shadow map's content changes. What depends only
-    /// on the map, or on how the casters stand to the light, is kept while it stays equal; `None` recomputes it every frame.
+    /// A number that the caller changes whenever the shadow map's content, or where the casters stand, changes. What depends
+    /// only on the map, or on how the casters stand to the light, is kept while it stays equal, the map is the same image
+    /// and view, and the light is the same; `None` recomputes it every frame. Two lights may count alike.
     pub light_version: Option<u64>,
     /// Where each instance of [`Setup::casters`](field@crate::technique::Setup::casters) stands: the transform from its own space to the
     /// world, any affine one. Empty for techniques without casters.
@@ -106,43 +114,118 @@ impl Inputs<'_> {
         self.normal.as_ref().map_or(&self.depth, |(image, _)| image)
     }
 
-    /// Checks that there is a transform for each caster.
+    /// Checks that there is a transform for each caster, of finite numbers.
     pub(crate) fn check_casters(&self, technique: &str, casters: &Casters) -> Result<()> {
+        let fail = |problem| Err(Error::Input { technique: technique.into(), input: "casters", problem });
         let (given, wanted) = (self.casters.len(), casters.counts().instances as usize);
-        if given == wanted {
-            return Ok(());
+        if given != wanted {
+            return fail(format!("{given} transforms are given, but Setup::casters has {wanted} instances"));
         }
-        let problem = format!("{given} transforms are given, but Setup::casters has {wanted} instances");
-        Err(Error::Input { technique: technique.into(), input: "casters", problem })
+        match self.casters.iter().position(|m| !m.is_finite()) {
+            Some(i) => fail(format!("the transform of instance {i} has numbers that are not finite")),
+            None => Ok(()),
+        }
     }
 
-    /// Checks that the images fit each other and what the technique was prepared for.
+    /// Checks that the images and views can be used, fit each other, and fit what the technique was prepared for.
     pub(crate) fn check(&self, technique: &str, extent: [u32; 2], map_extent: [u32; 2]) -> Result<()> {
-        let fail = |input, problem: String| Err(Error::Input { technique: technique.into(), input, problem });
-        let null = |r: &ImageRef| r.image == vk::Image::null() || r.view == vk::ImageView::null();
-        if null(&self.depth) {
-            return fail("depth", "the image or its view is null".into());
+        let fail = |input, problem: String| Error::Input { technique: technique.into(), input, problem };
+        check_image(&self.depth, extent, DEPTH_FORMATS).map_err(|e| fail("depth", e))?;
+        if let Some((normal, encoding)) = &self.normal {
+            check_image(normal, extent, encoding.formats()).map_err(|e| fail("normal", e))?;
         }
-        if self.depth.extent != extent {
-            let problem = format!("is {:?}, but the technique was prepared for {extent:?}", self.depth.extent);
-            return fail("depth", problem);
-        }
-        if let Some((normal, _)) = &self.normal
-            && (null(normal) || normal.extent != extent)
-        {
-            return fail("normal", format!("is null or not of the depth image's size {extent:?}"));
-        }
-        if null(&self.shadow_map) {
-            return fail("shadow_map", "the image or its view is null".into());
-        }
-        if self.shadow_map.extent != map_extent {
-            let problem = format!("is {:?}, but the technique was prepared for {map_extent:?}", self.shadow_map.extent);
-            return fail("shadow_map", problem);
-        }
-        match self.light.len() {
-            0 => fail("light", "no light view is given; give one for each layer of the shadow map".into()),
-            1 => Ok(()),
-            n => fail("light", format!("{n} light views are given; more than one is not supported yet")),
+        check_image(&self.shadow_map, map_extent, DEPTH_FORMATS).map_err(|e| fail("shadow_map", e))?;
+        self.camera.check().map_err(|e| fail("camera", e))?;
+        match self.light {
+            [] => Err(fail("light", "no light view is given; give one for each layer of the shadow map".into())),
+            [light] => light.check().map_err(|e| fail("light", e)),
+            more => {
+                let problem = format!("{} light views are given; more than one is not supported yet", more.len());
+                Err(fail("light", problem))
+            }
         }
     }
+}
+
+/// What depth may be stored in, of the camera and of the light.
+const DEPTH_FORMATS: &[vk::Format] = &[
+    vk::Format::D16_UNORM,
+    vk::Format::X8_D24_UNORM_PACK32,
+    vk::Format::D32_SFLOAT,
+    vk::Format::D16_UNORM_S8_UINT,
+    vk::Format::D24_UNORM_S8_UINT,
+    vk::Format::D32_SFLOAT_S8_UINT,
+    vk::Format::R32_SFLOAT,
+];
+
+impl NormalEncoding {
+    /// What it may be stored in. Further components are not read.
+    fn formats(self) -> &'static [vk::Format] {
+        match self {
+            Self::OctahedralSigned => &[
+                vk::Format::R16G16_SNORM,
+                vk::Format::R8G8_SNORM,
+                vk::Format::R16G16_SFLOAT,
+                vk::Format::R32G32_SFLOAT,
+                vk::Format::R8G8B8A8_SNORM,
+                vk::Format::R16G16B16A16_SNORM,
+                vk::Format::R16G16B16A16_SFLOAT,
+                vk::Format::R32G32B32A32_SFLOAT,
+            ],
+            Self::OctahedralUnsigned => &[
+                vk::Format::R16G16_UNORM,
+                vk::Format::R8G8_UNORM,
+                vk::Format::R8G8B8A8_UNORM,
+                vk::Format::A2B10G10R10_UNORM_PACK32,
+                vk::Format::R16G16B16A16_UNORM,
+            ],
+            Self::Cartesian => &[
+                vk::Format::R16G16B16A16_SFLOAT,
+                vk::Format::R32G32B32A32_SFLOAT,
+                vk::Format::R8G8B8A8_SNORM,
+                vk::Format::R16G16B16A16_SNORM,
+            ],
+        }
+    }
+}
+
+/// What is wrong with an input image as it is stated, and the remedy.
+fn check_image(image: &ImageRef, extent: [u32; 2], formats: &[vk::Format]) -> std::result::Result<(), String> {
+    if image.image == vk::Image::null() || image.view == vk::ImageView::null() {
+        return Err("the image or its view is null".into());
+    }
+    if !formats.contains(&image.format) {
+        let allowed: Vec<_> = formats.iter().map(|f| format!("{f:?}")).collect();
+        return Err(format!("has the format {:?}; allowed are {}", image.format, allowed.join(", ")));
+    }
+    if image.samples != vk::SampleCountFlags::TYPE_1 {
+        let problem = match image.samples.as_raw() {
+            0 => "states no number of samples: set ImageRef::samples, to TYPE_1 for an image without multisampling"
+                .into(),
+            n => format!(
+                "has {n} samples a pixel: resolve it to one and hand that in, depth by sample 0 \
+                 (VK_RESOLVE_MODE_SAMPLE_ZERO_BIT), since the mean of two depths lies on no surface"
+            ),
+        };
+        return Err(problem);
+    }
+    if image.extent != extent {
+        let problem = format!(
+            "is {:?}, but the technique was prepared for {extent:?}: prepare one for each size \
+             (Setup::extent, Setup::map_size)",
+            image.extent
+        );
+        return Err(problem);
+    }
+    if image.layers == 0 {
+        return Err("states no array layers: set ImageRef::layers, to 1 for an image without".into());
+    }
+    if matches!(image.layout, vk::ImageLayout::UNDEFINED | vk::ImageLayout::PREINITIALIZED) {
+        return Err(format!(
+            "states the layout {:?}, in which nothing can be read: state the one that your barrier leaves it in, \
+             such as SHADER_READ_ONLY_OPTIMAL",
+            image.layout
+        ));
+    }
+    Ok(())
 }

@@ -61,10 +61,29 @@
 //!
 //! * **Inputs** are read in the layouts that you state, and left in them. Make them visible to
 //!   compute-shader reads before the technique, and do not write them before it has run.
+//! * **What you state of an image** ([`ImageRef`]: format, extent, layers, samples, layout) is checked: it must be what the
+//!   technique reads and was prepared for. Multisampled images are refused: resolve them, depth by sample 0. Whether the
+//!   statement is true nobody can ask Vulkan; that is your part, in the contract of [`Frame::begin`].
+//! * **Views** are checked every frame: matrices finite, invertible and of a rigid view, the projection of the light's
+//!   kind and of the depth range that the view states, sizes and angles possible. Shadow maps have depth 0 near to 1 far:
+//!   reversed-Z maps are refused.
+//! * **Formats of the shadow map**: every depth format, and `R32_SFLOAT`. What D16 and D24 round away is taken off the
+//!   receivers' depth, so that a surface does not shadow itself; with D16 keep the planes near and far tight.
+//! * **Several lights, one technique**: what is kept from frame to frame belongs to the map, the light and
+//!   [`Inputs::light_version`] together. A technique that alternates between two lights is right, and makes everything anew
+//!   each time: prepare one a light to keep both.
 //! * **The output** belongs to the technique and is reused every frame. [`Handoff`] says how you read it;
 //!   the library emits that barrier, and in the next frame waits for those reads before it writes again.
 //! * **Frames in flight**: any number on one queue, submitted in the order of their recording. A technique, a
 //!   [`Context`] or [`timing::Timings`] may be dropped once the GPU is done with all frames that used it.
+//! * **Errors**: after an error a technique forgets what it had recorded in that call. The frame may go on, or be dropped
+//!   without [`Frame::finish`]; the command buffer may be submitted or thrown away.
+//! * **Command buffers that are thrown away** after [`Frame::finish`]: call [`technique::Technique::reset`] on every
+//!   technique in them before it records again. Layouts and kept results are tracked as recorded.
+//! * **Times**: [`timing::Timings`] gives a frame's times under its own passes' names or not at all;
+//!   [`timing::Timings::lost`] counts the frames whose slot came round too early, or that never ran.
+//! * **Casters** in a vertex buffer of yours ([`casters::VertexBuffer`]): that all vertices lie within the size that you
+//!   state is checked; that the buffer has it is yours to say, in an `unsafe` call.
 //! * **Descriptors** are pushed, so there is no pool to size; everything has a debug name, and every pass a
 //!   label and, if you hand in [`timing::Timings`], a pair of timestamps.
 //! * **Precision**: hand in your matrices in `f64`. They are composed relative to the camera before they

@@ -32,7 +32,7 @@ pub mod sssm;
 pub use params::{Param, ParamKind, Params};
 
 use crate::casters::Casters;
-use crate::gpu::{Device, Image, ImageDesc};
+use crate::gpu::{Device, Image, ImageDesc, Recorded};
 use crate::{Context, Error, Frame, ImageRef, Inputs, Need, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -94,6 +94,11 @@ impl OutputFormat {
 pub trait Technique {
     /// Records all passes and returns the visibility image as later commands of the same frame find it,
     /// in `GENERAL`. [`Frame::finish`] hands [`Technique::output`] over to the caller.
+    ///
+    /// # Errors
+    /// [`Error::Input`] names the input that is missing, contradicts itself or does not fit, and the remedy. After any
+    /// error the technique forgets what it had recorded in this call: the command buffer may be submitted or thrown away,
+    /// and the next call starts anew.
     fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef>;
 
     /// The visibility image.
@@ -106,9 +111,53 @@ pub trait Technique {
 
     /// Bytes of device memory that the technique holds.
     fn memory_bytes(&self) -> u64;
+
+    /// Forgets everything recorded so far: layouts, and what is kept while the light stands still. Call it where a command
+    /// buffer with a finished frame of this technique is thrown away; the next frame costs as much as the first.
+    ///
+    /// What [`prepare`] hands out does it for all techniques alike; by itself a technique does nothing.
+    fn reset(&mut self) {}
 }
 
-/// Makes a technique.
+/// What [`prepare`] hands out: the technique, and what its recordings leave behind.
+struct Prepared {
+    technique: Box<dyn Technique>,
+    left: Vec<Recorded>,
+}
+
+impl Technique for Prepared {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let mark = frame.mark();
+        let result = self.technique.record(frame, inputs);
+        for state in frame.since(&mark) {
+            if !self.left.iter().any(|known| known.is(state)) {
+                self.left.push(state.clone());
+            }
+        }
+        if result.is_err() {
+            frame.give_up(&mark);
+        }
+        result
+    }
+
+    fn output(&self) -> &Image {
+        self.technique.output()
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.technique.intermediates()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.technique.memory_bytes()
+    }
+
+    fn reset(&mut self) {
+        self.left.iter().for_each(Recorded::forget);
+    }
+}
+
+/// Makes a technique, for [`prepare`] alone: it adds what all techniques have in common.
 pub type Prepare = fn(&Context, &Setup) -> Result<Box<dyn Technique>>;
 
 /// How a technique comes to its result.
@@ -240,7 +289,7 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
             return Err(Error::Parameter(format!("a {w}x{h} {what} is not possible: 1 to {largest} a side")));
         }
     }
-    prepare(context, setup)
+    Ok(Box::new(Prepared { technique: prepare(context, setup)?, left: vec![] }))
 }
 
 fn visibility_image(device: &Arc<Device>, name: &str, setup: &Setup) -> Result<Image> {
@@ -256,3 +305,6 @@ fn classes_view(context: &Context, setup: &Setup, classified: bool) -> Result<Op
     let usage = desc.usage | vk::ImageUsageFlags::TRANSFER_DST;
     Ok(Some(Image::new(context.device(), &ImageDesc { usage, ..desc })?))
 }
+
+#[cfg(all(test, feature = "app"))]
+mod tests;

@@ -5,13 +5,18 @@ use crate::error::VkContext;
 use crate::gpu::{Buffer, BufferDesc, Device, MemoryKind};
 use crate::{Error, Result};
 use ash::vk;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Passes that one frame can time; later ones are recorded but not timed.
 pub const MAX_PASSES: u32 = 256;
 
-/// Queries of a slot: two a pass, and a last one that follows the tile counters.
+/// Queries of a slot: two a pass, and a last one that follows everything else.
 const SLOT_QUERIES: u32 = MAX_PASSES * 2 + 1;
+
+/// Words of a slot: the counters, and the number of the frame that they are of.
+const SLOT_WORDS: usize = MAX_PASSES as usize + 1;
+const NUMBER: usize = MAX_PASSES as usize;
 
 /// What one pass of one frame cost.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,16 +118,17 @@ struct Slot {
     names: Vec<String>,
     /// One for each counter copied, with its pass.
     counters: Vec<(usize, Counted)>,
+    /// The frame that the slot was last recorded for. Its commands write the number into memory once they have reset the
+    /// queries: while another number is there, so are another frame's results.
+    number: u32,
     pending: bool,
-    /// First timestamp of the slot's last collected frame: while the GPU has not yet reset the
-    /// queries of a new frame, the old values still read as available, and this tells them apart.
-    seen: Option<u64>,
 }
 
 /// A ring of timestamp queries, one slot for each [`crate::Frame`] in flight; a command buffer may hold several.
 ///
 /// Hand it to [`crate::Frame::begin`], submit, and call [`Timings::poll`] whenever convenient: it
-/// returns the frames that the GPU has finished since.
+/// returns the frames that the GPU has finished since. A slot that comes round before the GPU has finished its frame loses
+/// that frame's results, and so does a command buffer that is thrown away: [`Timings::lost`] counts them.
 pub struct Timings {
     device: Arc<Device>,
     pool: vk::QueryPool,
@@ -130,6 +136,11 @@ pub struct Timings {
     counters: Buffer,
     slots: Vec<Slot>,
     current: usize,
+    /// Frames begun.
+    frames: u32,
+    /// Collected when their slots came round, for the next poll.
+    finished: VecDeque<FrameTiming>,
+    lost: u64,
     /// Milliseconds a tick, and the bits of a timestamp that mean something.
     tick_ms: f64,
     mask: u64,
@@ -137,7 +148,7 @@ pub struct Timings {
 
 impl Timings {
     /// `queue_family` is the family whose queue runs the frames. `frames_in_flight` is how many frames
-    /// may be recorded before the results of the first are polled; results of older ones are lost.
+    /// may be recorded before the GPU has finished the first, and how many may wait to be polled; older ones are lost.
     pub fn new(context: &Context, queue_family: u32, frames_in_flight: u32) -> Result<Self> {
         Self::make(context, queue_family, frames_in_flight, false)
     }
@@ -172,7 +183,7 @@ impl Timings {
             &device,
             &BufferDesc {
                 name: "tile counters",
-                size: u64::from(slots * MAX_PASSES) * 4,
+                size: slots as u64 * SLOT_WORDS as u64 * 4,
                 usage: vk::BufferUsageFlags::TRANSFER_DST,
                 memory: MemoryKind::Readback,
             },
@@ -183,6 +194,9 @@ impl Timings {
             counters,
             slots: (0..slots).map(|_| Slot::default()).collect(),
             current: slots as usize - 1,
+            frames: 0,
+            finished: VecDeque::new(),
+            lost: 0,
             tick_ms: f64::from(device.limits.timestamp_period) * 1e-6,
             mask: if bits >= 64 { u64::MAX } else { (1 << bits) - 1 },
             device,
@@ -208,13 +222,28 @@ impl Timings {
 
     /// Frames finished since the last call, oldest first. Never waits.
     pub fn poll(&mut self) -> Vec<FrameTiming> {
+        let mut frames: Vec<_> = self.finished.drain(..).collect();
         let count = self.slots.len();
-        (1..=count).filter_map(|i| self.collect((self.current + i) % count)).collect()
+        frames.extend((1..=count).filter_map(|i| self.collect((self.current + i) % count)));
+        frames
+    }
+
+    /// Frames whose results nobody will ever get: not finished when their slot came round, never submitted, or not polled.
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Word of the slot in [`Self::counters`], as the GPU has left it.
+    fn word(&self, index: usize, word: usize) -> Option<u32> {
+        let at = (index * SLOT_WORDS + word) * 4;
+        let bytes = self.counters.bytes().get(at..at + 4)?;
+        // SAFETY: four mapped bytes, aligned as the mapping is; the GPU may be writing them.
+        Some(unsafe { bytes.as_ptr().cast::<u32>().read_volatile() })
     }
 
     fn collect(&mut self, index: usize) -> Option<FrameTiming> {
         let passes = self.slots[index].names.len();
-        if !self.slots[index].pending || passes == 0 {
+        if !self.slots[index].pending || self.word(index, NUMBER) != Some(self.slots[index].number) {
             return None;
         }
         let mut ticks = vec![[0u64; 2]; passes * 2];
@@ -222,24 +251,21 @@ impl Timings {
         let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY;
         // SAFETY: the range lies within the pool; each element holds a value and its availability.
         let result = unsafe { self.device.raw.get_query_pool_results(self.pool, first, &mut ticks, flags) };
-        if result.is_err() || ticks.iter().any(|t| t[1] == 0) || self.slots[index].seen == Some(ticks[0][0]) {
+        if result.is_err() || ticks.iter().any(|t| t[1] == 0) {
             return None;
         }
-        // The counters are copied after the stamp of their pass: wait for the stamp that follows the copies. It was
-        // reset along with the others, so it is this frame's.
+        // The counters are copied after the stamp of their pass: wait for the stamp that follows the copies.
         let mut last = [[0u64; 2]];
-        if !self.slots[index].counters.is_empty() {
-            let query = first + SLOT_QUERIES - 1;
-            // SAFETY: as above.
-            let result = unsafe { self.device.raw.get_query_pool_results(self.pool, query, &mut last, flags) };
-            if result.is_err() || last[0][1] == 0 {
-                return None;
-            }
+        // SAFETY: as above.
+        let result =
+            unsafe { self.device.raw.get_query_pool_results(self.pool, first + SLOT_QUERIES - 1, &mut last, flags) };
+        if result.is_err() || last[0][1] == 0 {
+            return None;
         }
         let statistics = self.collect_statistics(index, passes)?;
+        let counted: Vec<_> = (0..self.slots[index].counters.len()).map(|i| self.word(index, i)).collect();
         let slot = &mut self.slots[index];
         slot.pending = false;
-        slot.seen = Some(ticks[0][0]);
         let (mask, tick_ms) = (self.mask, self.tick_ms);
         let span = |from: u64, to: u64| (to.wrapping_sub(from) & mask) as f64 * tick_ms;
         let mut passes: Vec<_> = slot
@@ -255,10 +281,8 @@ impl Timings {
                 statistics,
             })
             .collect();
-        for (i, (pass, counted)) in slot.counters.drain(..).enumerate() {
-            let at = (index * MAX_PASSES as usize + i) * 4;
-            let bytes = self.counters.bytes().get(at..at + 4).and_then(|b| b.try_into().ok());
-            let Some(value) = bytes.map(u32::from_ne_bytes) else { continue };
+        for ((pass, counted), value) in slot.counters.drain(..).zip(counted) {
+            let Some(value) = value else { continue };
             match counted {
                 Counted::Tiles(total) => passes[pass].tiles = Some(Tiles { total, active: value }),
                 Counted::Named(name) => passes[pass].counts.push((name, value)),
@@ -298,14 +322,31 @@ impl Timings {
 
     pub(crate) fn begin(&mut self, cmd: vk::CommandBuffer) {
         self.current = (self.current + 1) % self.slots.len();
+        // The last chance to read what is there: from here on the names are others.
+        if self.slots[self.current].pending {
+            match self.collect(self.current) {
+                Some(frame) => self.finished.push_back(frame),
+                None => self.lost += 1,
+            }
+        }
+        if self.finished.len() > self.slots.len() {
+            self.finished.pop_front();
+            self.lost += 1;
+        }
+        // 0 is what memory that was never written may hold.
+        self.frames = self.frames.wrapping_add(1).max(1);
         let slot = &mut self.slots[self.current];
         slot.names.clear();
         slot.counters.clear();
-        slot.pending = true;
+        slot.pending = false;
+        slot.number = self.frames;
+        let number_at = ((self.current * SLOT_WORDS + NUMBER) * 4) as u64;
         let first = self.current as u32 * SLOT_QUERIES;
         // SAFETY: `cmd` is recording outside a render pass (contract of `Frame::begin`).
         unsafe {
             self.device.raw.cmd_reset_query_pool(cmd, self.pool, first, SLOT_QUERIES);
+            let number = slot.number.to_ne_bytes();
+            self.device.raw.cmd_update_buffer(cmd, self.counters.handle(), number_at, &number);
             if let Some(statistics) = &self.statistics {
                 let first = self.current as u32 * MAX_PASSES;
                 self.device.raw.cmd_reset_query_pool(cmd, statistics.pool, first, MAX_PASSES);
@@ -322,6 +363,7 @@ impl Timings {
         let pass = slot.names.len() as u32;
         let query = self.current as u32 * SLOT_QUERIES + pass * 2;
         slot.names.push(name.into());
+        slot.pending = true;
         self.stamp(cmd, query);
         if let Some(statistics) = &self.statistics {
             let query = self.current as u32 * MAX_PASSES + pass;
@@ -355,18 +397,19 @@ impl Timings {
             return None; // The buffer has room for no more.
         }
         let pass = slot.names.len().checked_sub(1)?;
-        let offset = (self.current * MAX_PASSES as usize + slot.counters.len()) as u64 * 4;
+        let offset = (self.current * SLOT_WORDS + slot.counters.len()) as u64 * 4;
         slot.counters.push((pass, counted));
         Some((&self.counters, offset))
     }
 
-    /// Marks that all counters of the frame are where the CPU reads them.
-    pub(crate) fn end_counters(&self, cmd: vk::CommandBuffer) {
+    /// Marks that all of the frame's results are where the CPU reads them.
+    pub(crate) fn end(&self, cmd: vk::CommandBuffer) {
         self.stamp(cmd, (self.current as u32 + 1) * SLOT_QUERIES - 1);
     }
 
-    pub(crate) fn has_counters(&self) -> bool {
-        !self.slots[self.current].counters.is_empty()
+    /// True if the frame has timed a pass.
+    pub(crate) fn is_used(&self) -> bool {
+        self.slots[self.current].pending
     }
 }
 

@@ -5,7 +5,8 @@
 //! they rounded to the `f32` that the GPU gets, so that a scene 1e6 units from the origin keeps its
 //! precision (see [`crate::Inputs`]).
 
-use glam::{DAffine3, DMat4, DVec3, dvec3};
+use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, dvec3};
+use std::f64::consts::PI;
 
 /// Which end of the depth range the viewer is at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -22,7 +23,7 @@ pub enum DepthRange {
 pub struct CameraView {
     /// Rigid transform from the camera's own space to the world.
     pub world_from_view: DAffine3,
-    /// Projection with Vulkan's clip space: `x, y` in `[-w, w]` with **y down**, `z` in `[0, w]`.
+    /// Projection with Vulkan's clip space: `x, y` in `[-w, w]` with **y down**, `z` in `[0, w]`; or a multiple of it.
     pub clip_from_view: DMat4,
     /// How the depth buffer made with this projection is to be read.
     pub depth: DepthRange,
@@ -84,6 +85,11 @@ impl CameraView {
         self.world_from_view.translation
     }
 
+    /// What is wrong with the matrices, and the remedy.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        check_matrices(&self.world_from_view, &self.clip_from_view, self.depth)
+    }
+
     /// True for a parallel projection.
     pub fn is_orthographic(&self) -> bool {
         self.clip_from_view.row(3).truncate() == DVec3::ZERO
@@ -133,8 +139,12 @@ pub enum LightKind {
 pub struct LightView {
     /// Rigid transform from the light's own space to the world; the light shines along its `-Z`.
     pub world_from_view: DAffine3,
-    /// Projection of the shadow map, Vulkan clip space (y down), depth 0 near to 1 far.
+    /// Projection of the shadow map, Vulkan clip space (y down): in perspective for a spot light, parallel for a directional
+    /// one.
     pub clip_from_view: DMat4,
+    /// How the shadow map made with this projection is to be read. Only [`DepthRange::Standard`], 0 near to 1 far, is
+    /// supported: the other is refused.
+    pub depth: DepthRange,
     /// Kind and size.
     pub kind: LightKind,
 }
@@ -162,7 +172,7 @@ impl LightView {
             near * far * r,
             0.0,
         ]);
-        Self { world_from_view, clip_from_view, kind: LightKind::Spot { size } }
+        Self { world_from_view, clip_from_view, depth: DepthRange::Standard, kind: LightKind::Spot { size } }
     }
 
     /// A directional light over a box: half extents and planes in world units, from `world_from_view`'s origin.
@@ -186,12 +196,62 @@ impl LightView {
             near * r,
             1.0,
         ]);
-        Self { world_from_view, clip_from_view, kind: LightKind::Directional { angle } }
+        Self { world_from_view, clip_from_view, depth: DepthRange::Standard, kind: LightKind::Directional { angle } }
     }
 
     /// This view's clip space from an object's: see [`clip_from_object`].
     pub(crate) fn clip_from_object(&self, world_from_object: &DAffine3) -> DMat4 {
         clip_from_object(&self.world_from_view, self.clip_from_view, world_from_object)
+    }
+
+    /// What is wrong with the matrices, the kind or the size, and the remedy.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        check_matrices(&self.world_from_view, &self.clip_from_view, self.depth)?;
+        let m = &self.clip_from_view;
+        if self.depth == DepthRange::Reversed {
+            return Err("depth is stated as Reversed, but reversed-Z shadow maps are not supported: render the map with \
+                        depth 0 near to 1 far, as LightView::spot and LightView::directional project, clear it to 1, and \
+                        state DepthRange::Standard"
+                .into());
+        }
+        let scale = m.w_axis.w - m.z_axis.w;
+        if scale != 1.0 {
+            return Err(format!(
+                "clip_from_view is {scale} times a projection: divide it by that, so that w is the distance"
+            ));
+        }
+        if is_tilted(m) {
+            return Err(
+                "clip_from_view has a near plane that is not at right angles to the light's axis: the map's depth \
+                        must depend on the distance along the axis alone"
+                    .into(),
+            );
+        }
+        match self.kind {
+            LightKind::Spot { .. } if is_parallel(m) => {
+                return Err(
+                    "kind is Spot, but clip_from_view is a parallel projection: state LightKind::Directional, or \
+                            project in perspective (LightView::spot)"
+                        .into(),
+                );
+            }
+            LightKind::Directional { .. } if !is_parallel(m) => {
+                return Err(
+                    "kind is Directional, but clip_from_view is a perspective projection: state LightKind::Spot, or \
+                            project in parallel (LightView::directional)"
+                        .into(),
+                );
+            }
+            LightKind::Spot { size } if !(0.0..f64::INFINITY).contains(&size) => {
+                return Err(format!("the size {size} is not possible: world units, 0 for a point or more"));
+            }
+            LightKind::Directional { angle } if !(0.0..PI).contains(&angle) => {
+                return Err(format!(
+                    "the angle {angle} is not possible: radians, 0 for parallel rays up to less than pi"
+                ));
+            }
+            _ => Ok(()),
+        }
     }
 
     /// True for a directional light.
@@ -216,6 +276,79 @@ impl LightView {
             LightKind::Spot { .. } => (self.position() - p).normalize_or_zero(),
         }
     }
+}
+
+fn is_parallel(clip_from_view: &DMat4) -> bool {
+    clip_from_view.row(3).truncate() == DVec3::ZERO
+}
+
+/// True where depth depends on more than the distance along the axis: an oblique near plane.
+fn is_tilted(clip_from_view: &DMat4) -> bool {
+    clip_from_view.row(2).truncate().truncate() != DVec2::ZERO
+}
+
+/// How far the axes of a rigid transform may be from unit length and right angles: at 1e-4 a shadow moves by a tenth of a
+/// texel of a map of 1024.
+const RIGID: f64 = 1e-4;
+
+/// What is wrong with a view's matrices, and the remedy.
+fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: DepthRange) -> Result<(), String> {
+    for (name, is_finite) in
+        [("world_from_view", world_from_view.is_finite()), ("clip_from_view", clip_from_view.is_finite())]
+    {
+        if !is_finite {
+            return Err(format!("{name} has numbers that are not finite"));
+        }
+    }
+    let axes = world_from_view.matrix3;
+    if !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, RIGID) || axes.determinant() < 0.0 {
+        return Err(format!(
+            "world_from_view is not rigid: its axes {}, {}, {} must have length 1, right angles between them, and be \
+             right-handed; leave scale and mirroring out of it",
+            axes.x_axis, axes.y_axis, axes.z_axis
+        ));
+    }
+    let m = clip_from_view;
+    // The GPU gets both in single precision.
+    if m.determinant() == 0.0 || !m.as_mat4().is_finite() || !m.inverse().as_mat4().is_finite() {
+        return Err(
+            "clip_from_view has no inverse: a projection has extents other than 0, and planes near and far that \
+                    differ"
+                .into(),
+        );
+    }
+    let row = m.row(3);
+    let is_one = row.x == 0.0 && row.y == 0.0 && (row.z < 0.0 && row.w == 0.0 || row.z == 0.0 && row.w > 0.0);
+    if !is_one {
+        return Err(format!(
+            "clip_from_view has the last row {row}: it must be 0, 0, -1, 0 for a perspective along the view's own -Z, or \
+             0, 0, 0, 1 for a parallel projection"
+        ));
+    }
+    let turned = |across: f64, along: f64| across.abs() > 1e-6 * along.abs();
+    if turned(m.x_axis.y, m.x_axis.x) || turned(m.y_axis.x, m.y_axis.y) {
+        return Err("clip_from_view turns the image: put the turn into world_from_view".into());
+    }
+    if is_tilted(m) {
+        return Ok(());
+    }
+    // Of depth(d) = (z_w - z_z d) / (w_w - w_z d), d the distance along -Z, the sign of the slope.
+    let grows = m.w_axis.z * m.z_axis.w - m.z_axis.z * m.w_axis.w > 0.0;
+    if grows != (depth == DepthRange::Standard) {
+        let (is, near, far, other) =
+            if grows { ("grows", 0, 1, DepthRange::Standard) } else { ("falls", 1, 0, DepthRange::Reversed) };
+        return Err(format!(
+            "depth is stated as {depth:?}, but clip_from_view makes depth that {is} with the distance, {near} near to {far} \
+             far: state DepthRange::{other:?}, or project the other way round"
+        ));
+    }
+    let near = m.w_axis.z / (m.z_axis.z - if grows { 0.0 } else { m.z_axis.w });
+    if !is_parallel(m) && !(near > 0.0 && near.is_finite()) {
+        return Err(format!(
+            "clip_from_view has its near plane at the distance {near}: it must be in front of the view"
+        ));
+    }
+    Ok(())
 }
 
 /// A view's clip space from an object's: positions are subtracted before anything is multiplied.

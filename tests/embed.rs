@@ -5,10 +5,13 @@
 mod engine;
 #[path = "../examples/embed/gpu.rs"]
 mod gpu;
+#[path = "../examples/embed/mistakes.rs"]
+mod mistakes;
 #[path = "../examples/embed/scene.rs"]
 mod scene;
 
 use ash::vk;
+use edgeshade::timing::FrameTiming;
 use edgeshade::view::DepthRange;
 use engine::{Engine, Options, VIEWS};
 use gpu::{Gpu, Messages};
@@ -41,10 +44,28 @@ fn check_across_submissions() -> bool {
 }
 
 fn run(technique: &str, params: &[(&str, &str)], depth: DepthRange, normals: bool) {
+    let options = Options { technique, params, depth, normals, ..OPTIONS };
+    let times = draw_and_check(options);
+    check_times(technique, &times);
+}
+
+const OPTIONS: Options<'_> = Options {
+    technique: "sm",
+    params: &[],
+    extent: EXTENT,
+    depth: DepthRange::Reversed,
+    normals: false,
+    map_format: vk::Format::D32_SFLOAT,
+    throw_away: false,
+    validation: None,
+};
+
+/// Draws frames under the validation layer and checks every second picture; returns the times of all.
+fn draw_and_check(options: Options<'_>) -> Vec<FrameTiming> {
     check_across_submissions();
     let messages = Messages::default();
-    let validation = Some(messages.clone());
-    let mut engine = Engine::new(&Options { technique, params, extent: EXTENT, depth, normals, validation }).unwrap();
+    let (technique, depth) = (options.technique, options.depth);
+    let mut engine = Engine::new(&Options { validation: Some(messages.clone()), ..options }).unwrap();
     // Not every picture is read back: the barriers of the copy would stand in for missing ones between frames.
     let mut pictures = vec![];
     for frame in 0..FRAMES {
@@ -67,7 +88,10 @@ fn run(technique: &str, params: &[(&str, &str)], depth: DepthRange, normals: boo
     }
     // The comparison can fail: no other view's or frame's picture will do.
     assert!((1..pictures.len()).all(|other| pictures[0].0.check(&pictures[other].1, EXTENT).wrong > 100));
+    times
+}
 
+fn check_times(technique: &str, times: &[FrameTiming]) {
     assert_eq!(times.len(), VIEWS * FRAMES as usize, "views with times");
     for (i, time) in times.iter().enumerate() {
         let names: Vec<_> = time.passes.iter().map(|p| p.name.as_str()).collect();
@@ -99,6 +123,64 @@ fn pcf_with_standard_depth_and_normals() {
 #[test]
 fn pcf_with_reversed_depth() {
     run("pcf", &[("width", "5"), ("skip", "tiles")], DepthRange::Reversed, false);
+}
+
+const TILES: &[(&str, &str)] = &[("width", "5"), ("skip", "tiles")];
+
+/// Depths of 16 bits, drawn by the GPU itself.
+#[test]
+fn a_shadow_map_of_16_bits() {
+    for (technique, params) in [("sm", &[][..]), ("pcf", TILES)] {
+        draw_and_check(Options { technique, params, map_format: vk::Format::D16_UNORM, ..OPTIONS });
+    }
+}
+
+/// Command buffers that never run, each before the frame that the kept results are made in.
+#[test]
+fn command_buffers_that_are_thrown_away() {
+    draw_and_check(Options { technique: "pcf", params: TILES, throw_away: true, ..OPTIONS });
+}
+
+/// What the example prints for `--mistakes`: for each the input, or what else is wrong, and the remedy.
+#[test]
+fn mistakes_are_answered_with_input_and_remedy() {
+    check_across_submissions();
+    let answers = mistakes::all().unwrap();
+    let wanted: &[(&str, &[&str])] = &[
+        ("a colour image as the camera's depth", &["pcf: input depth", "R8G8B8A8_UNORM", "allowed are", "D32_SFLOAT"]),
+        ("a colour image as the shadow map", &["input shadow_map", "R8G8B8A8_UNORM", "allowed are", "D16_UNORM"]),
+        ("a multisampled depth buffer", &["input depth", "4 samples", "resolve it", "sample 0"]),
+        ("a multisampled shadow map", &["input shadow_map", "2 samples", "resolve it", "sample 0"]),
+        ("a depth buffer of another size than prepared for", &["input depth", "prepare one for each size"]),
+        ("a shadow map of another size than prepared for", &["input shadow_map", "prepare one for each size"]),
+        ("a shadow map in a layout that nothing can be read in", &["input shadow_map", "UNDEFINED", "state the one"]),
+        ("a reversed-Z shadow map, stated as such", &["input light", "not supported", "render the map", "Standard"]),
+        (
+            "a reversed-Z shadow map, stated as standard",
+            &["input light", "stated as Standard", "project the other way"],
+        ),
+        ("a standard shadow map, stated as reversed", &["input light", "stated as Reversed", "DepthRange::Standard"]),
+        ("a camera of the other depth range than stated", &["input camera", "DepthRange::Standard"]),
+        ("a directional light with a perspective projection", &["input light", "kind", "state LightKind::Spot"]),
+        ("a light matrix with a NaN", &["input light", "clip_from_view", "not finite"]),
+        ("a light matrix with an infinity", &["input light", "clip_from_view", "not finite"]),
+        ("a light matrix of zeros", &["input light", "clip_from_view", "no inverse", "extents other than 0"]),
+        ("a light matrix without inverse", &["input light", "clip_from_view", "no inverse", "extents other than 0"]),
+        ("a light that stands at NaN", &["input light", "world_from_view", "not finite"]),
+        ("a light with a scale in its transform", &["input light", "world_from_view", "leave scale"]),
+        ("a camera matrix with a NaN", &["input camera", "clip_from_view", "not finite"]),
+        ("a camera matrix of zeros", &["input camera", "clip_from_view", "no inverse", "extents other than 0"]),
+        ("a camera whose transform is zero", &["input camera", "world_from_view", "length 1"]),
+        ("a light whose size is NaN", &["input light", "size NaN", "0 for a point"]),
+        ("a light whose size is negative", &["input light", "size -1", "0 for a point"]),
+        ("casters beyond the end of their vertex buffer", &["caster mesh triangle", "first_vertex", "check"]),
+        ("a device without VK_KHR_push_descriptor", &["enable the extension VK_KHR_push_descriptor"]),
+    ];
+    assert_eq!(answers.len(), wanted.len());
+    for ((what, answer), (wanted_what, words)) in answers.iter().zip(wanted) {
+        assert_eq!(what, wanted_what);
+        assert!(words.iter().all(|w| answer.contains(w)), "{what}: {answer:?} lacks some of {words:?}");
+    }
 }
 
 /// The layer is there, checks synchronization, within a command buffer and across submissions, and is heard.

@@ -12,7 +12,7 @@ use crate::scene::{BOX, GROUND, MAP_SIZE, Moment};
 use ash::vk::{self, AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stage};
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique};
 use edgeshade::timing::{FrameTiming, Timings};
-use edgeshade::view::DepthRange;
+use edgeshade::view::{CameraView, DepthRange, LightView};
 use edgeshade::{Context, ContextDesc, Frame, Handoff, ImageRef, Inputs, NormalEncoding};
 use glam::{DAffine3, DMat4};
 
@@ -59,6 +59,10 @@ pub struct Options<'a> {
     pub depth: DepthRange,
     /// Hand octahedral normals in; without, Edgeshade derives them from the depth buffer.
     pub normals: bool,
+    /// Format of the shadow map: `D32_SFLOAT` or `D16_UNORM`.
+    pub map_format: vk::Format,
+    /// Record every third frame's visibility twice, and throw the first command buffer away.
+    pub throw_away: bool,
     /// Run under the validation layer, and where its messages go.
     pub validation: Option<Messages>,
 }
@@ -87,6 +91,8 @@ pub struct Engine {
     shadow_map: Texture,
     /// The light that the shadow map was last rendered for.
     map_version: Option<u64>,
+    throw_away: bool,
+    frame: u32,
     slots: Vec<Slot>,
     next: usize,
     scene_layout: vk::PipelineLayout,
@@ -104,19 +110,7 @@ impl Engine {
         let extent = options.extent;
 
         // Edgeshade: a context for the device, a technique for the sizes, and query pools for its pass times.
-        // SAFETY: the handles fit each other, have what `requirements` lists, and outlive the context.
-        let context = unsafe {
-            Context::new(&ContextDesc {
-                instance: &gpu.instance,
-                physical_device: gpu.physical_device,
-                device: &gpu.device,
-                features: gpu.features,
-                debug_utils: gpu.debug_utils,
-                allocator: None,
-                pipeline_cache: vk::PipelineCache::null(),
-                keep_alive: None,
-            })
-        }?;
+        let context = context(&gpu)?;
         let info = technique::find(options.technique)?;
         let setup = Setup {
             extent,
@@ -134,7 +128,7 @@ impl Engine {
         let sampled_color = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
         let (flat, array) = (vk::ImageViewType::TYPE_2D, vk::ImageViewType::TYPE_2D_ARRAY);
         let depth = gpu.texture(vk::Format::D32_SFLOAT, extent, sampled_depth, flat)?;
-        let shadow_map = gpu.texture(vk::Format::D32_SFLOAT, [MAP_SIZE; 2], sampled_depth, array)?;
+        let shadow_map = gpu.texture(options.map_format, [MAP_SIZE; 2], sampled_depth, array)?;
         let normals = if options.normals { Some(gpu.texture(NORMALS, extent, sampled_color, flat)?) } else { None };
 
         let mut slots = vec![];
@@ -161,8 +155,18 @@ impl Engine {
         let stages = [(vertex, scene), (fragment, normal)];
         let stages_used = if options.normals { &stages[..] } else { &stages[..1] };
         Ok(Self {
-            shadow_pass: gpu.pipeline(scene_layout, &stages[..1], None, Some(vk::CompareOp::LESS))?,
-            depth_pass: gpu.pipeline(scene_layout, stages_used, options.normals.then_some(NORMALS), Some(nearer))?,
+            shadow_pass: gpu.pipeline(
+                scene_layout,
+                &stages[..1],
+                None,
+                Some((options.map_format, vk::CompareOp::LESS)),
+            )?,
+            depth_pass: gpu.pipeline(
+                scene_layout,
+                stages_used,
+                options.normals.then_some(NORMALS),
+                Some((vk::Format::D32_SFLOAT, nearer)),
+            )?,
             light_pass: gpu.pipeline(light_layout, &[(vertex, fullscreen), (fragment, light)], Some(PICTURE), None)?,
             scene_layout,
             light_layout,
@@ -176,6 +180,8 @@ impl Engine {
             normals,
             shadow_map,
             map_version: None,
+            throw_away: options.throw_away,
+            frame: 0,
             slots,
             next: 0,
             gpu,
@@ -190,6 +196,15 @@ impl Engine {
         unsafe {
             let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             self.gpu.device.begin_command_buffer(cmd, &begin)?;
+            self.frame += 1;
+            if self.throw_away && self.frame % 3 == 1 {
+                // As if the window had gone meanwhile. What was recorded never runs, and Edgeshade must know.
+                for now in &views {
+                    self.draw_visibility(cmd, now)?;
+                }
+                self.shadows.reset();
+                self.gpu.device.begin_command_buffer(cmd, &begin)?;
+            }
             self.draw_shadow_map(cmd, &views[0]);
             for (i, now) in views.iter().enumerate() {
                 self.draw_depth(cmd, now);
@@ -204,6 +219,40 @@ impl Engine {
         self.slots[self.next].pending.extend(views.into_iter().filter(|_| read_back));
         self.next = (self.next + 1) % self.slots.len();
         Ok(finished)
+    }
+
+    /// What the engine says to Edgeshade in a frame.
+    pub fn told(&self, now: &Moment) -> Told {
+        let (depth, shadow_map) = (input(&self.depth, DEPTH_READ), input(&self.shadow_map, SHADOW_INPUT));
+        Told { camera: now.camera, light: now.light, depth, shadow_map }
+    }
+
+    /// Records a frame from what it was told, and throws it away. No other frame is in flight.
+    pub fn attempt(&mut self, told: &Told) -> Result<()> {
+        let inputs = Inputs {
+            camera: &told.camera,
+            depth: told.depth,
+            normal: None,
+            shadow_map: told.shadow_map,
+            light: &[told.light],
+            light_version: None,
+            casters: &[],
+        };
+        let cmd = self.slots[0].cmd;
+        // SAFETY: the command buffer records, and never runs.
+        unsafe {
+            self.gpu.device.begin_command_buffer(cmd, &vk::CommandBufferBeginInfo::default())?;
+            let mut frame = Frame::begin(&self.context, cmd, Handoff::FRAGMENT_SAMPLED, None);
+            let outcome = self.shadows.record(&mut frame, &inputs);
+            drop(frame);
+            self.gpu.device.end_command_buffer(cmd)?;
+            Ok(outcome.map(drop)?)
+        }
+    }
+
+    /// Edgeshade's context and the engine's device.
+    pub fn edgeshade(&self) -> (&Context, &Gpu) {
+        (&self.context, &self.gpu)
     }
 
     /// Edgeshade. It reads the inputs as they are, and orders all that it does itself: the engine has no barrier
@@ -307,6 +356,32 @@ impl Engine {
     }
 }
 
+/// What the engine says to Edgeshade in a frame.
+#[derive(Clone, Copy)]
+pub struct Told {
+    pub camera: CameraView,
+    pub light: LightView,
+    pub depth: ImageRef,
+    pub shadow_map: ImageRef,
+}
+
+/// Edgeshade's context for the engine's device.
+pub fn context(gpu: &Gpu) -> edgeshade::Result<Context> {
+    // SAFETY: the handles fit each other, have what `requirements` lists, and outlive the context.
+    unsafe {
+        Context::new(&ContextDesc {
+            instance: &gpu.instance,
+            physical_device: gpu.physical_device,
+            device: &gpu.device,
+            features: gpu.features,
+            debug_utils: gpu.debug_utils,
+            allocator: None,
+            pipeline_cache: vk::PipelineCache::null(),
+            keep_alive: None,
+        })
+    }
+}
+
 impl Drop for Engine {
     fn drop(&mut self) {
         // The only wait for the whole device: nothing may be destroyed while a frame is in flight.
@@ -322,6 +397,7 @@ fn input(texture: &Texture, state: State) -> ImageRef {
         format: texture.format,
         extent: texture.extent,
         layers: 1,
+        samples: vk::SampleCountFlags::TYPE_1,
         layout: state.2,
     }
 }

@@ -80,6 +80,12 @@ unsafe extern "system" fn on_message(
 impl Gpu {
     /// With `messages`, under the validation layer with synchronization validation.
     pub fn new(messages: Option<Messages>) -> Result<Self> {
+        Self::with_extensions(messages, edgeshade::requirements().extensions)
+    }
+
+    /// The same with these device extensions, which are not what Edgeshade needs.
+    pub fn with_extensions(messages: Option<Messages>, extensions: &[&CStr]) -> Result<Self> {
+        let device_extensions = extensions;
         // SAFETY of this file: plain Vulkan; every handle is made, used and destroyed by this engine.
         unsafe {
             let entry = ash::Entry::load().map_err(|e| format!("no Vulkan loader: {e}"))?;
@@ -150,7 +156,7 @@ impl Gpu {
             let mut core = needs.features;
             features.enable(&mut core, &mut v12, &mut v13);
             let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-            let extensions: Vec<_> = needs.extensions.iter().map(|e| e.as_ptr()).collect();
+            let extensions: Vec<_> = device_extensions.iter().map(|e| e.as_ptr()).collect();
             let info = vk::DeviceCreateInfo::default()
                 .queue_create_infos(&queues)
                 .enabled_extension_names(&extensions)
@@ -200,8 +206,8 @@ impl Gpu {
         usage: vk::ImageUsageFlags,
         view: vk::ImageViewType,
     ) -> Result<Texture> {
-        let depth = format == vk::Format::D32_SFLOAT;
-        let aspect = if depth { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR };
+        let is_depth = matches!(format, vk::Format::D32_SFLOAT | vk::Format::D16_UNORM);
+        let aspect = if is_depth { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR };
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(format)
@@ -317,7 +323,7 @@ impl Gpu {
         layout: vk::PipelineLayout,
         shaders: &[(vk::ShaderStageFlags, &[u8])],
         color: Option<vk::Format>,
-        depth: Option<vk::CompareOp>,
+        depth: Option<(vk::Format, vk::CompareOp)>,
     ) -> Result<vk::Pipeline> {
         unsafe {
             let mut stages = vec![];
@@ -337,7 +343,7 @@ impl Gpu {
             let depth_stencil = vk::PipelineDepthStencilStateCreateInfo::default()
                 .depth_test_enable(depth.is_some())
                 .depth_write_enable(depth.is_some())
-                .depth_compare_op(depth.unwrap_or_default());
+                .depth_compare_op(depth.map_or(vk::CompareOp::NEVER, |d| d.1));
             let colors: Vec<_> = color.into_iter().collect();
             let write =
                 [vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)];
@@ -346,7 +352,7 @@ impl Gpu {
             let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
             let mut rendering = vk::PipelineRenderingCreateInfo::default()
                 .color_attachment_formats(&colors)
-                .depth_attachment_format(depth.map_or(vk::Format::UNDEFINED, |_| vk::Format::D32_SFLOAT));
+                .depth_attachment_format(depth.map_or(vk::Format::UNDEFINED, |d| d.0));
             let info = vk::GraphicsPipelineCreateInfo::default()
                 .stages(&stages)
                 .vertex_input_state(&input)

@@ -1,11 +1,14 @@
 //! How to embed Edgeshade into an engine that knows nothing of it; see `engine.rs`.
 //!
-//! `cargo run --no-default-features --example embed -- [sm|pcf] [standard-depth] [normals] [validate]`
+//! `cargo run --no-default-features --example embed -- [sm|pcf] [standard-depth] [normals] [d16] [throw-away] [validate]`
+//! draws and checks some frames; `--mistakes` instead says everything to Edgeshade that it must refuse, and prints its answers.
 
 mod engine;
 mod gpu;
+mod mistakes;
 mod scene;
 
+use ash::vk;
 use edgeshade::view::DepthRange;
 
 const EXTENT: [u32; 2] = [640, 480];
@@ -13,7 +16,13 @@ const FRAMES: u32 = 24;
 
 fn main() -> gpu::Result<()> {
     let words: Vec<_> = std::env::args().skip(1).collect();
-    let known = ["sm", "pcf", "standard-depth", "normals", "validate"];
+    if words == ["--mistakes"] {
+        for (mistake, answer) in mistakes::all()? {
+            println!("{mistake}\n    -> {answer}");
+        }
+        return Ok(());
+    }
+    let known = ["sm", "pcf", "standard-depth", "normals", "d16", "throw-away", "validate", "--mistakes"];
     if let Some(unknown) = words.iter().find(|w| !known.contains(&w.as_str())) {
         return Err(format!("unknown argument {unknown:?}; there are: {}", known.join(", ")).into());
     }
@@ -26,6 +35,8 @@ fn main() -> gpu::Result<()> {
         extent: EXTENT,
         depth,
         normals: has("normals"),
+        map_format: if has("d16") { vk::Format::D16_UNORM } else { vk::Format::D32_SFLOAT },
+        throw_away: has("throw-away"),
         validation: has("validate").then(|| messages.clone()),
     })?;
     // Every second picture is read back and compared: most engines never do, so that no wait hides a missing barrier.

@@ -28,12 +28,60 @@ pub struct CasterMesh<'a> {
 /// A vertex buffer of the caller: positions are read from it, in place.
 #[derive(Clone, Copy, Debug)]
 pub struct VertexBuffer {
-    /// Made with `STORAGE_BUFFER`; it outlives the casters.
-    pub buffer: vk::Buffer,
-    /// Bytes of the buffer.
-    pub size: u64,
-    /// Bytes from one vertex to the next, a multiple of 4; its first three `f32` are the position.
-    pub stride: u32,
+    buffer: vk::Buffer,
+    size: u64,
+    stride: u32,
+}
+
+/// Bytes of a position.
+const POSITION: u64 = 12;
+
+impl VertexBuffer {
+    /// `size` is the bytes of the buffer, `stride` those from one vertex to the next, a multiple of 4; a vertex's first
+    /// three `f32` are its position.
+    ///
+    /// # Safety
+    /// The buffer is of the context's device, was made with `STORAGE_BUFFER` and with at least `size` bytes, and outlives
+    /// the casters and all frames that use them. What was written into it is visible to
+    /// [`Inputs::STAGE`](crate::Inputs::STAGE) and, for techniques with raster passes, to vertex shaders.
+    pub unsafe fn new(buffer: vk::Buffer, size: u64, stride: u32) -> Self {
+        Self { buffer, size, stride }
+    }
+
+    /// An error unless the shaders can read all of the meshes' vertices from it.
+    fn check(&self, meshes: &[CasterMesh<'_>], largest: u32) -> Result<()> {
+        let Self { buffer, size, stride } = *self;
+        if buffer == vk::Buffer::null() {
+            return Err(Error::Usage("the casters' vertex buffer is null".into()));
+        }
+        if stride % 4 != 0 || u64::from(stride) < POSITION {
+            let problem =
+                format!("a stride of {stride} bytes in the casters' vertex buffer: give a multiple of 4, 12 or more");
+            return Err(Error::Usage(problem));
+        }
+        if size > u64::from(largest) {
+            let problem = format!(
+                "the casters' vertex buffer has {size} bytes; a storage buffer of this device has {largest} at most: split \
+                 it, or use Vertices::Copy"
+            );
+            return Err(Error::Usage(problem));
+        }
+        for mesh in meshes.iter().filter(|m| !m.positions.is_empty()) {
+            let last = u64::from(mesh.first_vertex) + mesh.positions.len() as u64 - 1;
+            let end = last * u64::from(stride) + POSITION;
+            if end > size {
+                let problem = format!(
+                    "caster mesh {}: its {} vertices from first_vertex {} on reach up to byte {end} of a vertex buffer of \
+                     {size}: check first_vertex, stride and size",
+                    mesh.name,
+                    mesh.positions.len(),
+                    mesh.first_vertex
+                );
+                return Err(Error::Usage(problem));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Where the shaders read positions.
@@ -108,7 +156,8 @@ impl Casters {
     /// `masked` says that there are casters besides, alpha-masked, that only the shadow map knows.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an index out of range, or for more than the device's buffers hold.
+    /// [`Error::Usage`] for an index out of range, for vertices beyond the end of the caller's buffer, or for more than the
+    /// device's buffers hold.
     pub fn new(
         context: &Context,
         vertices: Vertices,
@@ -116,6 +165,9 @@ impl Casters {
         instances: &[usize],
         masked: bool,
     ) -> Result<Self> {
+        if let Vertices::Buffer(buffer) = vertices {
+            buffer.check(meshes, context.device().limits.max_storage_buffer_range)?;
+        }
         let mut upload = Upload { context, bytes: 0 };
         let mut all = Lists::default();
         let mut placed = Vec::with_capacity(meshes.len());
@@ -148,9 +200,6 @@ impl Casters {
         counts.edge_chunks = edge_chunks.len() as u32;
         let copy = match vertices {
             Vertices::Copy => Some(upload.buffer("caster positions", bytemuck::cast_slice(&all.positions))?),
-            Vertices::Buffer(v) if v.stride == 0 || v.stride % 4 != 0 => {
-                return Err(Error::Usage(format!("a stride of {} bytes: give a multiple of 4", v.stride)));
-            }
             Vertices::Buffer(_) => None,
         };
         Ok(Self {

@@ -150,8 +150,8 @@ impl Frame<'_> {
         if writes.is_empty() {
             return;
         }
-        let push = &self.context.device().push_descriptor;
+        let push = self.context.device().push_descriptor_set;
         // SAFETY: layout and writes come from one reflection; the resources outlive the execution.
-        unsafe { push.cmd_push_descriptor_set(self.cmd, point, interface.layout, 0, &writes) };
+        unsafe { push(self.cmd, point, interface.layout, 0, writes.len() as u32, writes.as_ptr()) };
     }
 }

@@ -120,6 +120,8 @@ impl<'a> Frame<'a> {
         pass: &RasterPass<'_>,
         draw: impl FnOnce(&mut Draw<'_, 'a>) -> Result<()>,
     ) -> Result<()> {
+        #[cfg(test)]
+        self.fail_in_turn(pass.name)?;
         pass.check()?;
         self.wait_for_raster();
         let bound = pass.bound.iter().flat_map(|b| b.bind).filter_map(|b| b.owned());

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use ash::vk::{self, Handle};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator};
 use std::any::Any;
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Shared by [`crate::Context`] and by every object made from it; destroyed with the last of them.
@@ -18,7 +18,7 @@ pub struct Device {
     pub physical_device: vk::PhysicalDevice,
     /// The caller's device.
     pub raw: ash::Device,
-    pub(crate) push_descriptor: ash::khr::push_descriptor::Device,
+    pub(crate) push_descriptor_set: vk::PFN_vkCmdPushDescriptorSetKHR,
     pub(crate) debug_utils: Option<ash::ext::debug_utils::Device>,
     pub(crate) limits: vk::PhysicalDeviceLimits,
     pub(crate) features: DeviceFeatures,
@@ -30,15 +30,22 @@ pub struct Device {
 }
 
 impl Device {
-    pub(crate) fn new(desc: &ContextDesc<'_>, allocator: Arc<Mutex<Allocator>>) -> Self {
+    /// # Errors
+    /// [`Error::NoDevice`] where the device lacks a function that the library, or what [`ContextDesc`] says it was made
+    /// with, calls: the loader would abort the process at the first call.
+    pub(crate) fn new(desc: &ContextDesc<'_>, allocator: Arc<Mutex<Allocator>>) -> Result<Self> {
         let ContextDesc { instance, physical_device, device, .. } = *desc;
         // SAFETY: the caller of `Context::new` vouches for the handles.
+        let load = |name: &CStr| unsafe { instance.get_device_proc_addr(device.handle(), name.as_ptr()) };
+        check_functions(load, desc)?;
+        let push_descriptor_set = push_descriptor_set(load)?;
+        // SAFETY: the caller of `Context::new` vouches for the handles.
         let properties = unsafe { instance.get_physical_device_properties(physical_device) };
-        Self {
+        Ok(Self {
             instance: instance.clone(),
             physical_device,
             raw: device.clone(),
-            push_descriptor: ash::khr::push_descriptor::Device::new(instance, device),
+            push_descriptor_set,
             debug_utils: desc.debug_utils.then(|| ash::ext::debug_utils::Device::new(instance, device)),
             limits: properties.limits,
             features: desc.features,
@@ -46,7 +53,7 @@ impl Device {
             pipeline_cache: desc.pipeline_cache,
             allocator,
             _keep_alive: desc.keep_alive.clone(),
-        }
+        })
     }
 
     /// Gives a Vulkan object its debug name; does nothing where the caller enabled no `VK_EXT_debug_utils`.
@@ -89,5 +96,65 @@ impl Device {
         let sampler = unsafe { self.raw.create_sampler(info, None) }.context(format!("vkCreateSampler({name})"))?;
         self.name(sampler, name);
         Ok(sampler)
+    }
+}
+
+/// A function of Vulkan's, as `vkGetDeviceProcAddr` returns it.
+type Loaded = Option<unsafe extern "system" fn()>;
+
+/// The extension's function, or the same of Vulkan 1.4.
+fn push_descriptor_set(load: impl Fn(&CStr) -> Loaded) -> Result<vk::PFN_vkCmdPushDescriptorSetKHR> {
+    let loaded = load(c"vkCmdPushDescriptorSetKHR").or_else(|| load(c"vkCmdPushDescriptorSet"));
+    let loaded = loaded.ok_or_else(|| {
+        Error::NoDevice(
+            "the device has no vkCmdPushDescriptorSet: enable the extension VK_KHR_push_descriptor when you make it, or \
+             the feature pushDescriptor of Vulkan 1.4"
+                .into(),
+        )
+    })?;
+    // SAFETY: both names are of functions of this type.
+    Ok(unsafe { std::mem::transmute::<unsafe extern "system" fn(), vk::PFN_vkCmdPushDescriptorSetKHR>(loaded) })
+}
+
+/// An error unless the device has what the library calls beyond Vulkan 1.0.
+fn check_functions(load: impl Fn(&CStr) -> Loaded, desc: &ContextDesc<'_>) -> Result<()> {
+    let version = "make the instance with the API version 1.3 (VkApplicationInfo::apiVersion)";
+    let debug = "enable VK_EXT_debug_utils when you make the instance, or set ContextDesc::debug_utils to false";
+    let wanted = [
+        (true, c"vkCmdPipelineBarrier2", version),
+        (true, c"vkCmdWriteTimestamp2", version),
+        (desc.features.dynamic_rendering, c"vkCmdBeginRendering", version),
+        (desc.debug_utils, c"vkSetDebugUtilsObjectNameEXT", debug),
+        (desc.debug_utils, c"vkCmdBeginDebugUtilsLabelEXT", debug),
+    ];
+    match wanted.into_iter().find(|(is_called, name, _)| *is_called && load(name).is_none()) {
+        None => Ok(()),
+        Some((_, name, remedy)) => {
+            Err(Error::NoDevice(format!("the device has no {}: {remedy}", name.to_string_lossy())))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    unsafe extern "system" fn of_extension() {}
+    unsafe extern "system" fn of_core() {}
+
+    /// Names that a device has, and what is loaded.
+    fn loaded(names: &[(&CStr, unsafe extern "system" fn())]) -> Result<usize> {
+        let find = |name: &CStr| names.iter().find(|n| n.0 == name).map(|n| n.1);
+        push_descriptor_set(find).map(|f| f as usize)
+    }
+
+    #[test]
+    fn push_descriptors_come_from_the_extension_or_from_core() {
+        let khr = (c"vkCmdPushDescriptorSetKHR", of_extension as unsafe extern "system" fn());
+        let core = (c"vkCmdPushDescriptorSet", of_core as unsafe extern "system" fn());
+        assert_eq!(loaded(&[core, khr]).unwrap(), of_extension as *const () as usize);
+        assert_eq!(loaded(&[core]).unwrap(), of_core as *const () as usize);
+        let error = loaded(&[]).unwrap_err().to_string();
+        assert!(error.contains("VK_KHR_push_descriptor") && error.contains("Vulkan 1.4"), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! Images that own their memory. They live in `GENERAL`: only the hand-over to the caller leaves it.
 
-use super::Device;
+use super::{Device, Recorded};
 use crate::error::VkContext;
 use crate::inputs::ImageRef;
 use crate::{Error, Result};
@@ -8,7 +8,6 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicI32, Ordering};
 
 /// What to make an [`Image`] of.
 #[derive(Clone, Copy, Debug)]
@@ -85,9 +84,8 @@ pub struct Image {
     extent: [u32; 2],
     layers: u32,
     memory_bytes: u64,
-    /// The layout after everything recorded so far. Command buffers are submitted in the order of
-    /// their recording (part of the contract), so recording time is enough.
-    layout: AtomicI32,
+    /// The layout after everything recorded so far: `UNDEFINED` where nothing is known.
+    layout: Recorded,
 }
 
 impl Image {
@@ -130,7 +128,7 @@ impl Image {
             extent,
             layers: desc.layers,
             memory_bytes: 0,
-            layout: AtomicI32::new(vk::ImageLayout::UNDEFINED.as_raw()),
+            layout: Recorded::default(),
         };
         // SAFETY: the handle was just made.
         let requirements = unsafe { device.raw.get_image_memory_requirements(handle) };
@@ -196,6 +194,7 @@ impl Image {
             format: self.format,
             extent: self.extent,
             layers: self.layers,
+            samples: vk::SampleCountFlags::TYPE_1,
             layout: vk::ImageLayout::GENERAL,
         }
     }
@@ -231,12 +230,9 @@ impl Image {
         self.memory_bytes
     }
 
-    pub(crate) fn layout(&self) -> vk::ImageLayout {
-        vk::ImageLayout::from_raw(self.layout.load(Ordering::Relaxed))
-    }
-
-    pub(crate) fn swap_layout(&self, new: vk::ImageLayout) -> vk::ImageLayout {
-        vk::ImageLayout::from_raw(self.layout.swap(new.as_raw(), Ordering::Relaxed))
+    /// A `VkImageLayout`.
+    pub(crate) fn layout(&self) -> &Recorded {
+        &self.layout
     }
 }
 

@@ -6,6 +6,7 @@ mod image;
 mod interface;
 mod pipeline;
 mod raster_pipeline;
+mod recorded;
 mod reflect;
 mod shader_struct;
 
@@ -19,6 +20,7 @@ pub(crate) use interface::{Interface, Slot};
 pub use pipeline::ComputePipeline;
 use pipeline::check_uniform;
 pub use raster_pipeline::{Blend, DepthState, RasterPipeline, RasterState, StencilFace, StencilState};
+pub(crate) use recorded::Recorded;
 pub use reflect::{Binding, Block, Member, Reflection, ResourceAccess, ResourceKind};
 pub use shader_struct::ShaderStruct;
 pub(crate) use shader_struct::shader_struct;

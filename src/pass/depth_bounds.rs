@@ -1,6 +1,7 @@
 //! Bounds of the depths in blocks of 8, 16, 32 and 64 shadow-map texels, each around a slope of its own.
 
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::pass::kept::Kept;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
@@ -16,15 +17,12 @@ shader_struct! {
     }
 }
 
-/// The pass, its image, and which version of the shadow map the image was made from.
+/// The pass, its image, and what the image was made from.
 pub struct DepthBounds {
     pipeline: Arc<ComputePipeline>,
     blocks: Image,
-    made_from: Option<Source>,
+    kept: Kept,
 }
-
-/// Version, image and view of a shadow map: two lights may count their versions alike.
-type Source = (u64, vk::Image, vk::ImageView);
 
 impl DepthBounds {
     /// Allocates for a shadow map of the given size.
@@ -38,7 +36,7 @@ impl DepthBounds {
         Ok(Self {
             pipeline: context.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[])?,
             blocks: Image::new(context.device(), &desc)?,
-            made_from: None,
+            kept: Kept::default(),
         })
     }
 
@@ -49,11 +47,10 @@ impl DepthBounds {
 
     /// Recomputes the blocks, unless the light has not changed since.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
-        let map = &inputs.shadow_map;
-        let source = inputs.light_version.map(|version| (version, map.image, map.view));
-        if source.is_some() && self.made_from == source {
+        if self.kept.holds(inputs) {
             return Ok(());
         }
+        self.kept.make(frame, inputs);
         let [width, height] = self.blocks.extent();
         frame.dispatch(&Pass {
             name: "depth bounds",
@@ -70,8 +67,6 @@ impl DepthBounds {
                 layer: 0,
             }),
             threads: Threads::Count([width, height, 1]),
-        })?;
-        self.made_from = source;
-        Ok(())
+        })
     }
 }

@@ -1,6 +1,7 @@
 //! Hierarchical shadow map: smallest and largest depth of blocks of 2, 4, 8 ... texels, up to the whole map.
 
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::pass::kept::Kept;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
@@ -19,18 +20,15 @@ shader_struct! {
     }
 }
 
-/// The pass, its image, and which version of the shadow map the image was made from.
+/// The pass, its image, and what the image was made from.
 pub struct Hsm {
     from_map: Arc<ComputePipeline>,
     /// From the level before; none where one dispatch makes all levels.
     from_finer: Option<Arc<ComputePipeline>>,
     bounds: Image,
     levels: u32,
-    made_from: Option<Source>,
+    kept: Kept,
 }
-
-/// Version, image and view of a shadow map: two lights may count their versions alike.
-type Source = (u64, vk::Image, vk::ImageView);
 
 /// Size of level 0 for a map, and the number of levels down to a single cell. Padded to powers of two: a chain of other sizes
 /// would have cells of 3 texels, or drop a row.
@@ -53,7 +51,7 @@ impl Hsm {
             from_finer: if levels > AT_ONCE { Some(pipeline(false)?) } else { None },
             bounds: Image::new(context.device(), &desc)?,
             levels,
-            made_from: None,
+            kept: Kept::default(),
         })
     }
 
@@ -69,11 +67,11 @@ impl Hsm {
 
     /// Recomputes the levels, unless the light has not changed since.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
-        let map = &inputs.shadow_map;
-        let source = inputs.light_version.map(|version| (version, map.image, map.view));
-        if source.is_some() && self.made_from == source {
+        if self.kept.holds(inputs) {
             return Ok(());
         }
+        self.kept.make(frame, inputs);
+        let map = &inputs.shadow_map;
         for first in (0..self.levels).step_by(AT_ONCE as usize) {
             let count = AT_ONCE.min(self.levels - first);
             // What a dispatch does not write is bound all the same; reading the source is what `first` decides.
@@ -95,7 +93,6 @@ impl Hsm {
                 threads: Threads::Count([width.max(1), height.max(1), 1]),
             })?;
         }
-        self.made_from = source;
         Ok(())
     }
 }

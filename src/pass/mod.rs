@@ -10,6 +10,7 @@ pub mod edge_segments;
 pub mod edsm;
 pub mod edt;
 pub mod hsm;
+mod kept;
 pub mod map_edges;
 pub mod map_lookup;
 pub mod mean_filter;

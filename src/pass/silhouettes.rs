@@ -2,6 +2,8 @@
 
 use crate::casters::{CHUNK, Casters};
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, shader_struct};
+use crate::pass::kept::Kept;
+use crate::pass::view::map_view;
 use crate::view::{LightKind, LightView};
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
@@ -71,7 +73,7 @@ impl CasterLight {
     }
 }
 
-/// The passes with their lists. While the light stands still ([`Inputs::light_version`]), the lists are kept.
+/// The passes with their lists, which are kept while the light stands still ([`Inputs::light_version`]).
 pub struct Silhouettes {
     casters: Arc<Casters>,
     facing_bits: Arc<ComputePipeline>,
@@ -83,7 +85,9 @@ pub struct Silhouettes {
     offsets: Buffer,
     header: Buffer,
     edges: Buffer,
-    made_from: Option<(u64, Vec<bool>)>,
+    kept: Kept,
+    /// Which instances cast in the list.
+    casts: Vec<bool>,
 }
 
 impl Silhouettes {
@@ -118,7 +122,8 @@ impl Silhouettes {
             header: buffer("silhouette header", HEADER, update | vk::BufferUsageFlags::INDIRECT_BUFFER)?,
             edges: buffer("silhouette edges", u64::from(counts.edges) * EDGE, none)?,
             casters: casters.clone(),
-            made_from: None,
+            kept: Kept::default(),
+            casts: vec![],
         })
     }
 
@@ -128,19 +133,17 @@ impl Silhouettes {
     /// [`Error::Input`] unless there is a transform for each instance.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, casts: Option<&[bool]>) -> Result<bool> {
         let counts = self.casters.counts();
-        let everything = vec![true; counts.instances as usize];
-        let casts = casts.unwrap_or(&everything);
-        let source = inputs.light_version.map(|version| (version, casts.to_vec()));
-        if source.is_some() && self.made_from == source {
+        let casts = |i: usize| casts.is_none_or(|c| c[i]);
+        if self.kept.holds(inputs) && self.casts.iter().enumerate().all(|(i, &cast)| cast == casts(i)) {
             return Ok(false);
         }
-        let seen = inputs.casters.iter().zip(casts).enumerate().map(|(i, (world_from_object, &casts))| {
-            let shell = self.casters.is_shell(i, CasterLight::light(&inputs.light[0], world_from_object));
-            CasterLight {
-                casts: casts.into(),
-                shell: shell.into(),
-                ..CasterLight::new(&inputs.light[0], world_from_object)
-            }
+        self.kept.make(frame, inputs);
+        self.casts.clear();
+        self.casts.extend((0..counts.instances as usize).map(casts));
+        let light = map_view(inputs, 0);
+        let seen = inputs.casters.iter().zip(&self.casts).enumerate().map(|(i, (world_from_object, &casts))| {
+            let shell = self.casters.is_shell(i, CasterLight::light(&light, world_from_object));
+            CasterLight { casts: casts.into(), shell: shell.into(), ..CasterLight::new(&light, world_from_object) }
         });
         let seen: Vec<_> = seen.collect();
         frame.update(&self.lights, bytemuck::cast_slice(&seen));
@@ -192,7 +195,6 @@ impl Silhouettes {
             threads: Threads::Count([256, 1, 1]),
         })?;
         edges(frame, "silhouettes", &self.write)?;
-        self.made_from = source;
         Ok(true)
     }
 

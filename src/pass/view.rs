@@ -43,9 +43,35 @@ pub(super) fn depth_error(format: vk::Format, range: DepthRange) -> f32 {
     if range == DepthRange::Reversed { steps } else { -steps }
 }
 
+/// How far a shadow map's format may round a depth: half a step, and a tenth of one for the driver. Shaders allow for D32
+/// anyway: 0 there.
+fn map_rounding(format: vk::Format) -> f64 {
+    match format {
+        vk::Format::D16_UNORM | vk::Format::D16_UNORM_S8_UINT => 0.6 / 65535.0,
+        vk::Format::X8_D24_UNORM_PACK32 | vk::Format::D24_UNORM_S8_UINT => 0.6 / 16_777_215.0,
+        _ => 0.0,
+    }
+}
+
+/// A light's view as depths are compared with its map: less by what the map's format may round away, so that a surface does
+/// not shadow itself. Receivers and casters' edges go through the same view, and keep their order.
+pub(super) fn map_view(inputs: &Inputs<'_>, layer: usize) -> LightView {
+    let mut light = inputs.light[layer];
+    let rounding = map_rounding(inputs.shadow_map.format);
+    if rounding > 0.0 {
+        let m = &mut light.clip_from_view;
+        // Off the quotient z/w.
+        for column in [&mut m.x_axis, &mut m.y_axis, &mut m.z_axis, &mut m.w_axis] {
+            column.z -= rounding * column.w;
+        }
+    }
+    light
+}
+
 /// World width of a pixel, finer axis, at eye depth `z`: `[0] z + [1]`; and the largest secant of the view rays.
 fn pixel_size(camera: &CameraView, extent: [u32; 2]) -> ([f32; 2], f32) {
-    let m = &camera.clip_from_view;
+    // Of a multiple of a projection, the projection.
+    let m = &(camera.clip_from_view / (camera.clip_from_view.w_axis.w - camera.clip_from_view.z_axis.w));
     let finest =
         (2.0 / (f64::from(extent[0]) * m.x_axis.x)).abs().min((2.0 / (f64::from(extent[1]) * m.y_axis.y)).abs());
     if camera.is_orthographic() {
@@ -106,7 +132,7 @@ impl ViewConstants {
             let light_from_world: DMat3 = light.world_from_view.matrix3.transpose();
             let mut light_from_view = DMat4::from_mat3(light_from_world * camera.world_from_view.matrix3);
             light_from_view.w_axis = (light_from_world * offset).extend(1.0);
-            out.light_clip_from_view[layer] = columns(light.clip_from_view * light_from_view);
+            out.light_clip_from_view[layer] = columns(map_view(inputs, layer).clip_from_view * light_from_view);
             out.light_area[layer] = light_area(light);
             let p = &light.clip_from_view;
             (out.light_position_view[layer], out.light_depth_scale[layer]) = match light.kind {

@@ -56,8 +56,8 @@ impl SceneCasters {
             })
             .collect();
         let positions = &gpu.positions;
-        let vertices =
-            Vertices::Buffer(VertexBuffer { buffer: positions.handle(), size: positions.size(), stride: 12 });
+        // SAFETY: the buffer was made for that, filled before now, and its owner outlives the casters.
+        let vertices = Vertices::Buffer(unsafe { VertexBuffer::new(positions.handle(), positions.size(), 12) });
         let instances: Vec<_> = placed.iter().map(|p| p.0).collect();
         let casters = Arc::new(Casters::new(context, vertices, &meshes, &instances, masked)?);
         Ok(Self { casters, transforms: placed.into_iter().map(|p| p.1).collect() })

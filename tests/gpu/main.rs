@@ -8,6 +8,7 @@ mod bias;
 mod borders;
 mod branches;
 mod common;
+mod contract;
 mod edge_maps;
 mod edge_views;
 mod edsm_x;

@@ -1,0 +1,224 @@
+//! What a technique keeps from frame to frame belongs to one light and one map, and is not counted on where the commands
+//! that made it never ran.
+
+use super::every_technique;
+use crate::common::{assert_same_bits, desc, messages_of, prepare, renderer, with_gpu};
+use crate::made::{spot, still_life, sun};
+use crate::noise::visibility_of;
+use edgeshade::host::Host;
+use edgeshade::scene::{Light, Renderer, light_view};
+use edgeshade::technique::{Technique, find};
+use edgeshade::{Error, Frame, Handoff, Inputs};
+use glam::{DVec3, dvec3};
+
+const SIZE: [u32; 2] = [120, 80];
+const MAP: u32 = 160;
+/// The same for all lights.
+const VERSION: Option<u64> = Some(7);
+
+fn lights() -> [Light; 3] {
+    [
+        spot(dvec3(3.0, 7.0, 2.0), DVec3::ZERO, 0.6),
+        spot(dvec3(-4.0, 6.0, 3.0), DVec3::ZERO, 0.6),
+        sun(dvec3(1.0, 1.5, 1.5)),
+    ]
+}
+
+/// A renderer whose map and G-buffer are drawn.
+fn drawn<'h>(host: &'h Host, light: &Light) -> Renderer<'h> {
+    let mut r = renderer(host, &still_life(light.clone()), desc(SIZE, MAP));
+    let mut any = prepare(&r, "sm", &[]);
+    r.frame(any.as_mut()).unwrap();
+    r
+}
+
+fn inputs<'a>(r: &'a Renderer<'_>) -> Inputs<'a> {
+    Inputs { light_version: VERSION, ..r.inputs() }
+}
+
+#[test]
+fn two_lights_of_one_version_do_not_mix() {
+    with_gpu(|host| {
+        let renderers = lights().map(|light| drawn(host, &light));
+        let mut kept = 0;
+        for (id, settings) in every_technique() {
+            // Each light on a technique of its own, from the same casters.
+            let alone = [0, 1, 2]
+                .map(|i| visibility_of(host, prepare(&renderers[0], id, settings).as_mut(), &inputs(&renderers[i])));
+            let mut shared = prepare(&renderers[0], id, settings);
+            for i in [0, 1, 0, 2, 1, 1] {
+                let seen = visibility_of(host, shared.as_mut(), &inputs(&renderers[i]));
+                assert_same_bits(&alone[i], &seen, &format!("{id} {settings:?}, light {i}"));
+            }
+            let other = (0..seen_pixels()).filter(|&i| alone[0][i] != alone[1][i]).count();
+            assert!(other > 200, "{id} {settings:?}: the lights' pictures differ in {other} pixels only");
+            kept += 1;
+        }
+        println!("{kept} techniques and settings");
+    });
+}
+
+fn seen_pixels() -> usize {
+    (SIZE[0] * SIZE[1]) as usize
+}
+
+/// An engine that draws all its lights into one image: the handle tells nothing.
+#[test]
+fn two_lights_in_one_image_do_not_mix() {
+    with_gpu(|host| {
+        let [a, b, _] = lights();
+        let scene = still_life(a.clone());
+        let mut r = drawn(host, &a);
+        let all: Vec<_> = every_technique().collect();
+        let mut shared: Vec<_> = all.iter().map(|(id, settings)| prepare(&r, id, settings)).collect();
+        for technique in &mut shared {
+            visibility_of(host, technique.as_mut(), &inputs(&r));
+        }
+        r.set_light(&scene, light_view(&scene, &b));
+        let mut any = prepare(&r, "sm", &[]);
+        r.frame(any.as_mut()).unwrap();
+        for ((id, settings), technique) in all.iter().zip(&mut shared) {
+            let seen = visibility_of(host, technique.as_mut(), &inputs(&r));
+            let fresh = visibility_of(host, prepare(&r, id, settings).as_mut(), &inputs(&r));
+            assert_same_bits(&fresh, &seen, &format!("{id} {settings:?}"));
+        }
+    });
+}
+
+const SAMPLED: Handoff = Handoff::FRAGMENT_SAMPLED;
+
+/// Records a frame and throws the command buffer away: with the frame finished, or dropped before.
+fn throw_away(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>, finished: bool) {
+    let thrown: edgeshade::Result<()> = host.run(|cmd| {
+        // SAFETY: `cmd` is recording, and is never submitted.
+        let mut frame = unsafe { Frame::begin(host.context(), cmd, SAMPLED, None) };
+        technique.record(&mut frame, inputs)?;
+        if finished {
+            frame.finish(technique.output());
+        }
+        Err(Error::Usage("thrown away".into()))
+    });
+    assert_eq!(thrown.unwrap_err().to_string(), "thrown away");
+}
+
+/// A frame that is submitted, and leaves the output as [`SAMPLED`] says.
+fn submit(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>) {
+    host.run(|cmd| {
+        // SAFETY: `cmd` is recording and is waited for.
+        let mut frame = unsafe { Frame::begin(host.context(), cmd, SAMPLED, None) };
+        technique.record(&mut frame, inputs)?;
+        frame.finish(technique.output());
+        Ok(())
+    })
+    .unwrap();
+}
+
+#[test]
+fn a_command_buffer_that_is_thrown_away_leaves_nothing_behind() {
+    with_gpu(|host| {
+        let [a, b, _] = lights();
+        let (first, second) = (drawn(host, &a), drawn(host, &b));
+        for (id, settings) in every_technique() {
+            let fresh = visibility_of(host, prepare(&first, id, settings).as_mut(), &inputs(&second));
+            for finished in [true, false] {
+                let what = format!("{id} {settings:?}, finished: {finished}");
+                let mut technique = prepare(&first, id, settings);
+                // The very first frame, then one that follows another light's.
+                for _ in 0..2 {
+                    throw_away(host, technique.as_mut(), &inputs(&second), finished);
+                    if finished {
+                        technique.reset();
+                    }
+                    let seen = visibility_of(host, technique.as_mut(), &inputs(&second));
+                    assert_same_bits(&fresh, &seen, &what);
+                    submit(host, technique.as_mut(), &inputs(&first));
+                }
+            }
+        }
+    });
+}
+
+/// The test above can fail: whoever forgets to say so is told by the validation layer.
+#[test]
+fn without_the_reset_layouts_are_wrong() {
+    let messages = messages_of(|host| {
+        let r = drawn(host, &lights()[0]);
+        let mut technique = prepare(&r, "sm", &[]);
+        throw_away(host, technique.as_mut(), &inputs(&r), true);
+        submit(host, technique.as_mut(), &inputs(&r));
+    });
+    assert!(messages.iter().any(|m| m.contains("layout")), "{messages:?}");
+}
+
+/// An error that is found after the first passes, by the technique itself: a transform is missing.
+#[test]
+fn an_error_half_way_leaves_nothing_behind() {
+    with_gpu(|host| {
+        let r = drawn(host, &lights()[0]);
+        for (id, settings) in every_technique() {
+            if !find(id).unwrap().needs.contains(&edgeshade::Need::Casters) {
+                continue;
+            }
+            let fresh = visibility_of(host, prepare(&r, id, settings).as_mut(), &inputs(&r));
+            let mut technique = prepare(&r, id, settings);
+            let short = Inputs { casters: &r.inputs().casters[1..], ..inputs(&r) };
+            // The frame goes on, and is submitted.
+            host.run(|cmd| {
+                // SAFETY: `cmd` is recording and is waited for.
+                let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
+                let error = technique.record(&mut frame, &short).unwrap_err().to_string();
+                assert!(error.contains("casters") && error.contains("transforms"), "{error}");
+                frame.finish(technique.output());
+                Ok(())
+            })
+            .unwrap();
+            let seen = visibility_of(host, technique.as_mut(), &inputs(&r));
+            assert_same_bits(&fresh, &seen, id);
+        }
+    });
+}
+
+/// What is kept is kept: a frame of the same light has fewer passes than the first.
+#[test]
+fn the_same_light_keeps_its_results() {
+    with_gpu(|host| {
+        let r = drawn(host, &lights()[0]);
+        let mut timings = edgeshade::timing::Timings::new(host.context(), host.queue_family(), 1).unwrap();
+        for (id, settings) in every_technique() {
+            let mut technique = prepare(&r, id, settings);
+            let mut passes = || {
+                host.run(|cmd| {
+                    // SAFETY: `cmd` is recording and is waited for.
+                    let mut frame =
+                        unsafe { Frame::begin(host.context(), cmd, Handoff::default(), Some(&mut timings)) };
+                    technique.record(&mut frame, &inputs(&r))?;
+                    frame.finish(technique.output());
+                    Ok(())
+                })
+                .unwrap();
+                let frame = timings.poll().pop().unwrap();
+                frame.passes.into_iter().map(|p| p.name).collect::<Vec<_>>()
+            };
+            let (first, second) = (passes(), passes());
+            let once: Vec<_> = first.iter().filter(|name| !second.contains(name)).collect();
+            let keeps = KEEPING.contains(&id) || !settings.is_empty() && id != "rbsm";
+            assert_eq!(!once.is_empty(), keeps, "{id} {settings:?}: only in the first frame: {once:?}");
+        }
+    });
+}
+
+/// Techniques that keep something at their defaults.
+const KEEPING: &[&str] = &[
+    "pcss",
+    "rbssm",
+    "rbssm-naive",
+    "ssabss",
+    "ssrbssm",
+    "edtssm",
+    "edtssm-star",
+    "soft-auto",
+    "shadow-volumes",
+    "sssm",
+    "edsm",
+    "edsm-x",
+];
