@@ -16,6 +16,7 @@ use crate::inputs::{Handoff, ImageRef};
 use crate::timing::{Counted, Timings};
 use crate::{Error, Result};
 use ash::vk::{self, Handle};
+use std::borrow::Cow;
 use std::ffi::CString;
 
 /// How many workgroups run.
@@ -29,7 +30,7 @@ pub enum Threads<'a> {
 
 /// One compute pass.
 pub struct Pass<'a> {
-    /// Name for labels and timings.
+    /// Name for labels and timings; unique among the passes that a technique records into a frame.
     pub name: &'a str,
     /// What runs.
     pub pipeline: &'a ComputePipeline,
@@ -49,6 +50,8 @@ pub struct Frame<'a> {
     timings: Option<&'a mut Timings>,
     hazards: Hazards,
     groups: u32,
+    /// Ends the names of passes; see [`Frame::mark_passes`].
+    mark: &'static str,
     /// The stages in which this frame and those before it touch memory, as far as this frame has waited for them.
     stages: vk::PipelineStageFlags2,
 }
@@ -78,8 +81,16 @@ impl<'a> Frame<'a> {
         handoff: Handoff,
         timings: Option<&'a mut Timings>,
     ) -> Self {
-        let mut frame =
-            Self { context, cmd, handoff, timings, hazards: Hazards::default(), groups: 0, stages: OWN_STAGES };
+        let mut frame = Self {
+            context,
+            cmd,
+            handoff,
+            timings,
+            hazards: Hazards::default(),
+            groups: 0,
+            mark: "",
+            stages: OWN_STAGES,
+        };
         frame.stages |= frame.raster_stages();
         if let Some(timings) = &mut frame.timings {
             timings.begin(cmd);
@@ -235,10 +246,25 @@ impl<'a> Frame<'a> {
 
     /// Brings images of ours into `GENERAL` where they are not: at first use and after a hand-over.
     fn transition<'i>(&self, images: impl Iterator<Item = &'i Image>, stage: vk::PipelineStageFlags2) {
+        self.transition_to(vk::ImageLayout::GENERAL, images, stage);
+    }
+
+    /// Brings an image of ours into a layout for transfers. After the copy [`Self::transition`] brings it back, since
+    /// every other command finds the library's images in `GENERAL`.
+    fn transition_for_copy(&self, image: &Image, layout: vk::ImageLayout) {
+        self.transition_to(layout, [image].into_iter(), TRANSFER_USE.stage);
+    }
+
+    fn transition_to<'i>(
+        &self,
+        layout: vk::ImageLayout,
+        images: impl Iterator<Item = &'i Image>,
+        stage: vk::PipelineStageFlags2,
+    ) {
         let barriers: Vec<_> = images
-            .filter(|i| i.layout() != vk::ImageLayout::GENERAL)
+            .filter(|i| i.layout() != layout)
             .map(|i| {
-                self.image_barrier(i, vk::ImageLayout::GENERAL)
+                self.image_barrier(i, layout)
                     .src_stage_mask(self.stages | self.handoff.stage | stage)
                     .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
                     .dst_stage_mask(self.stages | stage)
@@ -268,7 +294,17 @@ impl<'a> Frame<'a> {
         unsafe { self.context.device().raw.cmd_pipeline_barrier2(self.cmd, &info) };
     }
 
+    /// Appends `mark` to the names of all passes from here to the next call: a technique that records the same passes
+    /// twice in a frame tells them apart by it.
+    pub(crate) fn mark_passes(&mut self, mark: &'static str) {
+        self.mark = mark;
+    }
+
     fn begin_pass(&mut self, name: &str) -> Option<u32> {
+        let name = &*match self.mark {
+            "" => Cow::Borrowed(name),
+            mark => Cow::Owned(format!("{name}{mark}")),
+        };
         self.begin_label(name);
         let cmd = self.cmd;
         self.timings.as_mut().and_then(|t| t.begin_pass(cmd, name))
