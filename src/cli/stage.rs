@@ -2,6 +2,7 @@
 
 use super::args::{Ground, SceneArgs, numbers, usage};
 use super::console;
+use edgeshade::error::unknown;
 use edgeshade::scene::{
     Camera, Instance, Light, LightShape, Projection, Scene, fit, load_bytes, load_scene,
     shipped::{self, Shipped},
@@ -107,7 +108,8 @@ fn load(name: &str, index: Option<usize>) -> Result<Scene> {
         return load_scene(path, index);
     }
     let names: Vec<_> = shipped::ALL.iter().map(|s| s.name).collect();
-    usage(format!("there is no scene {name:?}; give the path of a .glb or .gltf file, or one of: {}", names.join(", ")))
+    let intro = "give the path of a .glb or .gltf file, or one of";
+    usage(unknown(&format!("there is no scene {name:?}"), name, intro, &names))
 }
 
 /// The entry that `text` names: by its name, or by its number.
