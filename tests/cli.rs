@@ -586,7 +586,7 @@ fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
     let (figures, page) = run("first");
     // From the cached truths, the same to the last digit. Of the long suites in a full sweep only, as CI runs it.
     let is_full_sweep = std::env::var_os("EDGESHADE_SWEEP").is_some_and(|v| v == "full");
-    if is_full_sweep || ["accuracy", "motion"].contains(&suite) {
+    if is_full_sweep || ["edges", "penumbra"].contains(&suite) {
         assert_eq!(run("second").0, figures);
     }
     assert_eq!(figures["suite"], suite);
