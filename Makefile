@@ -3,6 +3,8 @@
 CARGO ?= cargo
 # For example --locked.
 CARGO_FLAGS ?=
+# For example -- --show-output.
+TEST_FLAGS ?=
 
 # rustup's own folder is not on the path of every shell.
 export PATH := $(PATH):$(HOME)/.cargo/bin
@@ -23,8 +25,9 @@ help: ## List these targets
 demo: setup ## Render the default scene to shadow.png and print the time of every pass
 	$(CARGO) run --release $(CARGO_FLAGS) -- render -o shadow.png
 
+# The longest tests take some of their cases, all of them with EDGESHADE_SWEEP=full.
 test: setup ## Run all tests
-	$(CARGO) test $(CARGO_FLAGS)
+	$(CARGO) test $(CARGO_FLAGS) $(TEST_FLAGS)
 
 # Checking the library runs build.rs, which compiles the shaders; the same features and profile as the tests, so that shaderc
 # itself is compiled once (5 to 10 minutes on two cores) and then kept.
@@ -46,8 +49,8 @@ doc: ## Build the documentation, of the bare library too; any warning fails
 bless: setup ## Rewrite the golden images from what is rendered now
 	EDGESHADE_BLESS=1 $(CARGO) test golden $(CARGO_FLAGS)
 
-bench: setup ## Measure all techniques
-	$(CARGO) run --release $(CARGO_FLAGS) -- bench
+bench: setup ## Measure all techniques, into results/
+	$(CARGO) run --release $(CARGO_FLAGS) -- bench -o results
 
 edt-peers: setup ## Time the distance transform against CPU libraries (the head of tools/edt_peers.py says what it needs)
 	$(CARGO) build --release $(CARGO_FLAGS)

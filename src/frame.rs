@@ -16,6 +16,7 @@ use crate::inputs::{Handoff, ImageRef};
 use crate::timing::{Counted, Timings};
 use crate::{Error, Result};
 use ash::vk::{self, Handle};
+use std::borrow::Cow;
 use std::ffi::CString;
 
 /// How many workgroups run.
@@ -29,7 +30,7 @@ pub enum Threads<'a> {
 
 /// One compute pass.
 pub struct Pass<'a> {
-    /// Name for labels and timings.
+    /// Name for labels and timings; unique among the passes that a technique records into a frame.
     pub name: &'a str,
     /// What runs.
     pub pipeline: &'a ComputePipeline,
@@ -58,6 +59,8 @@ pub struct Frame<'a> {
     /// Passes until one fails, for tests of what an error half-way leaves.
     #[cfg(test)]
     pub(crate) passes_left: Option<u32>,
+    /// Ends the names of passes; see [`Frame::mark_passes`].
+    mark: &'static str,
     /// The stages in which this frame and those before it touch memory, as far as this frame has waited for them.
     stages: vk::PipelineStageFlags2,
 }
@@ -104,6 +107,7 @@ impl<'a> Frame<'a> {
             closed: false,
             #[cfg(test)]
             passes_left: None,
+            mark: "",
             stages: OWN_STAGES,
         };
         frame.stages |= frame.raster_stages();
@@ -299,12 +303,26 @@ impl<'a> Frame<'a> {
 
     /// Brings images of ours into `GENERAL` where they are not: at first use and after a hand-over.
     fn transition<'i>(&mut self, images: impl Iterator<Item = &'i Image>, stage: vk::PipelineStageFlags2) {
-        let general = vk::ImageLayout::GENERAL;
+        self.transition_to(vk::ImageLayout::GENERAL, images, stage);
+    }
+
+    /// Brings an image of ours into a layout for transfers. After the copy [`Self::transition`] brings it back, since
+    /// every other command finds the library's images in `GENERAL`.
+    fn transition_for_copy(&mut self, image: &Image, layout: vk::ImageLayout) {
+        self.transition_to(layout, [image].into_iter(), TRANSFER_USE.stage);
+    }
+
+    fn transition_to<'i>(
+        &mut self,
+        layout: vk::ImageLayout,
+        images: impl Iterator<Item = &'i Image>,
+        stage: vk::PipelineStageFlags2,
+    ) {
         let mut barriers = vec![];
         for image in images {
-            if image.layout().get() != general.as_raw() {
+            if image.layout().get() != layout.as_raw() {
                 let barrier = self
-                    .image_barrier(image, general)
+                    .image_barrier(image, layout)
                     .src_stage_mask(self.stages | self.handoff.stage | stage)
                     .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
                     .dst_stage_mask(self.stages | stage)
@@ -335,7 +353,17 @@ impl<'a> Frame<'a> {
         unsafe { self.context.device().raw.cmd_pipeline_barrier2(self.cmd, &info) };
     }
 
+    /// Appends `mark` to the names of all passes from here to the next call: a technique that records the same passes
+    /// twice in a frame tells them apart by it.
+    pub(crate) fn mark_passes(&mut self, mark: &'static str) {
+        self.mark = mark;
+    }
+
     fn begin_pass(&mut self, name: &str) -> Option<u32> {
+        let name = &*match self.mark {
+            "" => Cow::Borrowed(name),
+            mark => Cow::Owned(format!("{name}{mark}")),
+        };
         self.begin_label(name);
         let cmd = self.cmd;
         self.timings.as_mut().and_then(|t| t.begin_pass(cmd, name))

@@ -32,6 +32,7 @@ pub mod sssm;
 pub use params::{Param, ParamKind, Params};
 
 use crate::casters::Casters;
+use crate::error::unknown;
 use crate::gpu::{Device, Image, ImageDesc, Recorded};
 use crate::{Context, Error, Frame, ImageRef, Inputs, Need, Result};
 use ash::vk;
@@ -264,7 +265,7 @@ pub const ALL: &[Info] = &[
 pub fn find(id: &str) -> Result<&'static Info> {
     ALL.iter().find(|t| t.id == id).ok_or_else(|| {
         let ids: Vec<_> = ALL.iter().map(|t| t.id).collect();
-        Error::Parameter(format!("there is no technique {id:?}; there are: {}", ids.join(", ")))
+        Error::Parameter(unknown(&format!("there is no technique {id:?}"), id, "there are", &ids))
     })
 }
 

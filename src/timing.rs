@@ -320,6 +320,12 @@ impl Timings {
         (0..passes).map(one).collect()
     }
 
+    /// Names of the passes recorded last, whether they run or not.
+    #[cfg(all(test, feature = "app"))]
+    pub(crate) fn recorded(&self) -> &[String] {
+        &self.slots[self.current].names
+    }
+
     pub(crate) fn begin(&mut self, cmd: vk::CommandBuffer) {
         self.current = (self.current + 1) % self.slots.len();
         // The last chance to read what is there: from here on the names are others.

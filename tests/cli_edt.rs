@@ -1,6 +1,8 @@
 //! `edgeshade edt`, run as a user runs it.
 #![cfg(feature = "app")]
 
+mod json_page;
+
 use edgeshade::picture::{Picture, read_exr, write_png};
 use serde_json::Value;
 use std::path::PathBuf;
@@ -73,10 +75,13 @@ fn expected(i: usize) -> (u32, u32) {
 fn distances_labels_and_figures() {
     let place = Place::new();
     let pixels = (SIZE[0] * SIZE[1]) as usize;
-    let args = ["mask.png", "-o", "d.exr", "--labels", "l.u32", "--frames", "2", "--validate", "--json", "-"];
+    // Folders are made.
+    let args = ["mask.png", "-o", "a/d.exr", "--labels", "b/c/l.u32", "--frames", "2", "--validate", "--json"];
     let figures: Value = serde_json::from_str(&place.good(&args)).unwrap();
-    let distances = read_exr(&place.path("d.exr"), SIZE, None).unwrap();
-    let labels = place.labels("l.u32");
+    json_page::check("edt", &figures);
+    assert_eq!(figures["command"].as_array().unwrap().len(), 2 + args.len());
+    let distances = read_exr(&place.path("a/d.exr"), SIZE, None).unwrap();
+    let labels = place.labels("b/c/l.u32");
     assert_eq!((labels.len(), distances.len()), (pixels, pixels));
     for i in 0..pixels {
         let (label, squared) = expected(i);
@@ -127,7 +132,13 @@ fn faults_are_named() {
     place.bad(&["mask.png", "--method", "bounded-tile", "--radius", "65"], 2, &["65", "64"]);
     place.bad(&["mask.png", "--radius", "-1"], 2, &["-1"]);
     place.bad(&["mask.png", "-o", "d.tiff"], 2, &["d.tiff", ".exr"]);
-    place.bad(&["mask.png", "-o", "no/d.exr"], 1, &["no/d.exr", "create it first"]);
+    std::fs::write(place.path("file"), "no folder").unwrap();
+    for option in ["-o", "--labels", "--json"] {
+        let file = ["file/d.exr", "file/d.json"][usize::from(option == "--json")];
+        place.bad(&["mask.png", option, file], 1, &["file"]);
+    }
+    place.bad(&["mask.png", "--method", "bounded-rwo"], 2, &["did you mean \"bounded-row\"?"]);
+    place.bad(&["mask.png", "--method", "brtue"], 2, &["did you mean \"brute\"?"]);
     place.bad(&["none.png"], 1, &["none.png"]);
     std::fs::write(place.path("text.png"), "no picture").unwrap();
     place.bad(&["text.png"], 1, &["text.png", "PNG"]);

@@ -1,10 +1,13 @@
 //! Groups of arguments that several subcommands share, and how their values are read.
 
+use super::console::is_stdout;
+use super::report;
 use clap::Args;
 use edgeshade::host::{Host, HostDesc};
 use edgeshade::scene::{CasterFaces, CasterOptions, MAX_SIZE, Masked};
 use edgeshade::{Error, Result};
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 /// Which scene, from where, under which light.
 #[derive(Args)]
@@ -65,6 +68,54 @@ impl DeviceArgs {
     pub fn open(&self) -> Result<Host> {
         Host::new(&HostDesc { device: self.device.clone(), validation: self.validate })
     }
+}
+
+/// Where a command's JSON goes.
+#[derive(Args)]
+pub struct JsonArgs {
+    /// Write everything as JSON into FILE, which ends in .json, or to standard output: for `-`, or without FILE
+    #[arg(long = "json", value_name = "FILE", num_args = 0..=1, default_missing_value = "-", value_parser = json_path)]
+    pub path: Option<PathBuf>,
+}
+
+impl JsonArgs {
+    /// The file, if one is to be written.
+    pub fn file(&self) -> Option<&Path> {
+        self.path.as_deref().filter(|p| !is_stdout(p))
+    }
+
+    /// True if standard output is for JSON.
+    pub fn takes_stdout(&self) -> bool {
+        self.path.as_deref().is_some_and(is_stdout)
+    }
+
+    /// Writes what the command has found, if it is asked for.
+    pub fn write(&self, value: &impl Serialize) -> Result<()> {
+        self.path.as_ref().map_or(Ok(()), |path| report::write(path, value))
+    }
+}
+
+/// Without FILE the option would take a scene or a technique behind it for one, and write over it.
+fn json_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    if is_json || is_stdout(&path) {
+        return Ok(path);
+    }
+    Err("the file's name must end in .json; for standard output give `-`, or --json as the last argument".into())
+}
+
+/// Makes the folder of a file that is to be written: better found impossible at once than after minutes of work.
+pub fn make_folder_of(path: &Path) -> Result<()> {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => make_folder(folder),
+        _ => Ok(()),
+    }
+}
+
+/// Makes a folder for files that are to be written.
+pub fn make_folder(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|source| Error::Io { path: folder.into(), source })
 }
 
 /// How the truth is made and kept.
@@ -147,6 +198,12 @@ pub fn usage<T>(problem: impl Into<String>) -> Result<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn json_goes_to_a_json_file_or_to_standard_output() {
+        assert!(["-", "a.json", "out/b.JSON"].iter().all(|good| json_path(good).is_ok()));
+        assert!(["", "jenga", "pcf", "model.glb", "json"].iter().all(|bad| json_path(bad).is_err()));
+    }
 
     #[test]
     fn values_are_read_or_refused() {

@@ -14,13 +14,15 @@ mod soft;
 mod soft_cost;
 mod tilted;
 
-use super::args::{self, DeviceArgs, usage};
-use super::progress::Progress;
+use super::args::{self, DeviceArgs, JsonArgs, usage};
+use super::console::Console;
+use super::progress::{Progress, duration};
 use super::report::{self, BenchRow};
 use super::stage::Stage;
 use super::stats::{self, Span};
 use super::techniques::Choice;
 use super::{Outcome, close, console};
+use edgeshade::error::unknown;
 use edgeshade::host::Host;
 use edgeshade::picture::write_atomic;
 use edgeshade::scene::{RenderDesc, Renderer, shipped};
@@ -28,9 +30,14 @@ use edgeshade::table::number;
 use edgeshade::technique::{self, Kind, Technique};
 use edgeshade::timing::FrameTiming;
 use edgeshade::{Error, Result};
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 #[derive(clap::Args)]
 #[command(after_help = help())]
@@ -38,8 +45,11 @@ pub struct Args {
     /// The suite, or `all`
     #[arg(long, value_name = "NAME", default_value = "all")]
     suite: String,
+    /// List the suites and measure nothing
+    #[arg(long)]
+    list: bool,
     /// Folder for the results; made if need be
-    #[arg(short, long, value_name = "DIR", default_value = "results")]
+    #[arg(short, long, value_name = "DIR", default_value = "edgeshade-bench")]
     output: PathBuf,
     /// Frames to measure of each variant
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -51,7 +61,37 @@ pub struct Args {
     #[arg(long)]
     quick: bool,
     #[command(flatten)]
+    json: JsonArgs,
+    #[command(flatten)]
     device: DeviceArgs,
+    /// What the suites have found so far, for `--json`.
+    #[arg(skip)]
+    found: RefCell<Vec<Value>>,
+}
+
+impl Args {
+    /// Writes a suite's figures into its file, and keeps them for `--json`.
+    fn write(&self, path: &Path, figures: &impl Serialize) -> Result<()> {
+        if self.json.path.is_some() {
+            let figures =
+                serde_json::to_value(figures).map_err(|e| Error::Io { path: path.into(), source: e.into() })?;
+            self.found.borrow_mut().push(figures);
+        }
+        report::write(path, figures)
+    }
+
+    /// Prints text for people.
+    fn say(&self, text: impl Display) -> Result<()> {
+        Console::new(&self.json).say(text)
+    }
+}
+
+/// What `bench --json` writes.
+#[derive(Serialize)]
+struct All<'a> {
+    version: &'static str,
+    command: Vec<String>,
+    suites: &'a [Value],
 }
 
 /// One row of the results.
@@ -89,7 +129,7 @@ struct Suite {
     conclusions: fn(&report::Bench, &[Variant]) -> String,
 }
 
-const SUITES: [Suite; 6] = [
+static SUITES: [Suite; 6] = [
     Suite {
         name: "techniques",
         about: "every real-time technique on every shipped scene",
@@ -139,55 +179,92 @@ const SIZE: [u32; 2] = [1280, 720];
 struct Custom {
     name: &'static str,
     about: &'static str,
+    /// Pixels that its frames have in all.
+    pixels: fn(&Args) -> Result<u64>,
     run: fn(&Args, &Host) -> Result<()>,
 }
 
-const CUSTOM: &[Custom] = &[
+static CUSTOM: &[Custom] = &[
     Custom {
         name: "accuracy",
         about: "error against the truth over scenes and map sizes, with a plot",
+        pixels: accuracy::pixels,
         run: accuracy::run,
     },
     Custom {
         name: "edges",
         about: "error of hard shadows from the casters' edges over scenes and map sizes, with a plot",
+        pixels: edges::pixels,
         run: edges::run,
     },
     Custom {
         name: "edges-cost",
         about: "GPU time, primitives and memory of hard shadows, casters standing and moving",
+        pixels: edges_cost::pixels,
         run: edges_cost::run,
     },
-    Custom { name: "slopes", about: "false shadow and boundary error over the receiver's tilt", run: slopes::run },
-    Custom { name: "motion", about: "change and flicker as light and camera move by sub-texels", run: motion::run },
+    Custom {
+        name: "slopes",
+        about: "false shadow and boundary error over the receiver's tilt",
+        pixels: slopes::pixels,
+        run: slopes::run,
+    },
+    Custom {
+        name: "motion",
+        about: "change and flicker as light and camera move by sub-texels",
+        pixels: motion::pixels,
+        run: motion::run,
+    },
     Custom {
         name: "penumbra",
         about: "error against penumbrae of the same width over scenes and map sizes, with a plot",
+        pixels: penumbra::pixels,
         run: penumbra::run,
     },
     Custom {
         name: "soft",
         about: "error and GPU time of soft shadows over scenes, maps and light sizes, with a plot",
+        pixels: soft::pixels,
         run: soft::run,
     },
-    Custom { name: "shapes", about: "visibility functions on analytic shapes, with a picture (CPU)", run: shapes::run },
+    Custom {
+        name: "shapes",
+        about: "visibility functions on analytic shapes, with a picture (CPU)",
+        pixels: shapes::pixels,
+        run: shapes::run,
+    },
 ];
 
+/// Name and purpose of every suite.
+fn suites() -> impl Iterator<Item = (&'static str, &'static str)> {
+    SUITES.iter().map(|s| (s.name, s.about)).chain(CUSTOM.iter().map(|s| (s.name, s.about)))
+}
+
+/// A line for every suite.
+fn listed() -> String {
+    suites().map(|(name, about)| console::wrap(&format!("  {name:<15} {about}"), 18)).collect()
+}
+
 fn help() -> String {
-    let suites = SUITES.iter().map(|s| (s.name, s.about)).chain(CUSTOM.iter().map(|s| (s.name, s.about)));
-    let suites: String = suites.map(|(name, about)| format!("  {name:<15} {about}\n")).collect();
     format!(
         "Suites:
-{suites}
+{}
 Examples:
-  edgeshade bench                    everything, into results/
+  edgeshade bench                    everything, into edgeshade-bench/ in the
+                                     working folder
+  edgeshade bench --list             the suites
   edgeshade bench --suite pcf --frames 40 -o out
   edgeshade bench --suite accuracy --quick -o out
                                      a first look, in seconds
 
 A suite of timed variants becomes <suite>-<device>.json and .md. Within a
 group of variants a frame of each is drawn in turn; times are medians over the
-frames, ratios medians over the turns."
+frames, ratios medians over the turns.
+
+Before it starts, bench says what it will do and about how long that takes, from
+one frame of pcf; after every suite it says how much is left, from what the
+suites before have taken.",
+        listed()
     )
 }
 
@@ -275,46 +352,149 @@ fn revectorization() -> Result<Vec<Variant>> {
     Ok(variants)
 }
 
-/// Runs it.
-pub fn run(args: &Args) -> Outcome {
-    let is_wanted = |name: &str| args.suite == "all" || args.suite == name;
-    let wanted: Vec<_> = SUITES.iter().filter(|s| is_wanted(s.name)).collect();
-    let wanted_custom: Vec<_> = CUSTOM.iter().filter(|s| is_wanted(s.name)).collect();
-    if wanted.is_empty() && wanted_custom.is_empty() {
-        let names: Vec<_> = SUITES.iter().map(|s| s.name).chain(CUSTOM.iter().map(|s| s.name)).collect();
-        usage(format!("there is no suite {:?}; there are: {}, all", args.suite, names.join(", ")))?;
+/// What is to be measured.
+enum Job {
+    Timed(&'static Suite, Vec<Variant>),
+    Custom(&'static Custom),
+}
+
+impl Job {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Timed(suite, _) => suite.name,
+            Self::Custom(suite) => suite.name,
+        }
     }
-    std::fs::create_dir_all(&args.output).map_err(|source| Error::Io { path: args.output.clone(), source })?;
-    let host = args.device.open()?;
-    for suite in wanted {
+
+    fn about(&self) -> &'static str {
+        match self {
+            Self::Timed(suite, _) => suite.about,
+            Self::Custom(suite) => suite.about,
+        }
+    }
+
+    /// Pixels that its frames have in all: what the time is estimated from.
+    fn pixels(&self, args: &Args) -> Result<u64> {
+        match self {
+            Self::Timed(_, variants) => Ok(pixels(args.size.unwrap_or(SIZE), variants.len(), args.frames + 1)),
+            Self::Custom(suite) => (suite.pixels)(args),
+        }
+    }
+
+    fn run(&self, args: &Args, host: &Host) -> Result<()> {
+        match self {
+            Self::Timed(suite, variants) => run_timed(args, suite, variants, host),
+            Self::Custom(suite) => (suite.run)(args, host),
+        }
+    }
+}
+
+/// Pixels of so many variants of so many frames each.
+fn pixels(size: [u32; 2], variants: usize, frames: u32) -> u64 {
+    u64::from(size[0]) * u64::from(size[1]) * variants as u64 * u64::from(frames)
+}
+
+/// The wanted suites, in the order of the list.
+fn jobs(args: &Args) -> Result<Vec<Job>> {
+    let is_wanted = |name: &str| args.suite == "all" || args.suite == name;
+    let mut jobs = vec![];
+    for suite in SUITES.iter().filter(|s| is_wanted(s.name)) {
         let mut variants = (suite.variants)()?;
         if args.quick {
             variants.retain(|v| v.scene.name == shipped::DEFAULT);
         }
-        let frames = measure(args, suite.name, &variants, &host)?;
-        let results = variants.iter().zip(&frames).map(|(v, (times, memory))| {
-            let first = variants.iter().position(|other| other.group == v.group).map(|i| &frames[i].0);
-            row(v, times, first.unwrap_or(times), *memory)
-        });
-        let figures = report::Bench {
-            suite: suite.name,
-            origin: report::Origin::new(host.info()),
-            size: args.size.unwrap_or(SIZE),
-            frames: args.frames,
-            results: results.collect(),
-        };
-        let stem = format!("{}-{}", suite.name, slug(&host.info().name));
-        let markdown = markdown(&figures, &variants) + &(suite.conclusions)(&figures, &variants);
-        let json_path = args.output.join(format!("{stem}.json"));
-        report::write(&json_path, &figures)?;
-        write_atomic(&json_path.with_file_name(format!("{stem}.md")), markdown.as_bytes())?;
-        console::print(format_args!("{markdown}\nwrote {} and .md\n", shown(&json_path)))?;
+        jobs.push(Job::Timed(suite, variants));
     }
-    for suite in wanted_custom {
-        console::note(format_args!("suite {}: {}", suite.name, suite.about));
-        (suite.run)(args, &host)?;
+    jobs.extend(CUSTOM.iter().filter(|s| is_wanted(s.name)).map(Job::Custom));
+    if jobs.is_empty() {
+        let names: Vec<_> = suites().map(|(name, _)| name).chain(["all"]).collect();
+        let problem = format!("there is no suite {:?}", args.suite);
+        return usage(unknown(&problem, &args.suite, "there are", &names));
     }
+    Ok(jobs)
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Outcome {
+    if args.list {
+        let suites: Vec<_> = suites().map(|(name, about)| json!({ "name": name, "about": about })).collect();
+        args.json.write(&json!({ "command": report::command(), "suites": suites }))?;
+        return if args.json.takes_stdout() { Ok(()) } else { Ok(console::print(listed())?) };
+    }
+    let jobs = jobs(args)?;
+    args::make_folder(&args.output)?;
+    args.json.file().map_or(Ok(()), args::make_folder_of)?;
+    let host = args.device.open()?;
+    run_all(args, &jobs, &host)?;
+    let found = args.found.borrow();
+    args.json.write(&All { version: env!("CARGO_PKG_VERSION"), command: report::command(), suites: &found })?;
+    drop(found);
     close(host)
+}
+
+/// Runs the suites one after the other, and says what comes, how far it is and how long the rest will take.
+fn run_all(args: &Args, jobs: &[Job], host: &Host) -> Result<()> {
+    let work = jobs.iter().map(|job| job.pixels(args)).collect::<Result<Vec<_>>>()?;
+    let total: u64 = work.iter().sum();
+    let count = format!("{} suite{}", jobs.len(), if jobs.len() == 1 { "" } else { "s" });
+    let first = Duration::from_secs_f64(total as f64 * pixel_seconds(host)?);
+    console::note(format_args!(
+        "{count} on {}, into {}: about {}, judged by one frame of pcf; truths that are not kept from an earlier run, and \
+         slow techniques, come on top",
+        host.info().name,
+        shown(&args.output),
+        duration(first)
+    ));
+    let started = Instant::now();
+    let mut done = 0;
+    for (i, (job, pixels)) in jobs.iter().zip(&work).enumerate() {
+        let left = match done {
+            0 => String::new(),
+            _ => {
+                let left = started.elapsed().mul_f64((total - done) as f64 / done as f64);
+                format!("; {} so far, about {} to go", duration(started.elapsed()), duration(left))
+            }
+        };
+        console::note(format_args!("suite {} of {}, {}: {}{left}", i + 1, jobs.len(), job.name(), job.about()));
+        job.run(args, host)?;
+        done += pixels;
+    }
+    console::note(format_args!("{count} took {}", duration(started.elapsed())));
+    Ok(())
+}
+
+/// Seconds that a pixel of a frame takes, judged by `pcf` in a small picture of the default scene.
+fn pixel_seconds(host: &Host) -> Result<f64> {
+    let size = [320, 180];
+    let stage = Stage::shipped(default_scene()?, size)?;
+    let desc = RenderDesc { size, ..RenderDesc::default() };
+    let mut renderer = Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)?;
+    let mut technique = renderer.prepare("pcf", &Choice::new("pcf", &[])?.params)?;
+    renderer.frame(technique.as_mut())?;
+    let started = Instant::now();
+    renderer.frame(technique.as_mut())?;
+    Ok(started.elapsed().as_secs_f64() / pixels(size, 1, 1) as f64)
+}
+
+fn run_timed(args: &Args, suite: &Suite, variants: &[Variant], host: &Host) -> Result<()> {
+    let frames = measure(args, suite.name, variants, host)?;
+    let results = variants.iter().zip(&frames).map(|(v, (times, memory))| {
+        let first = variants.iter().position(|other| other.group == v.group).map(|i| &frames[i].0);
+        row(v, times, first.unwrap_or(times), *memory)
+    });
+    let figures = report::Bench {
+        suite: suite.name,
+        origin: report::Origin::new(host.info()),
+        size: args.size.unwrap_or(SIZE),
+        frames: args.frames,
+        results: results.collect(),
+    };
+    let stem = format!("{}-{}", suite.name, slug(&host.info().name));
+    let markdown = markdown(&figures, variants) + &(suite.conclusions)(&figures, variants);
+    let json_path = args.output.join(format!("{stem}.json"));
+    args.write(&json_path, &figures)?;
+    write_atomic(&json_path.with_file_name(format!("{stem}.md")), markdown.as_bytes())?;
+    args.say(format_args!("{markdown}\nwrote {} and .md\n", shown(&json_path)))
 }
 
 fn shown(path: &Path) -> String {
@@ -406,7 +586,7 @@ fn row(v: &Variant, frames: &[FrameTiming], first: &[FrameTiming], memory_bytes:
 
 fn markdown(figures: &report::Bench, variants: &[Variant]) -> String {
     let [w, h] = figures.size;
-    let report::Origin { device, driver, version } = &figures.origin;
+    let report::Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `{}`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, {} frames a variant, drawn in turns.\n\n\
          GPU milliseconds, median (range). `technique` is its own passes; `ratio` is against the first row of the group, and `adds` \
@@ -465,7 +645,7 @@ mod tests {
 
     #[test]
     fn every_suite_can_be_made_and_groups_have_several_members() {
-        for suite in SUITES {
+        for suite in &SUITES {
             let variants = (suite.variants)().unwrap();
             for v in &variants {
                 assert!(variants.iter().filter(|o| o.group == v.group).count() > 1, "{}: {}", suite.name, v.group);

@@ -1,6 +1,6 @@
 //! `edgeshade compare`.
 
-use super::args::{self, DeviceArgs, SceneArgs, TruthArgs, usage};
+use super::args::{self, DeviceArgs, JsonArgs, SceneArgs, TruthArgs, make_folder, make_folder_of, usage};
 use super::console::{self, Console};
 use super::progress::Progress;
 use super::report::{self, CompareRow, Reference};
@@ -74,9 +74,8 @@ pub struct Args {
     /// Folder for table.txt, sheet.png and results.json; made if need be
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Write all figures as JSON; `-` for standard output
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonArgs,
     #[command(flatten)]
     truth: TruthArgs,
     #[command(flatten)]
@@ -105,7 +104,7 @@ struct Judged {
 
 /// Runs it.
 pub fn run(args: &Args) -> Outcome {
-    let console = Console::new(args.json.as_deref());
+    let console = Console::new(&args.json);
     let choices = techniques::parse(&args.techniques, args.truth.samples)?;
     reference_choice(args)?;
     let rows = row_count(args, &choices);
@@ -113,11 +112,9 @@ pub fn run(args: &Args) -> Outcome {
         Err(Error::Usage(format!("{rows} rows are too many for a contact sheet; {} fit", sheet::MAX_ROWS - 1)))?;
     }
     if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Io { path: folder.clone(), source })?;
+        make_folder(folder)?;
     }
-    if let Some(path) = args.json.as_ref().filter(|p| !console::is_stdout(p)) {
-        super::render::check_folder(path)?;
-    }
+    args.json.file().map_or(Ok(()), make_folder_of)?;
     let stage = Stage::load(&args.scene, args.scene.size)?;
     let host = args.device.open()?;
     console.say(format_args!("{} ({})", host.info().name, host.info().driver))?;
@@ -149,9 +146,7 @@ pub fn run(args: &Args) -> Outcome {
         report::write(&folder.join("results.json"), &figures)?;
         console.say(format_args!("wrote table.txt, sheet.png and results.json into {}", folder.display()))?;
     }
-    if let Some(path) = &args.json {
-        report::write(path, &figures)?;
-    }
+    args.json.write(&figures)?;
     close(host)
 }
 

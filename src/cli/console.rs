@@ -1,5 +1,6 @@
 //! Standard output and error. A reader that has gone away (`| head`) is no fault; a full disk is.
 
+use super::args::JsonArgs;
 use edgeshade::{Error, Result};
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
@@ -11,9 +12,9 @@ pub struct Console {
 }
 
 impl Console {
-    /// `json` is the argument of `--json`.
-    pub fn new(json: Option<&Path>) -> Self {
-        Self { to_stderr: json.is_some_and(is_stdout) }
+    /// For a command with that `--json`.
+    pub fn new(json: &JsonArgs) -> Self {
+        Self { to_stderr: json.takes_stdout() }
     }
 
     /// Prints a line, or what already ends in one.
@@ -56,4 +57,43 @@ pub fn complain(text: impl Display) {
 /// True where a progress bar makes sense.
 pub fn is_terminal() -> bool {
     io::stderr().is_terminal()
+}
+
+/// Columns that a page of text takes at most.
+const COLUMNS: usize = 80;
+
+/// Text in lines of at most 80 columns, broken at blanks; `hang` blanks stand before every line but the first. A word that
+/// is longer than a line has a line for itself.
+pub fn wrap(text: &str, hang: usize) -> String {
+    let (mut page, mut column) = (String::new(), 0);
+    for (i, word) in text.split(' ').enumerate() {
+        let length = word.chars().count();
+        if i > 0 && column + 1 + length > COLUMNS {
+            page.truncate(page.trim_end_matches(' ').len());
+            page += &format!("\n{:hang$}{word}", "");
+            column = hang + length;
+        } else {
+            page += if i > 0 { " " } else { "" };
+            page += word;
+            column += usize::from(i > 0) + length;
+        }
+    }
+    page + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_broken_at_blanks() {
+        assert_eq!(wrap("  a b", 4), "  a b\n");
+        let words = ["word"; 40].join(" ");
+        let page = wrap(&words, 3);
+        assert!(page.lines().count() == 3 && page.lines().all(|l| l.chars().count() <= COLUMNS), "{page}");
+        assert!(page.lines().skip(1).all(|l| l.starts_with("   w")), "{page}");
+        assert_eq!(page.split_whitespace().collect::<Vec<_>>().join(" "), words);
+        let long = "x".repeat(100);
+        assert_eq!(wrap(&format!("a {long} b"), 2), format!("a\n  {long}\n  b\n"));
+    }
 }

@@ -1,8 +1,10 @@
 //! `edgeshade devices`.
 
+use super::args::JsonArgs;
+use super::console::wrap;
 use super::{Outcome, console, report};
-use edgeshade::host;
-use edgeshade::table::Table;
+use edgeshade::host::{self, DeviceInfo};
+use serde_json::json;
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
@@ -10,24 +12,24 @@ use edgeshade::table::Table;
   edgeshade render --device 1        takes the device with that number;
                                      a part of its name does, too")]
 pub struct Args {
-    /// Write JSON to standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 /// Runs it.
 pub fn run(args: &Args) -> Outcome {
     let devices = host::devices()?;
-    if args.json {
-        return Ok(console::print(report::text(&devices)?)?);
+    args.json.write(&json!({ "command": report::command(), "devices": devices }))?;
+    if args.json.takes_stdout() {
+        return Ok(());
     }
     if devices.is_empty() {
         return Ok(console::print("No Vulkan device was found.\n")?);
     }
-    let mut table = Table::new(["", "device", "kind", "driver", "vulkan", "fit"]);
-    for (i, d) in devices.iter().enumerate() {
-        let fit = if d.missing.is_empty() { "yes".into() } else { format!("no, lacks {}", d.missing.join(", ")) };
-        table.row([&i.to_string(), &d.name, d.kind, &d.driver, &d.vulkan, &fit]);
-    }
-    Ok(console::print(table)?)
+    let device = |(i, d): (usize, &DeviceInfo)| {
+        let fit = if d.missing.is_empty() { "fit".into() } else { format!("unfit, lacks {}", d.missing.join(", ")) };
+        let about = format!("   {}, driver {}, Vulkan {}: {fit}", d.kind, d.driver, d.vulkan);
+        wrap(&format!("{i}: {}", d.name), 3) + &wrap(&about, 3)
+    };
+    Ok(console::print(devices.iter().enumerate().map(device).collect::<String>())?)
 }

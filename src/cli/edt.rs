@@ -1,11 +1,11 @@
 //! `edgeshade edt`.
 
-use super::args::DeviceArgs;
+use super::args::{DeviceArgs, JsonArgs, make_folder_of};
 use super::console::{self, Console};
-use super::render::check_folder;
-use super::report::{self, Origin};
+use super::report::Origin;
 use super::stats::{self, PassStats};
 use super::{Outcome, close, view};
+use edgeshade::error::unknown;
 use edgeshade::host::Host;
 use edgeshade::pass::edt::{Edt, EdtConfig, EdtMethod, MAX_SIDE, NO_SEED};
 use edgeshade::picture::{NOT_JUDGED, Picture, PngMask, read_png_mask, write_atomic, write_exr, write_png};
@@ -65,9 +65,8 @@ pub struct Args {
     /// Frames to measure
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Write all figures as JSON; `-` for standard output
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonArgs,
     #[command(flatten)]
     device: DeviceArgs,
 }
@@ -91,7 +90,11 @@ impl fmt::Display for Method {
 fn method(text: &str) -> Result<Method, String> {
     match text {
         "brute" => Ok(Method::Brute),
-        _ => text.parse().map(Method::Gpu).map_err(|e: Error| format!("{e}, brute")),
+        _ => text.parse().map(Method::Gpu).map_err(|_: Error| {
+            let names = EdtMethod::ALL.map(|m| m.to_string());
+            let names: Vec<_> = names.iter().map(String::as_str).chain(["brute"]).collect();
+            unknown(&format!("there is no method {text:?}"), text, "there are", &names)
+        }),
     }
 }
 
@@ -124,12 +127,12 @@ struct Done {
 
 /// Runs it.
 pub fn run(args: &Args) -> Outcome {
-    let console = Console::new(args.json.as_deref());
-    for path in [&args.output, &args.labels, &args.json].into_iter().flatten().filter(|p| !console::is_stdout(p)) {
-        check_folder(path)?;
-    }
+    let console = Console::new(&args.json);
     let exr = args.output.as_deref().map(view::is_exr).transpose()?;
     let PngMask { size, seeds, brightest } = read_png_mask(&args.mask, MAX_SIDE, args.threshold)?;
+    for path in [args.output.as_deref(), args.labels.as_deref(), args.json.file()].into_iter().flatten() {
+        make_folder_of(path)?;
+    }
     let mask = Mask { size: size.map(|n| n as usize), seeds };
     if brightest > 0.0 && !mask.seeds.contains(&true) {
         console::note(format_args!(
@@ -186,9 +189,7 @@ pub fn run(args: &Args) -> Outcome {
     for path in [&args.output, &args.labels].into_iter().flatten() {
         console.say(format_args!("wrote {}", path.display()))?;
     }
-    if let Some(path) = &args.json {
-        report::write(path, &figures)?;
-    }
+    args.json.write(&figures)?;
     close(host)
 }
 

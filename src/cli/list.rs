@@ -1,8 +1,11 @@
 //! `edgeshade list`.
 
+use super::args::JsonArgs;
+use super::console::wrap;
 use super::{Outcome, console, report};
 use edgeshade::table::Table;
 use edgeshade::technique::{ALL, Info, Kind, find};
+use serde_json::json;
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
@@ -13,21 +16,21 @@ pub struct Args {
     /// A technique to explain in detail
     #[arg(value_name = "ID")]
     technique: Option<String>,
-    /// Write JSON to standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 /// Runs it.
 pub fn run(args: &Args) -> Outcome {
     let one = args.technique.as_deref().map(find).transpose()?;
-    if args.json {
-        let json = |info: &Info| report::technique(info, kind(info));
-        let text = match one {
-            Some(info) => report::text(&json(info)),
-            None => report::text(&ALL.iter().map(json).collect::<Vec<_>>()),
-        };
-        console::print(text?)?;
+    let json = |info: &Info| report::technique(info, kind(info));
+    let mut found = match one {
+        Some(info) => json(info),
+        None => json!({ "techniques": ALL.iter().map(json).collect::<Vec<_>>() }),
+    };
+    found["command"] = json!(report::command());
+    args.json.write(&found)?;
+    if args.json.takes_stdout() {
         return Ok(());
     }
     Ok(console::print(one.map_or_else(all, detail))?)
@@ -41,23 +44,34 @@ fn kind(info: &Info) -> &'static str {
 }
 
 fn all() -> String {
-    let mut table = Table::new(["id", "technique", "kind", "parameters"]);
-    for info in ALL {
-        let names: Vec<_> = info.params.iter().map(|p| p.name).collect();
-        table.row([info.id, info.title, kind(info), &names.join(" ")]);
-    }
-    format!("{table}\n`edgeshade list ID` explains one of them.\n")
+    let table = |wanted: &str| {
+        let mut table = Table::new(["id", wanted]);
+        for info in ALL.iter().filter(|info| kind(info) == wanted) {
+            table.row([info.id, info.title]);
+        }
+        table
+    };
+    format!(
+        "{}\n{}\nReferences are made from the scene itself, to compare with.\n\
+         `edgeshade list ID` explains a technique and its parameters.\n",
+        table("real-time"),
+        table("reference")
+    )
 }
 
 fn detail(info: &Info) -> String {
     let Info { id, title, paper, summary, .. } = info;
-    let mut text = format!("{id}: {title} ({paper}), {}\n{summary}\n", kind(info));
+    let mut text = wrap(&format!("{id}: {title} ({paper}), {}", kind(info)), 2) + &wrap(summary, 0);
     for need in info.needs {
-        text += &format!("  needs {}\n", need.text());
+        text += &wrap(&format!("  needs {}", need.text()), 4);
     }
     for p in info.params {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-        text += &format!("\n  {}={}    {}{unit}\n      {}\n", p.name, p.show(p.default), p.range(), p.help);
+        // Blanks let a line end between two words.
+        let range = p.range().replace('|', " | ");
+        text += "\n";
+        text += &wrap(&format!("  {}={}    {range}{unit}", p.name, p.show(p.default)), 6);
+        text += &wrap(&format!("      {}", p.help), 6);
     }
     text
 }

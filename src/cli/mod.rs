@@ -37,6 +37,7 @@ use std::time::Instant;
   edgeshade list pcf                 what can be set on a technique
 
 Every subcommand explains itself: edgeshade render --help.
+What JSON files hold, and in which units: docs/json.md, beside the README.
 Exit status: 0 fine, 1 the work failed, 2 wrong usage."
 )]
 struct Cli {

@@ -1,8 +1,11 @@
 //! Progress of long work: a bar on a terminal, a few plain lines elsewhere.
 
 use super::console;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Plain lines come only from work that takes longer than this.
@@ -43,7 +46,8 @@ impl Progress {
             && self.started.elapsed() > PATIENCE
             && self.quarters.fetch_max(quarter, Ordering::Relaxed) < quarter
         {
-            console::note(format_args!("{}: {} %", self.what, 25 * quarter));
+            let left = self.started.elapsed().mul_f64((total - done) as f64 / done as f64);
+            console::note(format_args!("{}: {} %, {} left", self.what, 25 * quarter, duration(left)));
         }
     }
 }
@@ -53,5 +57,77 @@ impl Drop for Progress {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// Seconds, minutes or hours, as exact as an estimate can be.
+pub fn duration(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    match seconds {
+        ..90.0 => format!("{seconds:.0} s"),
+        ..5400.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
+/// The steps of work that is usually done at once: shown on a terminal only, and only where it takes longer.
+pub struct Steps {
+    bar: ProgressBar,
+    /// Shows the bar in time, unless the other end is dropped first.
+    timer: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
+}
+
+/// How long [`Steps`] stay silent.
+const AT_ONCE: Duration = Duration::from_secs(2);
+
+impl Steps {
+    /// Begins with a step of that name.
+    pub fn start(step: impl Into<Cow<'static, str>>) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        let style = ProgressStyle::with_template("{spinner} {msg} ({elapsed})");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        bar.set_message(step);
+        let timer = console::is_terminal().then(|| {
+            let (sender, receiver) = mpsc::channel();
+            let shown = bar.clone();
+            let show = move || {
+                if receiver.recv_timeout(AT_ONCE) == Err(mpsc::RecvTimeoutError::Timeout) {
+                    shown.set_draw_target(ProgressDrawTarget::stderr());
+                    shown.enable_steady_tick(Duration::from_millis(100));
+                }
+            };
+            (sender, std::thread::spawn(show))
+        });
+        Self { bar, timer }
+    }
+
+    /// Goes on to the next step.
+    pub fn next(&self, step: impl Into<Cow<'static, str>>) {
+        self.bar.set_message(step);
+    }
+}
+
+impl Drop for Steps {
+    fn drop(&mut self) {
+        if let Some((sender, thread)) = self.timer.take() {
+            drop(sender);
+            // It cannot have panicked: it only waits and draws.
+            let _ = thread.join();
+        }
+        self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_as_exact_as_estimates_are() {
+        let shown = |seconds| duration(Duration::from_secs(seconds));
+        assert_eq!(
+            [shown(0), shown(89), shown(90), shown(3000), shown(9000)],
+            ["0 s", "89 s", "2 min", "50 min", "2.5 h"]
+        );
     }
 }

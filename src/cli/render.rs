@@ -1,7 +1,8 @@
 //! `edgeshade render`.
 
-use super::args::{self, DeviceArgs, SceneArgs, TruthArgs, usage};
-use super::console::{self, Console};
+use super::args::{self, DeviceArgs, JsonArgs, SceneArgs, TruthArgs, make_folder_of, usage};
+use super::console::Console;
+use super::progress::Steps;
 use super::report::{self, Seconds};
 use super::stage::Stage;
 use super::stats;
@@ -9,6 +10,8 @@ use super::techniques::{self, Choice};
 use super::truth::{self, Seed, Tracer};
 use super::view::{self, OVERLAY, Shot};
 use super::{Outcome, close};
+use edgeshade::Result;
+use edgeshade::error::unknown;
 use edgeshade::host::Host;
 use edgeshade::picture::Picture;
 use edgeshade::scene::{MAX_SIZE, RenderDesc, Renderer};
@@ -16,8 +19,7 @@ use edgeshade::table::{Table, number};
 use edgeshade::technique::Technique;
 use edgeshade::timing::FrameTiming;
 use edgeshade::view::DepthRange;
-use edgeshade::{Error, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 #[derive(clap::Args)]
@@ -31,7 +33,8 @@ use std::time::Instant;
   error         visibility less the ray-traced truth: red is too dark, blue too
                 light
 and the intermediate images of the technique, if it has some; silhouettes are
-drawn over the lit picture. An .exr file holds plain floats: distances in world units, normals, errors, visibility.
+drawn over the lit picture. An .exr file holds plain floats: distances in world
+units, normals, errors, visibility.
 
 Examples:
   edgeshade render                   the default scene to shadow.png
@@ -71,9 +74,8 @@ pub struct Args {
     /// Count what every pass sends through the pipeline: primitives, and runs of vertex, fragment and compute shaders
     #[arg(long)]
     statistics: bool,
-    /// Write all figures as JSON; `-` for standard output
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonArgs,
     #[command(flatten)]
     truth: TruthArgs,
     #[command(flatten)]
@@ -101,16 +103,19 @@ struct Rendered {
 
 /// Runs it; `started` is when the process did.
 pub fn run(args: &Args, started: Instant) -> Outcome {
-    let console = Console::new(args.json.as_deref());
+    let console = Console::new(&args.json);
     let choice = choice(args)?;
     check(args, &choice)?;
     let mut clock = Clock(started);
     let mut seconds = Seconds::default();
     let size = args.scene.size.map(|s| s * args.supersample);
+    let steps = Steps::start("reading the scene");
     let stage = Stage::load(&args.scene, size)?;
     seconds.load = clock.lap();
+    steps.next("opening the device");
     let host = args.device.open()?;
     seconds.device = clock.lap();
+    drop(steps);
     console.say(format_args!("{} ({})", host.info().name, host.info().driver))?;
     console.say(stage.describe())?;
 
@@ -122,10 +127,11 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
         statistics: args.statistics,
         ..RenderDesc::default()
     };
+    let steps = Steps::start("uploading the scene");
     let mut renderer = Renderer::new(&host, &stage.scene, stage.camera, &stage.light, desc)?;
     stage.warn_about_texels(renderer.light(), size, args.shadow_map);
     let mut tracer = Tracer::new(&stage, renderer.light(), size, &args.truth);
-    let rendered = render(args, &choice, &mut renderer, &mut tracer, &mut clock, &mut seconds)?;
+    let rendered = render(args, &choice, &mut renderer, &mut tracer, &mut clock, &mut seconds, steps)?;
     let shot = shoot(args, &host, &mut renderer, &mut tracer, &rendered)?;
     shot.write(&args.output)?;
     seconds.write = clock.lap();
@@ -152,9 +158,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
         validation_messages: host.messages().all(),
     };
     say(&console, args, &choice, &figures, &rendered.frames)?;
-    if let Some(path) = &args.json {
-        report::write(path, &figures)?;
-    }
+    args.json.write(&figures)?;
     drop((rendered, renderer));
     close(host)
 }
@@ -171,9 +175,6 @@ fn choice(args: &Args) -> Result<Choice> {
 /// What can be refused before any work.
 fn check(args: &Args, choice: &Choice) -> Result<()> {
     view::is_exr(&args.output)?;
-    for path in [Some(&args.output), args.json.as_ref().filter(|p| !console::is_stdout(p))].into_iter().flatten() {
-        check_folder(path)?;
-    }
     let [w, h] = args.scene.size;
     if w.max(h) * args.supersample > MAX_SIZE {
         return usage(format!("--supersample {}: {w}x{h} times that is beyond {MAX_SIZE} a side", args.supersample));
@@ -184,20 +185,7 @@ fn check(args: &Args, choice: &Choice) -> Result<()> {
     if choice.is_reference() && args.view == "shadow-map" {
         return usage(format!("{} leaves no shadow map to look at; take a real-time technique", choice.info.id));
     }
-    Ok(())
-}
-
-/// Better at once than after minutes of work.
-pub fn check_folder(path: &Path) -> Result<()> {
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => return Ok(()),
-    };
-    if folder.is_dir() {
-        return Ok(());
-    }
-    let text = format!("the folder {} does not exist; create it first", folder.display());
-    Err(Error::Io { path: path.into(), source: std::io::Error::new(std::io::ErrorKind::NotFound, text) })
+    [Some(args.output.as_path()), args.json.file()].into_iter().flatten().try_for_each(make_folder_of)
 }
 
 fn render(
@@ -207,25 +195,34 @@ fn render(
     tracer: &mut Tracer<'_>,
     clock: &mut Clock,
     seconds: &mut Seconds,
+    steps: Steps,
 ) -> Result<Rendered> {
     if choice.is_reference() {
         seconds.prepare = clock.lap();
+        // The reference has a progress bar of its own.
+        drop(steps);
         let visibility = truth::reference(choice, tracer, renderer, Seed::Truth)?;
         renderer.shade_with(&visibility)?;
         seconds.frames = clock.lap();
         return Ok(Rendered { technique: None, visibility: Some(visibility), frames: vec![] });
     }
+    steps.next("making pipelines");
     let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
     let intermediates = technique.intermediates().into_iter().map(|(name, _)| name);
     let views: Vec<&str> = view::NAMES.into_iter().chain(intermediates).collect();
     if !views.contains(&args.view.as_str()) {
         let id = choice.info.id;
-        return usage(format!("{id} has no view {:?}; it has: {}", args.view, views.join(", ")));
+        return usage(unknown(&format!("{id} has no view {:?}", args.view), &args.view, "it has", &views));
     }
     seconds.prepare = clock.lap();
+    steps.next("drawing the first frame");
     renderer.frame(technique.as_mut())?;
     seconds.first_frame = clock.lap();
-    let frames = (0..args.frames).map(|_| renderer.frame(technique.as_mut())).collect::<Result<Vec<_>>>()?;
+    let frame = |i| {
+        steps.next(format!("drawing frame {} of {}", i + 1, args.frames));
+        renderer.frame(technique.as_mut())
+    };
+    let frames = (0..args.frames).map(frame).collect::<Result<Vec<_>>>()?;
     seconds.frames = clock.lap();
     Ok(Rendered { technique: Some(technique), visibility: None, frames })
 }
@@ -271,7 +268,7 @@ fn shoot(
         name => {
             let intermediates = rendered.technique.as_ref().map(|t| t.intermediates()).unwrap_or_default();
             let Some((_, image)) = intermediates.into_iter().find(|(n, _)| *n == name) else {
-                return usage(format!("there is no view {name:?}; there are: {}", view::NAMES.join(", ")));
+                return usage(unknown(&format!("there is no view {name:?}"), name, "there are", &view::NAMES));
             };
             // Edges alone would float in nothing.
             if name == OVERLAY { Shot::over(host, renderer.picture(), image)? } else { Shot::of_image(host, image)? }

@@ -1,5 +1,6 @@
 //! The JSON that the subcommands write.
 
+use super::args::make_folder_of;
 use super::console;
 use super::stats::PassStats;
 use edgeshade::host::DeviceInfo;
@@ -17,12 +18,24 @@ pub struct Origin {
     pub device: String,
     pub driver: String,
     pub version: &'static str,
+    pub command: Vec<String>,
 }
 
 impl Origin {
     pub fn new(device: &DeviceInfo) -> Self {
-        Self { device: device.name.clone(), driver: device.driver.clone(), version: env!("CARGO_PKG_VERSION") }
+        Self {
+            device: device.name.clone(),
+            driver: device.driver.clone(),
+            version: env!("CARGO_PKG_VERSION"),
+            command: command(),
+        }
     }
+}
+
+/// The command line, with the tool's bare name in place of the path that it was started by.
+pub fn command() -> Vec<String> {
+    let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
+    std::iter::once("edgeshade".to_owned()).chain(arguments).collect()
 }
 
 /// Seconds from the start of the process, step by step.
@@ -122,7 +135,7 @@ pub struct CompareRow {
     pub memory_bytes: u64,
 }
 
-/// What `bench` writes.
+/// What a suite of timed variants writes.
 #[derive(Debug, Serialize)]
 pub struct Bench {
     pub suite: &'static str,
@@ -209,8 +222,12 @@ pub fn text(value: &impl Serialize) -> Result<String> {
     Ok(text + "\n")
 }
 
-/// Writes an object to a file, or to standard output for `-`.
+/// Writes an object to a file, whose folder is made if need be, or to standard output for `-`.
 pub fn write(path: &Path, value: &impl Serialize) -> Result<()> {
     let text = text(value)?;
-    if console::is_stdout(path) { console::print(text) } else { write_atomic(path, text.as_bytes()) }
+    if console::is_stdout(path) {
+        return console::print(text);
+    }
+    make_folder_of(path)?;
+    write_atomic(path, text.as_bytes())
 }

@@ -1,9 +1,10 @@
 //! `edgeshade scenes`.
 
+use super::args::JsonArgs;
+use super::console::wrap;
 use super::{Outcome, console, report};
 use edgeshade::Result;
 use edgeshade::scene::{load_bytes, shipped};
-use edgeshade::table::Table;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -13,9 +14,8 @@ use std::path::PathBuf;
   edgeshade render knot             renders one of them
   edgeshade scenes --write assets   makes their .glb files anew")]
 pub struct Args {
-    /// Write JSON to standard output
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: JsonArgs,
     /// Make all scenes anew and write their .glb files into this folder
     #[arg(long, value_name = "DIR")]
     write: Option<PathBuf>,
@@ -24,22 +24,26 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Outcome {
     let written = args.write.as_ref().map(shipped::write_all).transpose()?;
-    if args.json {
+    if args.json.path.is_some() {
         let mut list = shipped::ALL.iter().map(entry).collect::<Result<Vec<_>>>()?;
         for (entry, path) in list.iter_mut().zip(written.iter().flatten()) {
             entry["path"] = json!(path.display().to_string());
         }
-        return Ok(console::print(report::text(&list)?)?);
+        args.json.write(&json!({ "command": report::command(), "scenes": list }))?;
+    }
+    if args.json.takes_stdout() {
+        return Ok(());
     }
     if let Some(paths) = written {
         let lines: String = paths.iter().map(|p| format!("wrote {}\n", p.display())).collect();
         return Ok(console::print(lines)?);
     }
-    let mut table = Table::new(["scene", "triangles", "about"]);
+    let mut text = String::new();
     for scene in shipped::ALL {
-        table.row([scene.name, &triangles(scene)?.to_string(), scene.about]);
+        let line = format!("{:<11} {:>8} triangles  {}", scene.name, triangles(scene)?, scene.about);
+        text += &wrap(&line, 32);
     }
-    Ok(console::print(format_args!("{table}\nThe default is {}.\n", shipped::DEFAULT))?)
+    Ok(console::print(format_args!("{text}\nThe default is {}.\n", shipped::DEFAULT))?)
 }
 
 fn triangles(scene: &shipped::Shipped) -> Result<usize> {

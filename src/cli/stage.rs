@@ -2,6 +2,7 @@
 
 use super::args::{Ground, SceneArgs, numbers, usage};
 use super::console;
+use edgeshade::error::unknown;
 use edgeshade::scene::{
     Broken, Camera, Instance, Light, LightShape, MAX_SPOT_FOV, Projection, Scene, fit, load_bytes, load_scene,
     shipped::{self, Shipped},
@@ -123,7 +124,8 @@ fn load(name: &str, index: Option<usize>) -> Result<Scene> {
         return load_scene(path, index);
     }
     let names: Vec<_> = shipped::ALL.iter().map(|s| s.name).collect();
-    usage(format!("there is no scene {name:?}; give the path of a .glb or .gltf file, or one of: {}", names.join(", ")))
+    let intro = "give the path of a .glb or .gltf file, or one of";
+    usage(unknown(&format!("there is no scene {name:?}"), name, intro, &names))
 }
 
 /// Cameras or lights of a file: sound ones, and those that cannot be used.

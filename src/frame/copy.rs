@@ -5,6 +5,9 @@ use crate::gpu::{Buffer, Image};
 use crate::hazard::Use;
 use ash::vk::{self, Handle};
 
+/// Layout of an image that a buffer is copied into. `GENERAL` would do, but can be slower.
+pub(super) const COPY_TARGET: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+
 impl Frame<'_> {
     /// Writes a number into every word of a buffer.
     pub(crate) fn fill(&mut self, name: &str, buffer: &Buffer, word: u32) {
@@ -41,7 +44,7 @@ impl Frame<'_> {
     pub(crate) fn copy_to_image(&mut self, name: &str, source: &Buffer, row_pixels: u32, target: &Image) {
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
         let image = target.as_ref();
-        self.transition([target].into_iter(), TRANSFER_USE.stage);
+        self.transition_for_copy(target, COPY_TARGET);
         self.hazard(&[(source.handle().as_raw(), read), (image.image.as_raw(), TRANSFER_USE)]);
         let query = self.begin_pass(name);
         let region = vk::BufferImageCopy::default()
@@ -56,8 +59,9 @@ impl Frame<'_> {
         let raw = &self.context.device().raw;
         // SAFETY: `begin`'s contract; the callers size the buffer from the image's extent and the padded row.
         unsafe {
-            raw.cmd_copy_buffer_to_image(self.cmd, source.handle(), image.image, image.layout, &[region]);
+            raw.cmd_copy_buffer_to_image(self.cmd, source.handle(), image.image, COPY_TARGET, &[region]);
         }
         self.end_pass(query);
+        self.transition([target].into_iter(), TRANSFER_USE.stage);
     }
 }

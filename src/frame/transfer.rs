@@ -1,5 +1,6 @@
 //! Images to the CPU and back, for the host.
 
+use super::copy::COPY_TARGET;
 use super::{Frame, TO_HOST, TRANSFER_USE};
 use crate::ImageRef;
 use crate::gpu::{Buffer, Image};
@@ -21,14 +22,16 @@ impl Frame<'_> {
     /// Copies level 0 of layer 0 of an image into a mapped buffer, rows tightly packed.
     pub(crate) fn read_back(&mut self, source: &Image, target: &Buffer) {
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
-        self.transition([source].into_iter(), TRANSFER_USE.stage);
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        self.transition_for_copy(source, layout);
         self.hazard(&[(source.as_ref().image.as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);
         let (raw, image) = (&self.context.device().raw, source.as_ref());
         // SAFETY: the target holds the image's rows (the callers size it from the same extent).
         unsafe {
             let regions = [whole_image(&image)];
-            raw.cmd_copy_image_to_buffer(self.cmd, image.image, image.layout, target.handle(), &regions);
+            raw.cmd_copy_image_to_buffer(self.cmd, image.image, layout, target.handle(), &regions);
         }
+        self.transition([source].into_iter(), TRANSFER_USE.stage);
         self.memory_barrier(&TO_HOST);
     }
 
@@ -48,13 +51,14 @@ impl Frame<'_> {
     /// Copies tightly packed rows into level 0 of layer 0 of an image.
     pub(crate) fn write_image(&mut self, source: &Buffer, target: &Image) {
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
-        self.transition([target].into_iter(), TRANSFER_USE.stage);
+        self.transition_for_copy(target, COPY_TARGET);
         self.hazard(&[(source.handle().as_raw(), read), (target.as_ref().image.as_raw(), TRANSFER_USE)]);
         let (raw, image) = (&self.context.device().raw, target.as_ref());
         // SAFETY: the source holds the image's rows (the callers size it from the same extent).
         unsafe {
             let regions = [whole_image(&image)];
-            raw.cmd_copy_buffer_to_image(self.cmd, source.handle(), image.image, image.layout, &regions);
+            raw.cmd_copy_buffer_to_image(self.cmd, source.handle(), image.image, COPY_TARGET, &regions);
         }
+        self.transition([target].into_iter(), TRANSFER_USE.stage);
     }
 }

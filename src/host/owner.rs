@@ -133,7 +133,9 @@ impl Owner {
             .message_severity(
                 vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
             )
-            .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+            .message_type(
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+            )
             .pfn_user_callback(Some(on_message))
             .user_data(Arc::as_ptr(&self.messages.0).cast_mut().cast());
         // SAFETY: the messages outlive the messenger: both belong to this owner.

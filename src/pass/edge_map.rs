@@ -167,7 +167,7 @@ impl EdgeMap {
     ) -> Result<()> {
         frame.fill("edge ids, cleared", &self.keys, u32::MAX);
         if let Some(lower) = &self.lower_keys {
-            frame.fill("edge ids, cleared", lower, u32::MAX);
+            frame.fill("edge ids, lower half cleared", lower, u32::MAX);
         }
         frame.fill("edge ids, chains cleared", &self.heads, u32::MAX);
         frame.update(&self.spill, &[0; SPILL_HEADER as usize]);

@@ -81,8 +81,12 @@ impl Hsm {
                 _ => (&self.from_map, Bind::Input(&inputs.depth)),
             };
             let [width, height] = self.bounds.extent().map(|n| (n >> first).max(1) * 2 / TEXELS_A_THREAD);
+            let name = match first {
+                0 => "hierarchical shadow map".into(),
+                _ => format!("hierarchical shadow map, levels from {first}"),
+            };
             frame.dispatch(&Pass {
-                name: "hierarchical shadow map",
+                name: &name,
                 pipeline,
                 bind: &[Bind::Input(map), finer, level(0), level(1), level(2), level(3), level(4)],
                 push: bytemuck::bytes_of(&HsmPush {

@@ -162,12 +162,16 @@ impl NearestEdge {
         let [mut after, mut before] = [&self.block_labels[0], &self.block_labels[1]];
         if let Some(Coarse { first, others, quads }) = &self.coarse {
             // Blocks in tiles that are not listed have no edge in reach.
-            self.block_labels.iter().for_each(|image| frame.fill_image("clear labels", image, NO_SEED));
-            frame.fill_image("clear labels", &self.quad_labels, NO_SEED);
+            let [a, b] = &self.block_labels;
+            for (name, image) in
+                [("clear block labels", a), ("clear other block labels", b), ("clear quad labels", &self.quad_labels)]
+            {
+                frame.fill_image(name, image, NO_SEED);
+            }
             for (i, &step) in STEPS.iter().enumerate() {
                 let (pipeline, from) = if i == 0 { (first, labels) } else { (others, before) };
                 frame.dispatch(&Pass {
-                    name: "nearest edge of blocks",
+                    name: &format!("nearest edge of blocks, step {step}"),
                     pipeline,
                     bind: &[view, depth, normal, seed_image, Bind::Image(from), Bind::Image(after), list, widths],
                     push: bytemuck::bytes_of(&PenumbraPush { step, ..push }),

@@ -13,6 +13,7 @@ use crate::technique::{self, OutputFormat, Params, Setup, Technique};
 use crate::timing::{FrameTiming, Timings};
 use crate::view::{CameraView, DepthRange, LightKind, LightView, look_along};
 use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
+use ash::vk;
 
 /// Largest side of an image or a map.
 pub const MAX_SIZE: u32 = 16384;
@@ -155,25 +156,27 @@ impl<'h> Renderer<'h> {
         if draw_map {
             self.view.light_version += 1;
         }
-        let context = self.host.context();
-        self.host.run(|cmd| {
-            // SAFETY: `cmd` is recording, all work goes to the host's one queue and is waited for.
-            let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), Some(&mut self.timings)) };
-            if draw_map {
-                // A light that reaches nothing visible costs nothing: the map is cleared, nothing is drawn.
-                let nothing = DrawList::default();
-                let list = if self.camera_list.calls.is_empty() { &nothing } else { &self.light_list };
-                self.map.record(&mut frame, &self.gpu, list)?;
-            }
-            self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
-            let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());
-            let visibility = technique.record(&mut frame, &inputs)?;
-            self.shade.record(&mut frame, &inputs, &self.gbuffer, &visibility)?;
-            frame.finish(technique.output());
-            Ok(())
-        })?;
+        let host = self.host;
+        host.run(|cmd| self.record(cmd, technique, draw_map))?;
         self.map_is_current = true;
         Ok(self.timings.poll().pop().unwrap_or_default())
+    }
+
+    fn record(&mut self, cmd: vk::CommandBuffer, technique: &mut dyn Technique, draw_map: bool) -> Result<()> {
+        // SAFETY: `cmd` is recording, all work goes to the host's one queue and is waited for.
+        let mut frame = unsafe { Frame::begin(self.host.context(), cmd, Handoff::default(), Some(&mut self.timings)) };
+        if draw_map {
+            // A light that reaches nothing visible costs nothing: the map is cleared, nothing is drawn.
+            let nothing = DrawList::default();
+            let list = if self.camera_list.calls.is_empty() { &nothing } else { &self.light_list };
+            self.map.record(&mut frame, &self.gpu, list)?;
+        }
+        self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
+        let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());
+        let visibility = technique.record(&mut frame, &inputs)?;
+        self.shade.record(&mut frame, &inputs, &self.gbuffer, &visibility)?;
+        frame.finish(technique.output());
+        Ok(())
     }
 
     /// Visibility as the average of `samples` (rounded to a square number) hard shadows, each from its own
@@ -349,4 +352,120 @@ fn light_sample(light: &Light, view: &LightView, point: [f64; 2]) -> Light {
         }
     }
     sample
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Buffer, BufferDesc, MemoryKind};
+    use crate::host::HostDesc;
+    use crate::pass::edt::{Bands, Edt, EdtConfig, EdtMethod};
+    use crate::scene::{load_bytes, shipped};
+    use crate::technique::{Info, Kind, ParamKind};
+
+    /// A command buffer that is recorded and thrown away: what is asked here does not need the GPU's work.
+    fn record_only(host: &Host, record: impl FnOnce(vk::CommandBuffer) -> Result<()>) -> Result<()> {
+        let done = "recorded";
+        match host.run(|cmd| record(cmd).and_then(|()| Err::<(), _>(Error::Usage(done.into())))) {
+            Err(Error::Usage(text)) if text == done => Ok(()),
+            Err(e) => Err(e),
+            Ok(()) => unreachable!("the closure always fails"),
+        }
+    }
+
+    fn repeated(names: &[String]) -> Option<&String> {
+        names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)).map(|(_, name)| name)
+    }
+
+    /// The defaults, and the defaults with one parameter at another value: all words, both states of a switch, both
+    /// ends of a range.
+    fn variants(info: &Info) -> Vec<Vec<(&'static str, String)>> {
+        let values = |kind: ParamKind| match kind {
+            ParamKind::Choice(words) => words.iter().map(|w| (*w).to_owned()).collect(),
+            ParamKind::Switch => vec!["on".into(), "off".into()],
+            ParamKind::Int { min, max, .. } => vec![min.to_string(), max.to_string()],
+            ParamKind::Float { min, max } => vec![min.to_string(), max.to_string()],
+        };
+        let changed = info.params.iter().flat_map(|p| values(p.kind).into_iter().map(|v| vec![(p.name, v)]));
+        std::iter::once(vec![]).chain(changed).collect()
+    }
+
+    #[test]
+    fn names_of_passes_are_unique_within_a_frame() {
+        let host = Host::new(&HostDesc::default()).unwrap();
+        let jenga = shipped::find("jenga").unwrap();
+        let scene = load_bytes(jenga.name, jenga.bytes).unwrap();
+        let size = [48, 32];
+        let (camera, light) = (scene.cameras[0].view(size), &scene.lights[0]);
+        let (mut checked, mut refused, mut bad) = (0, 0, vec![]);
+        for all in [true, false] {
+            // The pyramid of the larger map takes several dispatches.
+            let desc =
+                RenderDesc { size, map_size: if all { 64 } else { 1024 }, intermediates: all, ..RenderDesc::default() };
+            let mut renderer = Renderer::new(&host, &scene, camera, light, desc).unwrap();
+            for info in technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))) {
+                let variants = variants(info);
+                for settings in &variants[..if all { variants.len() } else { 1 }] {
+                    let params = Params::parse(info, settings.iter().map(|(n, v)| (*n, v.as_str()))).unwrap();
+                    let mut technique = match renderer.prepare(info.id, &params) {
+                        Err(Error::Parameter(_)) => {
+                            refused += 1;
+                            continue;
+                        }
+                        made => made.unwrap(),
+                    };
+                    // Casters and light move from each frame to the next.
+                    for _ in 0..2 {
+                        renderer.view.light_version += 1;
+                        record_only(&host, |cmd| renderer.record(cmd, technique.as_mut(), true)).unwrap();
+                        let names = renderer.timings.recorded();
+                        assert!(names.len() > 3, "{} {settings:?}: {names:?}", info.id);
+                        if let Some(name) = repeated(names) {
+                            bad.push(format!("{} {settings:?}: {name:?}", info.id));
+                        }
+                        checked += 1;
+                    }
+                }
+            }
+        }
+        println!("{checked} frames, {refused} variants refused");
+        assert!(bad.is_empty(), "passes of one name:\n{}", bad.join("\n"));
+        assert!(checked > 300 && refused < 20, "{checked} {refused}");
+    }
+
+    #[test]
+    fn names_of_the_distance_transforms_passes_are_unique() {
+        let host = Host::new(&HostDesc::default()).unwrap();
+        let mut timings = Timings::new(host.context(), host.queue_family(), 1).unwrap();
+        let size = [200, 120];
+        let desc = BufferDesc {
+            name: "mask",
+            size: u64::from(size[0] * size[1]),
+            usage: vk::BufferUsageFlags::STORAGE_BUFFER,
+            memory: MemoryKind::Gpu,
+        };
+        let mask = Buffer::new(host.context().device(), &desc).unwrap();
+        for method in EdtMethod::ALL {
+            for (radius, squared) in [(Some(9), true), (Some(9), false), (None, true)] {
+                if method == EdtMethod::BoundedTile && radius.is_none() {
+                    continue;
+                }
+                let bands = Some(Bands { rows: 4, columns: 8, pixels: 4 });
+                let config = EdtConfig { method, radius, squared, bands };
+                let mut edt = Edt::new(host.context(), size, config).unwrap();
+                record_only(&host, |cmd| {
+                    // SAFETY: `cmd` is recording and is never run.
+                    let mut frame =
+                        unsafe { Frame::begin(host.context(), cmd, Handoff::default(), Some(&mut timings)) };
+                    edt.record_bytes(&mut frame, &mask)?;
+                    frame.end();
+                    Ok(())
+                })
+                .unwrap();
+                let names = timings.recorded();
+                assert!(names.len() > 1, "{method}: {names:?}");
+                assert_eq!(repeated(names), None, "{method}: {names:?}");
+            }
+        }
+    }
 }

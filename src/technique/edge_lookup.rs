@@ -99,7 +99,9 @@ impl Technique for EdgeLookup {
         let map = self.held.image();
         self.lookup.record(frame, view, inputs, self.push, map, visibility)?;
         if let Some((lookup, image)) = &self.picture {
+            frame.mark_passes(", shown");
             lookup.record(frame, view, inputs, self.push, map, image)?;
+            frame.mark_passes("");
         }
         frame.end_group();
         Ok(visibility.as_ref())

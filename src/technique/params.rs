@@ -1,6 +1,7 @@
 //! Parameter tables: one source for the command line, the viewer, the documentation and the shaders.
 
 use super::Info;
+use crate::error::unknown;
 use crate::{Error, Result};
 
 /// One row of a technique's parameter table.
@@ -165,8 +166,8 @@ impl Params {
     pub fn set(&mut self, technique: &str, name: &str, text: &str) -> Result<()> {
         let Some(i) = self.table.iter().position(|p| p.name == name) else {
             let names: Vec<_> = self.table.iter().map(|p| p.name).collect();
-            let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-            return Err(Error::Parameter(format!("{technique} has no parameter {name:?}; it has: {known}")));
+            let problem = format!("{technique} has no parameter {name:?}");
+            return Err(Error::Parameter(unknown(&problem, name, "it has", &names)));
         };
         let param = &self.table[i];
         self.values[i] = param.parse(text).ok_or_else(|| {

@@ -194,7 +194,9 @@ impl Technique for ScreenSpace {
         frame.begin_group(self.info.title);
         let view = self.view.update(frame, inputs);
         if let Some(image) = &self.hard_view {
+            frame.mark_passes(", shown");
             self.hard.record(frame, view, inputs, image)?;
+            frame.mark_passes("");
         }
         let has_size = match inputs.light[0].kind {
             LightKind::Spot { size } => size > 0.0,

@@ -1,7 +1,7 @@
 //! Maps that end before the scene does, and maps of a few texels: outside them everything is lit, and their texels are
 //! farther than everything.
 
-use crate::common::{Shot, assert_in_range, desc, renderer, visibility, with_gpu};
+use crate::common::{Shot, assert_in_range, desc, every_nth, renderer, visibility, with_gpu};
 use crate::flat::{Flat, Window, expected, expected_of};
 use crate::made::{self, cuboid, moved, perspective, plane, spot};
 use crate::mirrors::compare;
@@ -37,7 +37,7 @@ fn maps_of_a_few_texels_end_in_light() {
         let mut ties = 0;
         // Pixels that would be wrong if texels outside the map were in shadow.
         let mut noticed = vec![0; modes().len()];
-        for map in [[1, 1], [2, 2], [3, 5], [9, 1]] {
+        for map in every_nth(2, [[1, 1], [2, 2], [3, 5], [9, 1]]) {
             let texels = map.map(|n| n + 4);
             let w = Window { map, first: [-2; 2], texels, zoom: 4, rise: [0.5, -0.2] };
             for (name, lit) in PATTERNS {

@@ -14,6 +14,7 @@ use edgeshade::technique::{OutputFormat, Params, Technique, find};
 use edgeshade::timing::FrameTiming;
 use edgeshade::{Inputs, NormalEncoding};
 use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::Instant;
 
 /// Tests that have a device of their own at once: compiling pipelines, which takes most of the time, is work for one core.
 const DEVICES: u32 = 2;
@@ -45,19 +46,32 @@ pub fn with_gpu(test: impl FnOnce(&Host)) {
     assert!(messages.is_empty(), "validation:\n{}", messages.join("\n"));
 }
 
-/// Runs a test and returns what the validation layer said.
+/// Runs a test and returns what the validation layer said. Prints the time for `.ci/run`, which lists the slowest tests.
 pub fn messages_of(test: impl FnOnce(&Host)) -> Vec<String> {
     let _turn = Turn::wait();
+    let started = Instant::now();
     let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
     let messages = host.messages().clone();
     test(&host);
     drop(host);
+    println!("seconds {:.1} {}", started.elapsed().as_secs_f64(), std::thread::current().name().unwrap_or_default());
     messages.all()
 }
 
 /// True on the software rasteriser that the committed pictures were made with.
 pub fn is_llvmpipe(host: &Host) -> bool {
     host.info().name.contains("llvmpipe")
+}
+
+/// True where every case of a sweep is to be run: in CI, which sets `EDGESHADE_SWEEP=full`. Otherwise the longest tests
+/// take some of their cases, so that `make test` stays short; every kind of check is in both.
+pub fn is_full_sweep() -> bool {
+    std::env::var_os("EDGESHADE_SWEEP").is_some_and(|v| v == "full")
+}
+
+/// All cases of a full sweep, otherwise every `n`-th of them, from the first.
+pub fn every_nth<T>(n: usize, cases: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
+    cases.into_iter().step_by(if is_full_sweep() { 1 } else { n })
 }
 
 pub fn shipped_scene(name: &str) -> Scene {

@@ -47,11 +47,31 @@ pub fn read_mip<T: bytemuck::Pod>(host: &Host, image: &Image, level: u32) -> Vec
         .dst_stage_mask(vk::PipelineStageFlags2::HOST)
         .dst_access_mask(vk::AccessFlags2::HOST_READ)];
     host.run(|cmd| {
+        let [general, source] = [vk::ImageLayout::GENERAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL];
+        let change = |old, new| {
+            [vk::ImageMemoryBarrier2::default()
+                .image(image.as_ref().image)
+                .old_layout(old)
+                .new_layout(new)
+                .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                .dst_access_mask(vk::AccessFlags2::TRANSFER_READ)
+                .subresource_range(vk::ImageSubresourceRange {
+                    aspect_mask: vk::ImageAspectFlags::COLOR,
+                    base_mip_level: 0,
+                    level_count: vk::REMAINING_MIP_LEVELS,
+                    base_array_layer: 0,
+                    layer_count: vk::REMAINING_ARRAY_LAYERS,
+                })]
+        };
+        let (before, after) = (change(general, source), change(source, general));
+        let before = vk::DependencyInfo::default().image_memory_barriers(&before);
+        let after = vk::DependencyInfo::default().image_memory_barriers(&after).memory_barriers(&visible);
         // SAFETY: the image is in GENERAL, its last use was waited for, and the buffer holds the level.
         unsafe {
-            let layout = vk::ImageLayout::GENERAL;
-            device.raw.cmd_copy_image_to_buffer(cmd, image.as_ref().image, layout, buffer.handle(), &[region]);
-            device.raw.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().memory_barriers(&visible));
+            device.raw.cmd_pipeline_barrier2(cmd, &before);
+            device.raw.cmd_copy_image_to_buffer(cmd, image.as_ref().image, source, buffer.handle(), &[region]);
+            device.raw.cmd_pipeline_barrier2(cmd, &after);
         }
         Ok(())
     })

@@ -1,7 +1,8 @@
 //! The RBSM family against its mirror in `f64`, pixel by pixel.
 
 use crate::common::{
-    Shot, assert_same_bits, desc, every_shipped, prepare, renderer, shipped_scene, visibility, with_gpu,
+    Shot, assert_same_bits, desc, every_nth, every_shipped, is_full_sweep, prepare, renderer, shipped_scene,
+    visibility, with_gpu,
 };
 use crate::mirrors::{Agreement, compare, default_of, lit_renderer};
 use edgeshade::reference::rbsm::{self, Settings};
@@ -50,7 +51,7 @@ fn the_family_equals_its_mirrors() {
         // Each distance and receiver is a set of pipelines of its own, and compiling these is what takes the time.
         let cases: &[(u32, bool, bool, u32)] =
             &[(512, true, false, 16), (333, false, false, 16), (512, true, true, 64), (100, true, false, 1)];
-        for (i, scene) in every_shipped().enumerate() {
+        for (i, scene) in every_shipped().enumerate().take(if is_full_sweep() { usize::MAX } else { cases.len() }) {
             for (k, &(map_size, normals, fixed, max_distance)) in cases.iter().enumerate() {
                 // Every case on every fourth scene, all scenes with some.
                 if (i + k) % 4 != 0 {
@@ -117,7 +118,7 @@ fn rpcf_equals_its_mirror() {
     with_gpu(|host| {
         let size = [160, 90];
         let cases: &[(u32, u32, bool, u32)] = &[(3, 512, false, 16), (7, 333, true, 64), (7, 100, false, 16)];
-        for (i, scene) in every_shipped().enumerate() {
+        for (i, scene) in every_nth(2, every_shipped().enumerate()) {
             for (k, &(width, map_size, fixed, max_distance)) in cases.iter().enumerate() {
                 if (i + k) % 3 != 0 {
                     continue;

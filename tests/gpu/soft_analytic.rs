@@ -11,7 +11,7 @@
 //!
 //! A technique is a line of [`SUBJECTS`].
 
-use crate::common::{desc, differing, prepare, with_gpu};
+use crate::common::{desc, differing, is_full_sweep, prepare, with_gpu};
 use crate::made::{self, mesh, perspective, plane};
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::{RayScene, SoftSettings, soft};
@@ -465,6 +465,15 @@ fn faulty(judged: &[(String, Vec<&str>)], fault: Option<&str>) -> usize {
 fn penumbrae_are_as_wide_as_similar_triangles_say() {
     with_gpu(|host| {
         let mut bed = Bed::new(host);
+        if !is_full_sweep() {
+            // Of the lights straight above, each over a half-plane at another height.
+            let kinds = SPOTS.len() + 1;
+            let mut i = 0;
+            bed.cases.retain(|_| {
+                i += 1;
+                i > kinds * HEIGHTS.len() || (i - 1) % (kinds + 1) == 0
+            });
+        }
         let mut bad = vec![];
         for Subject { id, settings, hard, limits } in SUBJECTS {
             let name = settings.iter().fold((*id).to_owned(), |text, (n, v)| format!("{text} {n}={v}"));

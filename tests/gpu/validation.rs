@@ -2,7 +2,7 @@
 
 use crate::common::messages_of;
 use ash::vk;
-use edgeshade::gpu::{Buffer, BufferDesc, MemoryKind};
+use edgeshade::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind};
 
 #[test]
 fn wrong_use_is_reported() {
@@ -50,4 +50,48 @@ fn what_is_left_behind_is_reported() {
         fence.unwrap();
     });
     assert!(messages.iter().any(|m| m.contains("vkDestroyDevice")), "{messages:?}");
+}
+
+#[test]
+fn a_slow_way_is_reported() {
+    let messages = messages_of(|host| {
+        let device = host.context().device();
+        let usage = vk::ImageUsageFlags::TRANSFER_DST;
+        let format = vk::Format::R8_UNORM;
+        let desc = ImageDesc { usage, ..ImageDesc::storage("copied into", format, [4, 4]) };
+        let image = Image::new(device, &desc).unwrap();
+        let usage = vk::BufferUsageFlags::TRANSFER_SRC;
+        let desc = BufferDesc { name: "source", size: 16, usage, memory: MemoryKind::Gpu };
+        let source = Buffer::new(device, &desc).unwrap();
+        host.run(|cmd| {
+            let layout = vk::ImageLayout::GENERAL;
+            let barrier = vk::ImageMemoryBarrier2::default()
+                .image(image.as_ref().image)
+                .new_layout(layout)
+                .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                .subresource_range(
+                    vk::ImageSubresourceRange::default()
+                        .aspect_mask(vk::ImageAspectFlags::COLOR)
+                        .level_count(1)
+                        .layer_count(1),
+                );
+            let barriers = [barrier];
+            let region = vk::BufferImageCopy::default()
+                .image_subresource(
+                    vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1),
+                )
+                .image_extent(vk::Extent3D { width: 4, height: 4, depth: 1 });
+            // SAFETY: image and buffer outlive the submission; GENERAL is allowed for the copy, only not the best.
+            unsafe {
+                let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+                device.raw.cmd_pipeline_barrier2(cmd, &info);
+                let image = image.as_ref().image;
+                device.raw.cmd_copy_buffer_to_image(cmd, source.handle(), image, layout, &[region]);
+            }
+            Ok(())
+        })
+        .unwrap();
+    });
+    assert!(messages.len() == 1 && messages[0].contains("For optimal performance"), "{messages:?}");
 }

@@ -80,6 +80,13 @@ pub struct Mean {
     pub boundary_p95: Option<f64>,
 }
 
+/// Pixels of all frames, for the estimate of the time.
+pub fn pixels(args: &Args) -> Result<u64> {
+    let (scenes, maps) = if args.quick { (1, 2) } else { (shipped::ALL.len(), MAPS.len()) };
+    let size = args.size.unwrap_or(if args.quick { QUICK.1 } else { SIZE });
+    Ok(super::pixels(size, scenes * maps * contenders()?.len(), 1))
+}
+
 pub fn run(args: &Args, host: &Host) -> Result<()> {
     let scenes: Vec<&Shipped> = shipped::ALL.iter().filter(|s| !args.quick || s.name == QUICK.0).collect();
     let maps = if args.quick { &MAPS[..2] } else { &MAPS[..] };
@@ -95,7 +102,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     let figures = Figures { suite: "accuracy", origin: Origin::new(host.info()), size, results, means };
     let path = save(args, host, figures.suite, &figures, &page(&figures))?.with_extension("svg");
     write_atomic(&path, chart(&figures.means, &plan)?.as_bytes())?;
-    console::print(format_args!("wrote {}\n", super::shown(&path)))
+    args.say(format_args!("wrote {}", super::shown(&path)))
 }
 
 /// All maps and techniques in one scene, under its light without size.
@@ -194,7 +201,7 @@ pub const LEGEND: &str = "`mismatch`: share of the judged pixels on the wrong si
 
 fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `accuracy`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, lights without size, against the \
          ray-traced truth.\n\n\

@@ -3,7 +3,6 @@
 use super::accuracy::{HEADER, LEGEND, Mean, Plan, Row, chart, mean_line, means, one_scene, row_line};
 use super::judge::{Wanted, available, left_out_note, possible, save};
 use super::{Args, SIZE, shown};
-use crate::cli::console;
 use crate::cli::report::Origin;
 use crate::cli::techniques::Choice;
 use edgeshade::Result;
@@ -53,6 +52,13 @@ struct Figures {
     means: Vec<Mean>,
 }
 
+/// Pixels of all frames, for the estimate of the time.
+pub fn pixels(args: &Args) -> Result<u64> {
+    let (scenes, maps) = if args.quick { (1, 2) } else { (shipped::ALL.len(), MAPS.len()) };
+    let size = args.size.unwrap_or(if args.quick { QUICK.1 } else { SIZE });
+    Ok(super::pixels(size, scenes * maps * CONTENDERS.len(), 1))
+}
+
 pub fn run(args: &Args, host: &Host) -> Result<()> {
     let scenes: Vec<&Shipped> = shipped::ALL.iter().filter(|s| !args.quick || s.name == QUICK.0).collect();
     let (choices, mut left_out) = available(&CONTENDERS);
@@ -75,12 +81,12 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
         Figures { suite: plan.suite, origin: Origin::new(host.info()), size: plan.size, left_out, results, means };
     let path = save(args, host, figures.suite, &figures, &page(&figures))?.with_extension("svg");
     write_atomic(&path, chart(&figures.means, &plan)?.as_bytes())?;
-    console::print(format_args!("wrote {}\n", shown(&path)))
+    args.say(format_args!("wrote {}", shown(&path)))
 }
 
 fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `edges`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, lights without size, alpha-masked surfaces \
          left out, against the ray-traced truth.\n\n\
@@ -139,7 +145,7 @@ mod tests {
             results.push(row(scene, Some(512), x, more));
         }
         let means = means(&results, &plan(&choices));
-        let origin = Origin { device: String::new(), driver: String::new(), version: "" };
+        let origin = Origin { device: String::new(), driver: String::new(), version: "", command: vec![] };
         (Figures { suite: "edges", origin, size: [2, 2], left_out: vec!["none".into()], results, means }, choices)
     }
 

@@ -211,6 +211,13 @@ impl Through {
     }
 }
 
+/// Pixels of all frames, for the estimate of the time.
+pub fn pixels(args: &Args) -> Result<u64> {
+    let scenes = if args.quick { 1 } else { SCENES.len() };
+    let size = args.size.unwrap_or(if args.quick { QUICK } else { SIZE });
+    Ok(super::pixels(size, scenes * STATES.len() * CONTENDERS.len(), args.frames + 1))
+}
+
 pub fn run(args: &Args, host: &Host) -> Result<()> {
     let size = args.size.unwrap_or(if args.quick { QUICK } else { SIZE });
     let (choices, mut left_out) = available(&CONTENDERS);
@@ -378,7 +385,7 @@ fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Time {
 
 fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `edges-cost`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, shadow map {MAP}x{MAP}, {} frames a row, \
          drawn in turns.\n\n\
@@ -522,7 +529,7 @@ mod tests {
                 passes: vec![],
             }));
         }
-        let origin = Origin { device: String::new(), driver: String::new(), version: "" };
+        let origin = Origin { device: String::new(), driver: String::new(), version: "", command: vec![] };
         let figures = Figures {
             suite: "edges-cost",
             origin,

@@ -5,7 +5,6 @@ use crate::cli::args::TruthArgs;
 use crate::cli::stage::Stage;
 use crate::cli::techniques::Choice;
 use crate::cli::truth::Tracer;
-use crate::cli::{console, report};
 use edgeshade::host::Host;
 use edgeshade::picture::write_atomic;
 use edgeshade::reference::ray_traced::Truth;
@@ -156,9 +155,9 @@ pub fn mean(values: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
 /// Writes a suite's figures and its page, prints the page, and gives the path of the figures.
 pub fn save(args: &Args, host: &Host, suite: &str, figures: &impl Serialize, page: &str) -> Result<PathBuf> {
     let path = args.output.join(format!("{suite}-{}.json", slug(&host.info().name)));
-    report::write(&path, figures)?;
+    args.write(&path, figures)?;
     write_atomic(&path.with_extension("md"), page.as_bytes())?;
-    console::print(format_args!("{page}\nwrote {} and .md\n", shown(&path)))?;
+    args.say(format_args!("{page}\nwrote {} and .md\n", shown(&path)))?;
     Ok(path)
 }
 

@@ -90,6 +90,13 @@ struct Pose {
     mask: Vec<bool>,
 }
 
+/// Pixels of all frames, for the estimate of the time.
+pub fn pixels(args: &Args) -> Result<u64> {
+    let (scenes, frames) = if args.quick { (1, QUICK_FRAMES) } else { (SCENES.len(), FRAMES) };
+    let size = args.size.unwrap_or(if args.quick { QUICK_SIZE } else { SIZE });
+    Ok(super::pixels(size, scenes * MOVEMENTS.len() * contenders()?.len(), frames))
+}
+
 pub fn run(args: &Args, host: &Host) -> Result<()> {
     let size = args.size.unwrap_or(if args.quick { QUICK_SIZE } else { SIZE });
     let frames = if args.quick { QUICK_FRAMES } else { FRAMES };
@@ -218,7 +225,7 @@ fn moved(stage: &Stage, light: &LightView, movement: Movement, texels: f64) -> (
 
 fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `motion`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, map {MAP}, {} frames, {STEP} texels a \
          frame, lights without size.\n\n\

@@ -5,7 +5,6 @@ mod texel;
 
 use super::judge::{label, mask, mean, renderer, save, tracer, visibility};
 use super::{Args, shown};
-use crate::cli::console;
 use crate::cli::progress::Progress;
 use crate::cli::report::{self, Origin};
 use crate::cli::stage::Stage;
@@ -123,6 +122,14 @@ struct Beaten {
     by_rmse: f64,
 }
 
+/// Pixels of all frames, for the estimate of the time.
+pub fn pixels(args: &Args) -> Result<u64> {
+    let (scenes, maps) = if args.quick { (QUICK.0.len(), QUICK.1.len()) } else { (shipped::ALL.len(), MAPS.len()) };
+    let size = args.size.unwrap_or(if args.quick { QUICK.2 } else { SIZE });
+    let variants = GROUPS.iter().map(|g| g.contenders.len()).sum::<usize>();
+    Ok(super::pixels(size, scenes * maps * variants, 1))
+}
+
 pub fn run(args: &Args, host: &Host) -> Result<()> {
     let (quick_scenes, quick_maps, quick_size) = QUICK;
     let scenes: Vec<_> = shipped::ALL.iter().filter(|s| !args.quick || quick_scenes.contains(&s.name)).collect();
@@ -142,7 +149,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     let figures = Figures { suite: "penumbra", origin: Origin::new(host.info()), size, results, means, beaten };
     let path = save(args, host, figures.suite, &figures, &page::page(&figures))?.with_extension("svg");
     write_atomic(&path, page::chart(&figures)?.as_bytes())?;
-    console::print(format_args!("wrote {}\n", shown(&path)))
+    args.say(format_args!("wrote {}", shown(&path)))
 }
 
 fn one_scene(

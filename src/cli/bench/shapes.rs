@@ -2,7 +2,7 @@
 
 use super::{Args, shown};
 use crate::cli::progress::Progress;
-use crate::cli::{console, report};
+use crate::cli::report;
 use edgeshade::Result;
 use edgeshade::host::Host;
 use edgeshade::picture::{Picture, false_color, sheet, write_atomic, write_png};
@@ -31,6 +31,11 @@ const SCALE: u32 = 8;
 const SHADOW: [u8; 3] = [12, 12, 14];
 const LIT: [u8; 3] = [228, 228, 228];
 
+/// None: it draws on the CPU.
+pub fn pixels(_: &Args) -> Result<u64> {
+    Ok(0)
+}
+
 /// Writes `shapes.md`, `shapes.json` and `shapes.png`.
 pub fn run(args: &Args, _: &Host) -> Result<()> {
     let options = Options::default();
@@ -39,11 +44,11 @@ pub fn run(args: &Args, _: &Host) -> Result<()> {
         study::study(&options, |done, total| progress.set(done, total))
     };
     let path = args.output.join("shapes.json");
-    report::write(&path, &as_json(&options, &rows))?;
+    args.write(&path, &as_json(&options, &rows))?;
     let markdown = markdown(&options, &rows);
     write_atomic(&path.with_extension("md"), markdown.as_bytes())?;
     write_png(&path.with_extension("png"), &picture()?)?;
-    console::print(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
+    args.say(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
 }
 
 fn as_json(options: &Options, rows: &[Row]) -> Value {
@@ -65,6 +70,7 @@ fn as_json(options: &Options, rows: &[Row]) -> Value {
     json!({
         "suite": "shapes",
         "version": env!("CARGO_PKG_VERSION"),
+        "command": report::command(),
         "shapes_per_class": options.shapes,
         "subsamples": options.subsamples,
         "tile": TILE,

@@ -61,6 +61,13 @@ struct Row {
     under: f64,
 }
 
+/// Pixels of all frames, for the estimate of the time.
+pub fn pixels(args: &Args) -> Result<u64> {
+    let tilts = if args.quick { QUICK_TILTS.len() } else { TILTS.len() };
+    let size = args.size.unwrap_or(if args.quick { QUICK_SIZE } else { SIZE });
+    Ok(super::pixels(size, 2 * tilts * contenders()?.len(), 1))
+}
+
 pub fn run(args: &Args, host: &Host) -> Result<()> {
     let tilts = if args.quick { &QUICK_TILTS[..] } else { &TILTS[..] };
     let size = args.size.unwrap_or(if args.quick { QUICK_SIZE } else { SIZE });
@@ -141,7 +148,7 @@ type Figure = fn(&Row) -> Option<f64>;
 /// A table a figure and light, a row a technique, a column a tilt.
 fn page(figures: &Figures, choices: &[Choice], tilts: &[u32]) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `slopes`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, map {MAP}, {} pixels a texel at every \
          tilt; triangles, discs and bars 2.5 texels wide over a plane, light without size, against the ray-traced \

@@ -9,7 +9,7 @@ use crate::cli::report::{self, Origin};
 use crate::cli::stage::Stage;
 use crate::cli::techniques::Choice;
 use crate::cli::truth::{self, Seed};
-use crate::cli::{console, stats, view};
+use crate::cli::{stats, view};
 use edgeshade::host::Host;
 use edgeshade::metrics::{self, Report};
 use edgeshade::picture::{Picture, write_atomic};
@@ -149,6 +149,13 @@ struct Plan {
     choices: Vec<Choice>,
 }
 
+/// Pixels of all frames, for the estimate of the time.
+pub fn pixels(args: &Args) -> Result<u64> {
+    let (scenes, maps) = if args.quick { (QUICK.0.len(), QUICK.1.len()) } else { (shipped::ALL.len(), MAPS.len()) };
+    let size = args.size.unwrap_or(if args.quick { QUICK.2 } else { SIZE });
+    Ok(super::pixels(size, scenes * maps * SCALES.len() * CONTENDERS.len(), args.frames + 1))
+}
+
 pub fn run(args: &Args, host: &Host) -> Result<()> {
     let (quick_scenes, quick_maps, quick_size, quick_samples) = QUICK;
     let (choices, left_out) = available(&CONTENDERS);
@@ -177,7 +184,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     };
     let path = save(args, host, figures.suite, &figures, &page::page(&figures))?.with_extension("svg");
     write_atomic(&path, page::chart(&figures)?.as_bytes())?;
-    console::print(format_args!("wrote {}\n", shown(&path)))
+    args.say(format_args!("wrote {}", shown(&path)))
 }
 
 /// The light so many times as large as the scene's own; where that has no size, as one that says nothing of it.

@@ -19,6 +19,7 @@ mod tile;
 pub use pba::Bands;
 pub use tile::MAX_RADIUS as MAX_TILE_RADIUS;
 
+use crate::error::unknown;
 use crate::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind, shader_struct};
 use crate::{Context, Error, Frame, ImageRef, Result};
 use ash::vk;
@@ -90,8 +91,9 @@ impl FromStr for EdtMethod {
 
     fn from_str(text: &str) -> Result<Self> {
         Self::ALL.into_iter().find(|m| m.to_string() == text).ok_or_else(|| {
-            let names = Self::ALL.map(|m| m.to_string()).join(", ");
-            Error::Parameter(format!("there is no EDT method {text:?}; there are: {names}"))
+            let names = Self::ALL.map(|m| m.to_string());
+            let names: Vec<_> = names.iter().map(String::as_str).collect();
+            Error::Parameter(unknown(&format!("there is no EDT method {text:?}"), text, "there are", &names))
         })
     }
 }

@@ -79,7 +79,7 @@ impl Pba {
             let sizes = std::iter::successors(Some(1), |n| Some(n * 2)).take_while(|&n| n < self.push.bands);
             for merge in sizes {
                 frame.dispatch(&Pass {
-                    name: "edt merge",
+                    name: &format!("edt merge, {} bands each", 2 * merge),
                     pipeline,
                     bind: &[sites, ranges],
                     push: bytemuck::bytes_of(&EdtPush { merge, ..self.push }),

@@ -70,8 +70,9 @@ impl Row {
         self.columns.record(frame, seed_bits)?;
         frame.update(&self.active, &[0; 4]);
         if self.push.radius < UNBOUNDED {
-            for buffer in [Some(&self.labels), self.squared.as_ref()].into_iter().flatten() {
-                frame.fill("edt clear", buffer, NO_SEED);
+            frame.fill("edt clear labels", &self.labels, NO_SEED);
+            if let Some(squared) = &self.squared {
+                frame.fill("edt clear squared distances", squared, NO_SEED);
             }
         }
         let [columns, live] = self.columns.bind();
@@ -92,9 +93,9 @@ impl Row {
         })?;
         frame.count_tiles(self.items, &self.active, 0);
         let row_pixels = self.push.size[0].next_multiple_of(4);
-        frame.copy_to_image("edt copy", &self.labels, row_pixels, output.labels);
+        frame.copy_to_image("edt copy labels", &self.labels, row_pixels, output.labels);
         if let Some(squared) = &self.squared {
-            frame.copy_to_image("edt copy", squared, row_pixels, output.squared);
+            frame.copy_to_image("edt copy squared distances", squared, row_pixels, output.squared);
         }
         Ok(())
     }

@@ -2,7 +2,9 @@
 
 use super::enlarged;
 use super::ground::{self, Ground, UNDER_NOISE, noise, upload};
-use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, is_llvmpipe};
+use crate::common::{
+    Shot, assert_in_range, assert_same_bits, desc, differing, every_nth, every_shipped, frame, is_llvmpipe,
+};
 use crate::common::{renderer, search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::compare;
 use crate::noise::visibility_of;
@@ -137,7 +139,7 @@ fn its_ends_are_pcss_and_rbssm() {
     const BIAS: Set = &[("normal_offset", "0.1"), ("depth_bias", "0.3")];
     with_gpu(|host| {
         let mut apart = [0, 0];
-        for (k, scene) in every_shipped().enumerate() {
+        for (k, scene) in every_nth(2, every_shipped().enumerate()) {
             let (size, map_size, factor) =
                 [([160, 90], 1024, 1.0), ([96, 54], 2048, 6.0), ([160, 90], 100, 10.0)][k % 3];
             let mut r = renderer(host, &scene, desc(size, map_size));
