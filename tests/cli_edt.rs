@@ -74,7 +74,8 @@ fn distances_labels_and_figures() {
     let place = Place::new();
     let pixels = (SIZE[0] * SIZE[1]) as usize;
     let args = ["mask.png", "-o", "d.exr", "--labels", "l.u32", "--frames", "2", "--validate", "--json", "-"];
-    let figures: Value = serde_json::from_str(&place.good(&args)).unwrap();
+    let figures: Value = serde_json::from_str(&place.good(&[&args[..], &["--timing", "wall"]].concat())).unwrap();
+    assert_eq!(figures["timing"], "wall");
     let distances = read_exr(&place.path("d.exr"), SIZE, None).unwrap();
     let labels = place.labels("l.u32");
     assert_eq!((labels.len(), distances.len()), (pixels, pixels));

@@ -298,13 +298,14 @@ pub fn run(args: &Args) -> Outcome {
         });
         let figures = report::Bench {
             suite: suite.name,
-            origin: report::Origin::new(host.info()),
+            origin: report::Origin::new(&host),
             size: args.size.unwrap_or(SIZE),
             frames: args.frames,
             results: results.collect(),
         };
         let stem = format!("{}-{}", suite.name, slug(&host.info().name));
         let markdown = markdown(&figures, &variants) + &(suite.conclusions)(&figures, &variants);
+        let markdown = report::with_times_line(&markdown, host.timing());
         let json_path = args.output.join(format!("{stem}.json"));
         report::write(&json_path, &figures)?;
         write_atomic(&json_path.with_file_name(format!("{stem}.md")), markdown.as_bytes())?;
@@ -406,7 +407,7 @@ fn row(v: &Variant, frames: &[FrameTiming], first: &[FrameTiming], memory_bytes:
 
 fn markdown(figures: &report::Bench, variants: &[Variant]) -> String {
     let [w, h] = figures.size;
-    let report::Origin { device, driver, version } = &figures.origin;
+    let report::Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `{}`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, {} frames a variant, drawn in turns.\n\n\
          GPU milliseconds, median (range). `technique` is its own passes; `ratio` is against the first row of the group, and `adds` \

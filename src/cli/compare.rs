@@ -123,7 +123,7 @@ pub fn run(args: &Args) -> Outcome {
     let (measure, judged, light) = judge_all(args, &choices, &stage, &host)?;
 
     let figures = report::Compare {
-        origin: report::Origin::new(host.info()),
+        origin: report::Origin::new(&host),
         scene: stage.scene.name.clone(),
         triangles: stage.scene.triangles(),
         light,
@@ -319,7 +319,7 @@ fn judge(
     Ok(Judged { row, label, settings, picture, error })
 }
 
-/// What the figures are of, in one or two lines.
+/// What the figures are of, in one line, and where the times come from if that is unusual, in another.
 fn note(figures: &report::Compare) -> String {
     let [w, h] = figures.size;
     let r = &figures.reference;
@@ -331,7 +331,11 @@ fn note(figures: &report::Compare) -> String {
         (false, None) => String::new(),
     };
     let share = 100.0 * figures.pixels_judged as f64 / figures.pixels.max(1) as f64;
-    format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{about}{made}", r.kind)
+    let judged = format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{about}{made}", r.kind);
+    match report::times_line(figures.origin.timing) {
+        Some(times) => format!("{judged}\n{times}"),
+        None => judged,
+    }
 }
 
 /// The settings of the reference, in words.

@@ -149,14 +149,9 @@ impl<'h> Renderer<'h> {
     /// Renders one frame and returns its times.
     pub fn frame(&mut self, technique: &mut dyn Technique) -> Result<FrameTiming> {
         let draw_map = self.desc.dynamic_light || !self.map_is_current;
-        if draw_map {
-            self.view.light_version += 1;
-        }
-        let context = self.host.context();
-        self.host.run(|cmd| {
-            // SAFETY: `cmd` is recording, all work goes to the host's one queue and is waited for.
-            let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), Some(&mut self.timings)) };
+        let timing = self.host.frame(&mut self.timings, |mut frame| {
             if draw_map {
+                self.view.light_version += 1;
                 // A light that reaches nothing visible costs nothing: the map is cleared, nothing is drawn.
                 let nothing = DrawList::default();
                 let list = if self.camera_list.calls.is_empty() { &nothing } else { &self.light_list };
@@ -170,7 +165,7 @@ impl<'h> Renderer<'h> {
             Ok(())
         })?;
         self.map_is_current = true;
-        Ok(self.timings.poll().pop().unwrap_or_default())
+        Ok(timing)
     }
 
     /// Visibility as the average of `samples` (rounded to a square number) hard shadows, each from its own
@@ -200,7 +195,7 @@ impl<'h> Renderer<'h> {
             let view = light_view(scene, &light_sample(light, &self.view.light, points.point(i)));
             let list = DrawList::for_light(scene, &view);
             self.host.run(|cmd| {
-                // SAFETY: as in `frame`.
+                // SAFETY: `cmd` is recording, all work goes to the host's one queue and is waited for.
                 let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
                 self.map.record(&mut frame, &self.gpu, &list)?;
                 let inputs = Inputs {
@@ -233,7 +228,7 @@ impl<'h> Renderer<'h> {
         let given = self.host.upload_image(&desc, bytemuck::cast_slice(visibility))?;
         let context = self.host.context();
         self.host.run(|cmd| {
-            // SAFETY: as in `frame`; `given` lives until the work is done.
+            // SAFETY: as above; `given` lives until the work is done.
             let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
             self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
             let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());

@@ -92,7 +92,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
         results.extend(one_scene(host, scene, &plan)?);
     }
     let means = means(&results, &plan);
-    let figures = Figures { suite: "accuracy", origin: Origin::new(host.info()), size, results, means };
+    let figures = Figures { suite: "accuracy", origin: Origin::new(host), size, results, means };
     let path = save(args, host, figures.suite, &figures, &page(&figures))?.with_extension("svg");
     write_atomic(&path, chart(&figures.means, &plan)?.as_bytes())?;
     console::print(format_args!("wrote {}\n", super::shown(&path)))
@@ -194,7 +194,7 @@ pub const LEGEND: &str = "`mismatch`: share of the judged pixels on the wrong si
 
 fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `accuracy`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, lights without size, against the \
          ray-traced truth.\n\n\

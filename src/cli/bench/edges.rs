@@ -71,8 +71,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
         results.extend(one_scene(host, scene, &plan)?);
     }
     let means = means(&results, &plan);
-    let figures =
-        Figures { suite: plan.suite, origin: Origin::new(host.info()), size: plan.size, left_out, results, means };
+    let figures = Figures { suite: plan.suite, origin: Origin::new(host), size: plan.size, left_out, results, means };
     let path = save(args, host, figures.suite, &figures, &page(&figures))?.with_extension("svg");
     write_atomic(&path, chart(&figures.means, &plan)?.as_bytes())?;
     console::print(format_args!("wrote {}\n", shown(&path)))
@@ -80,7 +79,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
 
 fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `edges`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, lights without size, alpha-masked surfaces \
          left out, against the ray-traced truth.\n\n\
@@ -139,7 +138,7 @@ mod tests {
             results.push(row(scene, Some(512), x, more));
         }
         let means = means(&results, &plan(&choices));
-        let origin = Origin { device: String::new(), driver: String::new(), version: "" };
+        let origin = Origin::default();
         (Figures { suite: "edges", origin, size: [2, 2], left_out: vec!["none".into()], results, means }, choices)
     }
 

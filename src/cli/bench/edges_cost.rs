@@ -222,7 +222,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     }
     let figures = Figures {
         suite: "edges-cost",
-        origin: Origin::new(host.info()),
+        origin: Origin::new(host),
         size,
         shadow_map: MAP,
         frames: args.frames,
@@ -378,7 +378,7 @@ fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Time {
 
 fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `edges-cost`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, shadow map {MAP}x{MAP}, {} frames a row, \
          drawn in turns.\n\n\
@@ -522,7 +522,7 @@ mod tests {
                 passes: vec![],
             }));
         }
-        let origin = Origin { device: String::new(), driver: String::new(), version: "" };
+        let origin = Origin::default();
         let figures = Figures {
             suite: "edges-cost",
             origin,

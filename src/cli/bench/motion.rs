@@ -133,7 +133,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     drop(progress);
     let figures = Figures {
         suite: "motion",
-        origin: Origin::new(host.info()),
+        origin: Origin::new(host),
         size,
         shadow_map: MAP,
         frames,
@@ -218,7 +218,7 @@ fn moved(stage: &Stage, light: &LightView, movement: Movement, texels: f64) -> (
 
 fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `motion`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, map {MAP}, {} frames, {STEP} texels a \
          frame, lights without size.\n\n\
@@ -304,7 +304,7 @@ mod tests {
 
     #[test]
     fn a_renderer_that_was_moved_draws_what_a_new_one_there_draws() {
-        let host = Host::new(&HostDesc { device: None, validation: true }).unwrap();
+        let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
         let size = [160, 90];
         let (mut stage, _) = staged("jenga");
         let choice = Choice::new("sm", &[]).unwrap();

@@ -11,7 +11,7 @@ const FIGURES: &str = "RMSE | in the band | MAE | over | under |\n";
 /// Everything in tables.
 pub fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `penumbra`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, against ray-traced penumbrae of a \
          fixed width.\n\n\

@@ -14,7 +14,7 @@ const RULES: &str = "--:|--:|--:|--:|--:|--:|--:|\n";
 /// Everything in tables.
 pub fn page(figures: &Figures) -> String {
     let [w, h] = figures.size;
-    let Origin { device, driver, version } = &figures.origin;
+    let Origin { device, driver, version, .. } = &figures.origin;
     let mut text = format!(
         "# Suite `soft`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, against ray-traced shadows of the area \
          light, {} rays a pixel.\n\n\
