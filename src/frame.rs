@@ -63,7 +63,14 @@ pub struct Frame<'a> {
     mark: &'static str,
     /// The stages in which this frame and those before it touch memory, as far as this frame has waited for them.
     stages: vk::PipelineStageFlags2,
+    /// Called before each pass, with its name, and after it.
+    #[cfg(feature = "app")]
+    cut: Option<Cut<'a>>,
 }
+
+/// Takes away the command buffer recorded so far and returns one to go on with, which is recording for the same queue.
+#[cfg(feature = "app")]
+pub(crate) type Cut<'a> = &'a mut dyn FnMut(Option<&str>) -> vk::CommandBuffer;
 
 /// Every stage in which the library itself touches memory, those of raster passes apart.
 const OWN_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
@@ -109,6 +116,8 @@ impl<'a> Frame<'a> {
             passes_left: None,
             mark: "",
             stages: OWN_STAGES,
+            #[cfg(feature = "app")]
+            cut: None,
         };
         frame.stages |= frame.raster_stages();
         if let Some(timings) = &mut frame.timings {
@@ -155,6 +164,24 @@ impl<'a> Frame<'a> {
             None => {}
         }
         Ok(())
+    }
+
+    /// Starts a recording that is cut into several command buffers, one a pass. Barriers and debug labels hold across
+    /// them: both are of the queue's order, not of a command buffer.
+    ///
+    /// # Safety
+    /// That of [`Frame::begin`]; what `cut` takes away is submitted at once.
+    #[cfg(feature = "app")]
+    pub(crate) unsafe fn begin_cut(
+        context: &'a Context,
+        cmd: vk::CommandBuffer,
+        timings: &'a mut Timings,
+        cut: Cut<'a>,
+    ) -> Self {
+        // SAFETY: vouched for by the caller.
+        let mut frame = unsafe { Self::begin(context, cmd, Handoff::default(), Some(timings)) };
+        frame.cut = Some(cut);
+        frame
     }
 
     /// The context this frame records for.
@@ -364,6 +391,7 @@ impl<'a> Frame<'a> {
             "" => Cow::Borrowed(name),
             mark => Cow::Owned(format!("{name}{mark}")),
         };
+        self.cut(Some(name));
         self.begin_label(name);
         let cmd = self.cmd;
         self.timings.as_mut().and_then(|t| t.begin_pass(cmd, name))
@@ -374,6 +402,16 @@ impl<'a> Frame<'a> {
             timings.end_pass(self.cmd, query);
         }
         self.end_label();
+        self.cut(None);
+    }
+
+    /// Passes begin and end here, for a frame that is cut into passes.
+    #[inline]
+    fn cut(&mut self, _next: Option<&str>) {
+        #[cfg(feature = "app")]
+        if let Some(cut) = &mut self.cut {
+            self.cmd = cut(_next);
+        }
     }
 
     fn begin_label(&self, name: &str) {

@@ -234,6 +234,37 @@ fn render_writes_picture_and_figures() {
 }
 
 #[test]
+fn the_wall_clock_gives_the_same_picture_and_passes() {
+    let place = Place::new();
+    let render = |timing: &str| {
+        let args = ["render", "jenga", "--timing", timing, "-o", "a.png", "--json", "a.json", "--set", "skip=tiles"];
+        let text = place.good(&[&args[..], &SMALL, &["--validate"]].concat());
+        let read = |name: &str| std::fs::read(place.path(name)).unwrap();
+        let figures: Value = serde_json::from_slice(&read("a.json")).unwrap();
+        assert_eq!(figures["timing"], timing);
+        let is_noted = text.lines().any(|line| line == "times: wall clock, a submission a pass");
+        assert_eq!(is_noted, timing == "wall", "{text}");
+        let passes = figures["passes"].as_array().unwrap();
+        let passes: Vec<_> =
+            passes.iter().map(|p| ["name", "tiles_total", "tiles_active"].map(|k| p[k].clone())).collect();
+        (passes, read("a.png"))
+    };
+    let (passes, picture) = render("timestamps");
+    let (wall_passes, wall_picture) = render("wall");
+    assert!(passes.len() > 3 && passes == wall_passes, "{passes:?} {wall_passes:?}");
+    assert!(picture == wall_picture, "the pictures differ");
+
+    let compare = ["compare", "jenga", "-t", "sm", "--frames", "1", "--samples", "4", "--size", "64x36"];
+    let args = [&compare[..], &["--timing", "wall", "-o", "out"]].concat();
+    let text = place.good(&args);
+    assert!(text.contains("times: wall clock, a submission a pass\n"), "{text}");
+    assert_eq!(place.figures()["timing"], "wall");
+    let figures = place.json(&[&compare[..], &["--timing", "timestamps", "--json", "-"]].concat());
+    assert_eq!(figures["timing"], "timestamps");
+    place.bad(&["render", "--timing", "sundial"], 2, &["--timing", "auto", "timestamps", "wall"]);
+}
+
+#[test]
 fn every_view_is_a_picture_of_its_own() {
     let place = Place::new();
     let mut seen: Vec<Vec<u8>> = vec![];
@@ -688,8 +719,9 @@ fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
 fn the_penumbrae_suite_says_what_edtsm_star_adds() {
     let place = Place::new();
     let args = ["bench", "--suite", "penumbrae", "--quick", "--size", "64x36", "--frames", "1", "-o", "out"];
-    let text = place.good(&args);
+    let text = place.good(&[&args[..], &["--timing", "wall"]].concat());
     let figures = place.figures();
+    assert!(figures["timing"] == "wall" && text.contains("\n\ntimes: wall clock, a submission a pass\n\n"), "{text}");
     let rows = figures["results"].as_array().unwrap();
     assert_eq!(rows.len(), 8 + 4);
     for r in rows {

@@ -77,9 +77,10 @@ fn distances_labels_and_figures() {
     let pixels = (SIZE[0] * SIZE[1]) as usize;
     // Folders are made.
     let args = ["mask.png", "-o", "a/d.exr", "--labels", "b/c/l.u32", "--frames", "2", "--validate", "--json"];
-    let figures: Value = serde_json::from_str(&place.good(&args)).unwrap();
+    let figures: Value = serde_json::from_str(&place.good(&[&["--timing", "wall"], &args[..]].concat())).unwrap();
+    assert_eq!(figures["timing"], "wall");
     json_page::check("edt", &figures);
-    assert_eq!(figures["command"].as_array().unwrap().len(), 2 + args.len());
+    assert_eq!(figures["command"].as_array().unwrap().len(), 4 + args.len());
     let distances = read_exr(&place.path("a/d.exr"), SIZE, None).unwrap();
     let labels = place.labels("b/c/l.u32");
     assert_eq!((labels.len(), distances.len()), (pixels, pixels));

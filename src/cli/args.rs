@@ -3,7 +3,7 @@
 use super::console::is_stdout;
 use super::report;
 use clap::Args;
-use edgeshade::host::{Host, HostDesc};
+use edgeshade::host::{Host, HostDesc, Timing};
 use edgeshade::scene::{CasterFaces, CasterOptions, MAX_SIZE, Masked};
 use edgeshade::{Error, Result};
 use serde::Serialize;
@@ -61,12 +61,29 @@ pub struct DeviceArgs {
     /// Turn on Vulkan's validation layer; any message of it is printed and makes the exit status 1
     #[arg(long)]
     pub validate: bool,
+    /// Where the times of passes come from: the GPU's timestamps, or the host's clock around a submission a pass; `auto`
+    /// takes timestamps unless they miss work
+    #[arg(long, value_name = "auto|timestamps|wall", default_value = "auto", hide_possible_values = true)]
+    pub timing: TimingArg,
+}
+
+/// What `--timing` takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum TimingArg {
+    Auto,
+    Timestamps,
+    Wall,
 }
 
 impl DeviceArgs {
     /// Opens it.
     pub fn open(&self) -> Result<Host> {
-        Host::new(&HostDesc { device: self.device.clone(), validation: self.validate })
+        let timing = match self.timing {
+            TimingArg::Auto => None,
+            TimingArg::Timestamps => Some(Timing::Timestamps),
+            TimingArg::Wall => Some(Timing::Wall),
+        };
+        Host::new(&HostDesc { device: self.device.clone(), validation: self.validate, timing })
     }
 }
 

@@ -484,13 +484,14 @@ fn run_timed(args: &Args, suite: &Suite, variants: &[Variant], host: &Host) -> R
     });
     let figures = report::Bench {
         suite: suite.name,
-        origin: report::Origin::new(host.info()),
+        origin: report::Origin::new(host),
         size: args.size.unwrap_or(SIZE),
         frames: args.frames,
         results: results.collect(),
     };
     let stem = format!("{}-{}", suite.name, slug(&host.info().name));
     let markdown = markdown(&figures, variants) + &(suite.conclusions)(&figures, variants);
+    let markdown = report::with_times_line(&markdown, host.timing());
     let json_path = args.output.join(format!("{stem}.json"));
     args.write(&json_path, &figures)?;
     write_atomic(&json_path.with_file_name(format!("{stem}.md")), markdown.as_bytes())?;

@@ -122,7 +122,7 @@ pub fn run(args: &Args) -> Outcome {
     let (measure, judged, light) = judge_all(args, &choices, &stage, &host)?;
 
     let figures = report::Compare {
-        origin: report::Origin::new(host.info()),
+        origin: report::Origin::new(&host),
         scene: stage.scene.name.clone(),
         triangles: stage.scene.triangles(),
         light,
@@ -325,7 +325,7 @@ fn judge(
 /// Share of the pixels, %, from which on it is said why they are left out.
 const LEAST_TOLD: f64 = 1.0;
 
-/// What the figures are of, in one or two lines.
+/// What the figures are of, in a line or two, and where the times come from if that is unusual, in another.
 fn note(figures: &report::Compare) -> String {
     let [w, h] = figures.size;
     let r = &figures.reference;
@@ -342,7 +342,8 @@ fn note(figures: &report::Compare) -> String {
     let told = reasons.iter().filter(|(share, _)| *share > LEAST_TOLD);
     let told: Vec<_> = told.map(|(share, what)| format!("{share:.1} % {what}")).collect();
     let left_out = if told.is_empty() { String::new() } else { format!("\nleft out: {}", told.join(", ")) };
-    format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{about}{made}{left_out}", r.kind)
+    let times = report::times_line(figures.origin.timing).map(|line| format!("\n{line}")).unwrap_or_default();
+    format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{about}{made}{left_out}{times}", r.kind)
 }
 
 /// The settings of the reference, in words.

@@ -12,7 +12,7 @@ use edgeshade::picture::{NOT_JUDGED, Picture, PngMask, read_png_mask, write_atom
 use edgeshade::reference::edt::{Mask, nearest_fast, squared_distance};
 use edgeshade::table::{Table, number};
 use edgeshade::timing::{FrameTiming, Timings};
-use edgeshade::{Error, Frame, Handoff, Result};
+use edgeshade::{Error, Result};
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
@@ -172,7 +172,7 @@ pub fn run(args: &Args) -> Outcome {
         write_atomic(path, &bytes)?;
     }
     let figures = Figures {
-        origin: Origin::new(host.info()),
+        origin: Origin::new(&host),
         mask: args.mask.display().to_string(),
         size,
         method: done.method.to_string(),
@@ -208,14 +208,14 @@ fn transform(args: &Args, host: &Host, mask: &Mask, method: EdtMethod) -> Result
     let mut frames = vec![];
     // The first is not counted.
     for i in 0..=args.frames {
-        host.run(|cmd| {
-            // SAFETY: `cmd` is recording and is waited for.
-            let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), Some(&mut timings)) };
+        let timing = host.frame(&mut timings, |mut frame| {
             edt.record_bytes(&mut frame, &buffer)?;
             frame.end();
             Ok(())
         })?;
-        frames.extend(timings.poll().into_iter().filter(|_| i > 0));
+        if i > 0 && !timing.passes.is_empty() {
+            frames.push(timing);
+        }
     }
     Ok(Done {
         method: Method::Gpu(edt.method()),
@@ -260,5 +260,8 @@ fn say(console: &Console, figures: &Figures) -> Result<()> {
     }
     table.row(["all", &number(total, 3)]);
     console.say(table)?;
+    if let Some(line) = super::report::times_line(figures.origin.timing) {
+        console.say(line)?;
+    }
     console.say(format_args!("memory: {} MiB", number(figures.memory_bytes as f64 / f64::from(1 << 20), 1)))
 }

@@ -138,7 +138,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
     seconds.total = started.elapsed().as_secs_f64();
 
     let figures = report::Render {
-        origin: report::Origin::new(host.info()),
+        origin: report::Origin::new(&host),
         scene: stage.scene.name.clone(),
         triangles: stage.scene.triangles(),
         technique: choice.info.id,
@@ -294,6 +294,9 @@ fn say(
     } else {
         console.say(format_args!("{id}{settings}, {w}x{h}, shadow map {map}x{map}, {} frames\n", figures.frames))?;
         console.say(pass_table(figures, frames))?;
+        if let Some(line) = report::times_line(figures.origin.timing) {
+            console.say(line)?;
+        }
         if figures.passes.iter().any(|p| p.statistics.is_some()) {
             console.say(statistics_table(figures))?;
         }

@@ -3,7 +3,7 @@
 use super::args::make_folder_of;
 use super::console;
 use super::stats::PassStats;
-use edgeshade::host::DeviceInfo;
+use edgeshade::host::{Host, Timing};
 use edgeshade::picture::write_atomic;
 use edgeshade::reference::ray_traced::LeftOut;
 use edgeshade::technique::{Info, Param, ParamKind, Params};
@@ -13,22 +13,40 @@ use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// What every measurement starts with.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Origin {
     pub device: String,
     pub driver: String,
     pub version: &'static str,
     pub command: Vec<String>,
+    /// Where the times of passes come from.
+    pub timing: Timing,
 }
 
 impl Origin {
-    pub fn new(device: &DeviceInfo) -> Self {
+    /// To be called after the measurement: the first frames show which clock the times come from.
+    pub fn new(host: &Host) -> Self {
+        let info = host.info();
         Self {
-            device: device.name.clone(),
-            driver: device.driver.clone(),
+            device: info.name.clone(),
+            driver: info.driver.clone(),
             version: env!("CARGO_PKG_VERSION"),
             command: command(),
+            timing: host.timing(),
         }
+    }
+}
+
+/// A line that goes with times that are not the usual ones of timestamps.
+pub fn times_line(timing: Timing) -> Option<&'static str> {
+    (timing == Timing::Wall).then_some("times: wall clock, a submission a pass")
+}
+
+/// The page of a suite, with [`times_line`] below its title.
+pub fn with_times_line(page: &str, timing: Timing) -> String {
+    match times_line(timing) {
+        Some(line) => page.replacen("\n\n", &format!("\n\n{line}\n\n"), 1),
+        None => page.to_owned(),
     }
 }
 

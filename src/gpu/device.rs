@@ -41,6 +41,8 @@ impl Device {
         let push_descriptor_set = push_descriptor_set(load)?;
         // SAFETY: the caller of `Context::new` vouches for the handles.
         let properties = unsafe { instance.get_physical_device_properties(physical_device) };
+        #[cfg(feature = "app")]
+        let _lists = crate::host::loader::look_up();
         Ok(Self {
             instance: instance.clone(),
             physical_device,
@@ -61,6 +63,8 @@ impl Device {
         let Some(debug) = &self.debug_utils else { return };
         let name = CString::new(name.replace('\0', " ")).unwrap_or_default();
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+        #[cfg(feature = "app")]
+        let _lists = crate::host::loader::look_up();
         // SAFETY: the handle belongs to this device. A failure (out of host memory) only loses a name.
         let _ = unsafe { debug.set_debug_utils_object_name(&info) };
     }

@@ -1,25 +1,41 @@
 //! A Vulkan device of our own, for the command-line tool, the tests and the benchmarks.
 
+mod clock;
+pub(crate) mod loader;
 mod owner;
 mod select;
 mod transfer;
 
+pub use clock::Timing;
 pub use owner::Messages;
 pub use select::{DeviceInfo, devices};
 
 use crate::error::VkContext;
-use crate::{Context, ContextDesc, Error, Result};
+use crate::timing::{FrameTiming, Timings};
+use crate::{Context, ContextDesc, Error, Frame, Handoff, Result};
 use ash::vk;
+use clock::{Clock, Span, accounts_for, agree, by_wall_clock};
 use owner::Owner;
+use std::cell::Cell;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// What kind of device to open.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct HostDesc {
     /// Index in [`devices`], or part of a name; `None` takes the fastest kind there is.
     pub device: Option<String>,
     /// Turn on the validation layer with synchronization validation, and collect its messages.
     pub validation: bool,
+    /// Where the times of passes come from. `None` takes timestamps unless they miss work, as those of Mesa 25's CPU
+    /// driver miss compute passes; to find out, the first frame is repeated.
+    pub timing: Option<Timing>,
+}
+
+impl Default for HostDesc {
+    fn default() -> Self {
+        Self { device: None, validation: false, timing: Some(Timing::Timestamps) }
+    }
 }
 
 /// Instance, device, one queue and the library's context. Work is submitted and waited for.
@@ -29,6 +45,8 @@ pub struct Host {
     pool: vk::CommandPool,
     fence: vk::Fence,
     info: DeviceInfo,
+    /// `None` until the first frame has shown it.
+    timing: Cell<Option<Timing>>,
 }
 
 impl Host {
@@ -63,7 +81,7 @@ impl Host {
         context.device().name(pool, "host");
         context.device().name(fence, "host");
         let info = DeviceInfo::new(&owner.instance, owner.physical_device);
-        Ok(Self { owner, context, pool, fence, info })
+        Ok(Self { owner, context, pool, fence, info, timing: Cell::new(desc.timing) })
     }
 
     /// The library's context on this device.
@@ -91,30 +109,112 @@ impl Host {
         self.owner.features.depth_clamp
     }
 
+    /// Where the times of [`Host::frame`] come from; unless [`HostDesc::timing`] has said it, to be asked after a frame.
+    pub fn timing(&self) -> Timing {
+        self.timing.get().unwrap_or_default()
+    }
+
     /// Records a command buffer, submits it and waits until it has run.
     pub fn run<T>(&self, record: impl FnOnce(vk::CommandBuffer) -> Result<T>) -> Result<T> {
+        let cmd = self.begin()?;
+        let result = record(cmd).and_then(|value| self.submit(cmd).map(|_| value));
+        self.free(&[cmd]);
+        result
+    }
+
+    /// Records a frame, runs it, waits for it and returns its times. `record` ends the frame; it is called several times
+    /// where it has yet to be found out which clock is right.
+    pub fn frame(&self, timings: &mut Timings, mut record: impl FnMut(Frame<'_>) -> Result<()>) -> Result<FrameTiming> {
+        match self.timing.get() {
+            Some(Timing::Timestamps) => Ok(self.whole_frame(timings, &mut record)?.0),
+            Some(Timing::Wall) => {
+                let (frame, spans) = self.cut_frame(timings, &mut record)?;
+                Ok(by_wall_clock(frame, &spans))
+            }
+            None => {
+                // Warms up: drivers compile shaders in the first frame, next to which the rest of it is nothing.
+                self.whole_frame(timings, &mut record)?;
+                let (frame, ms) = self.whole_frame(timings, &mut record)?;
+                if accounts_for(&frame, ms) {
+                    self.timing.set(Some(Timing::Timestamps));
+                    return Ok(frame);
+                }
+                let (cut, spans) = self.cut_frame(timings, &mut record)?;
+                let (timing, frame) = match agree(&frame, &spans) {
+                    true => (Timing::Timestamps, frame),
+                    false => (Timing::Wall, by_wall_clock(cut, &spans)),
+                };
+                self.timing.set(Some(timing));
+                Ok(frame)
+            }
+        }
+    }
+
+    /// A frame in one submission, with its milliseconds by the host's clock.
+    fn whole_frame(
+        &self,
+        timings: &mut Timings,
+        record: &mut impl FnMut(Frame<'_>) -> Result<()>,
+    ) -> Result<(FrameTiming, f64)> {
+        let cmd = self.begin()?;
+        // SAFETY: `cmd` is recording; all work goes to the host's one queue and is waited for.
+        let frame = unsafe { Frame::begin(&self.context, cmd, Handoff::default(), Some(timings)) };
+        let result = record(frame).and_then(|()| self.submit(cmd));
+        self.free(&[cmd]);
+        result.map(|ms| (timings.poll().pop().unwrap_or_default(), ms))
+    }
+
+    /// A frame in a submission a pass.
+    fn cut_frame(
+        &self,
+        timings: &mut Timings,
+        record: &mut impl FnMut(Frame<'_>) -> Result<()>,
+    ) -> Result<(FrameTiming, Vec<Span>)> {
+        let cmd = self.begin()?;
+        let mut clock = Clock::new(self, cmd);
+        let mut cut = |pass: Option<&str>| clock.cut(pass);
+        // SAFETY: as in `whole_frame`, and so is every command buffer that the clock hands out.
+        let frame = unsafe { Frame::begin_cut(&self.context, cmd, timings, &mut cut) };
+        let result = record(frame).and_then(|()| clock.finish());
+        self.free(&clock.commands);
+        result.map(|()| (timings.poll().pop().unwrap_or_default(), clock.spans))
+    }
+
+    /// A command buffer that is recording.
+    fn begin(&self) -> Result<vk::CommandBuffer> {
         let device = &self.owner.device;
         let info = vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
         // SAFETY: the pool is used by this thread only (`Host` is not `Sync`).
         let cmd = unsafe { device.allocate_command_buffers(&info) }.context("vkAllocateCommandBuffers")?[0];
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the buffer was just allocated.
+        let begun = unsafe { device.begin_command_buffer(cmd, &begin) }.context("vkBeginCommandBuffer");
+        if begun.is_err() {
+            self.free(&[cmd]);
+        }
+        begun.map(|()| cmd)
+    }
+
+    /// Ends a command buffer and runs it; returns the milliseconds from submitting to the end of the wait.
+    fn submit(&self, cmd: vk::CommandBuffer) -> Result<f64> {
+        let device = &self.owner.device;
         let commands = [cmd];
-        // SAFETY: the buffer was just allocated, is submitted once and freed after the fence.
-        let result = unsafe {
-            (|| {
-                device.begin_command_buffer(cmd, &begin).context("vkBeginCommandBuffer")?;
-                let value = record(cmd)?;
-                device.end_command_buffer(cmd).context("vkEndCommandBuffer")?;
-                let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
-                device.queue_submit(self.owner.queue, &submit, self.fence).context("vkQueueSubmit")?;
-                device.wait_for_fences(&[self.fence], true, u64::MAX).context("vkWaitForFences")?;
-                device.reset_fences(&[self.fence]).context("vkResetFences")?;
-                Ok(value)
-            })()
-        };
-        // SAFETY: recorded only, or finished.
-        unsafe { device.free_command_buffers(self.pool, &commands) };
-        result
+        let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+        // SAFETY: the buffer is recording and submitted once; the fence is not in use: every submission is waited for.
+        unsafe {
+            device.end_command_buffer(cmd).context("vkEndCommandBuffer")?;
+            let started = Instant::now();
+            device.queue_submit(self.owner.queue, &submit, self.fence).context("vkQueueSubmit")?;
+            device.wait_for_fences(&[self.fence], true, u64::MAX).context("vkWaitForFences")?;
+            let ms = started.elapsed().as_secs_f64() * 1e3;
+            device.reset_fences(&[self.fence]).context("vkResetFences")?;
+            Ok(ms)
+        }
+    }
+
+    fn free(&self, commands: &[vk::CommandBuffer]) {
+        // SAFETY: they are the pool's, and were only recorded or have run.
+        unsafe { self.owner.device.free_command_buffers(self.pool, commands) };
     }
 }
 

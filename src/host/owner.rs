@@ -1,6 +1,6 @@
 //! Owns instance, device and debug messenger, and destroys them last.
 
-use super::{HostDesc, no_driver, select};
+use super::{HostDesc, loader, no_driver, select};
 use crate::context::requirements;
 use crate::error::VkContext;
 use crate::{DeviceFeatures, Error, Result};
@@ -86,6 +86,15 @@ fn has_debug_utils(entry: &ash::Entry, validation: bool) -> bool {
 
 impl Owner {
     pub fn new(desc: &HostDesc) -> Result<Self> {
+        let mut owner = Self::open(desc)?;
+        if desc.validation && owner.debug_utils {
+            owner.listen()?;
+        }
+        Ok(owner)
+    }
+
+    fn open(desc: &HostDesc) -> Result<Self> {
+        let _lists = loader::change();
         let entry = entry()?;
         let debug_utils = has_debug_utils(&entry, desc.validation);
         let instance = instance(&entry, debug_utils, desc.validation)?;
@@ -97,19 +106,14 @@ impl Owner {
         let physical_device = select::choose(&instance, desc.device.as_deref()).map_err(destroy)?;
         // SAFETY: the physical device is the instance's.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
-        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-        let queue_family = families
-            .iter()
-            .position(|f| f.queue_flags.contains(wanted))
-            .ok_or_else(|| destroy(Error::NoDevice("the device has no queue with graphics and compute".into())))?
-            as u32;
+        let queue_family = select::queue_family(&families)
+            .ok_or_else(|| destroy(Error::NoDevice("the device has no queue with graphics and compute".into())))?;
         // SAFETY: as above; `choose` takes devices of version 1.3 only.
         let features = unsafe { DeviceFeatures::of(&instance, physical_device) };
         let device = create_device(&instance, physical_device, queue_family, features).map_err(destroy)?;
         // SAFETY: the family was asked for with one queue.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
-        let messages = Messages::default();
-        let mut owner = Self {
+        Ok(Self {
             instance,
             physical_device,
             device,
@@ -117,14 +121,10 @@ impl Owner {
             queue_family,
             debug_utils,
             features,
-            messages,
+            messages: Messages::default(),
             messenger: None,
             _entry: entry,
-        };
-        if desc.validation && debug_utils {
-            owner.listen()?;
-        }
-        Ok(owner)
+        })
     }
 
     fn listen(&mut self) -> Result<()> {
@@ -179,6 +179,7 @@ fn create_device(
 
 impl Drop for Owner {
     fn drop(&mut self) {
+        let _lists = loader::change();
         // SAFETY: everything made from the device held this owner and is gone.
         unsafe {
             let _ = self.device.device_wait_idle();

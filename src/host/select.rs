@@ -1,6 +1,6 @@
 //! Which physical device to use.
 
-use super::{no_driver, owner};
+use super::{loader, no_driver, owner};
 use crate::context::requirements;
 use crate::error::VkContext;
 use crate::{Error, Result};
@@ -53,9 +53,38 @@ impl DeviceInfo {
     }
 }
 
+/// Index of the queue family that everything runs on.
+pub(super) fn queue_family(families: &[vk::QueueFamilyProperties]) -> Option<u32> {
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    families.iter().position(|f| f.queue_count > 0 && f.queue_flags.contains(wanted)).map(|i| i as u32)
+}
+
+/// What every device that renders has, whatever its features: drivers may offer devices that are not there, for compiling
+/// shaders alone, such as RADV's null hardware.
+fn missing_hardware(
+    memory: &vk::PhysicalDeviceMemoryProperties,
+    families: &[vk::QueueFamilyProperties],
+) -> Vec<String> {
+    let mut missing = vec![];
+    let heaps = memory.memory_heaps_as_slice();
+    let is_usable = |t: &vk::MemoryType| heaps.get(t.heap_index as usize).is_some_and(|heap| heap.size > 0);
+    if !memory.memory_types_as_slice().iter().any(is_usable) {
+        missing.push("memory: it cannot render".into());
+    }
+    if queue_family(families).is_none() {
+        missing.push("a queue with graphics and compute".into());
+    }
+    missing
+}
+
 fn missing(instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> Vec<String> {
-    // SAFETY: the physical device is the instance's.
-    let mut missing = unsafe { requirements().missing(instance, physical_device) };
+    // SAFETY: the physical device is the instance's, here and below.
+    let memory = unsafe { instance.get_physical_device_memory_properties(physical_device) };
+    // SAFETY: as above.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
+    let mut missing = missing_hardware(&memory, &families);
+    // SAFETY: as above.
+    missing.extend(unsafe { requirements().missing(instance, physical_device) });
     if missing.is_empty() {
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
         let mut has = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
@@ -80,6 +109,7 @@ fn enumerate(instance: &ash::Instance) -> Result<Vec<(vk::PhysicalDevice, Device
 
 /// Every physical device that the drivers offer.
 pub fn devices() -> Result<Vec<DeviceInfo>> {
+    let _lists = loader::change();
     let entry = owner::entry()?;
     let instance = owner::instance(&entry, false, false)?;
     let list = enumerate(&instance);
@@ -90,31 +120,97 @@ pub fn devices() -> Result<Vec<DeviceInfo>> {
 
 /// The device asked for, or the fastest kind that has all that is needed.
 pub(super) fn choose(instance: &ash::Instance, wanted: Option<&str>) -> Result<vk::PhysicalDevice> {
-    let list = enumerate(instance)?;
-    if list.is_empty() {
+    let (handles, infos): (Vec<_>, Vec<_>) = enumerate(instance)?.into_iter().unzip();
+    if infos.is_empty() {
         return Err(no_driver("no Vulkan device was found"));
     }
-    let describe = |infos: &[(vk::PhysicalDevice, DeviceInfo)]| {
-        let line = |(i, (_, d)): (usize, &(_, DeviceInfo))| match d.missing.is_empty() {
+    pick(&infos, wanted).map(|i| handles[i])
+}
+
+/// Index of the device asked for, by its index or a part of its name, or else of the fastest kind. One that lacks
+/// something is never taken; of several with that name, one that lacks nothing is.
+fn pick(devices: &[DeviceInfo], wanted: Option<&str>) -> Result<usize> {
+    let index = wanted.and_then(|text| text.parse().ok()).filter(|&i: &usize| i < devices.len());
+    let is_wanted = |i: usize, d: &DeviceInfo| match (index, wanted) {
+        (Some(index), _) => i == index,
+        (None, Some(text)) => d.name.to_lowercase().contains(&text.to_lowercase()),
+        (None, None) => true,
+    };
+    let matches: Vec<_> = devices.iter().enumerate().filter(|&(i, d)| is_wanted(i, d)).collect();
+    let fit = matches.iter().filter(|(_, d)| d.missing.is_empty());
+    // A device that was asked for is the first of that name; else the kind decides.
+    if let Some((i, _)) = fit.min_by_key(|(_, d)| if wanted.is_some() { 0 } else { d.rank() }) {
+        return Ok(*i);
+    }
+    let list = || {
+        let line = |(i, d): (usize, &DeviceInfo)| match d.missing.is_empty() {
             true => format!("  {i}: {} ({})", d.name, d.kind),
             false => format!("  {i}: {} ({}), lacks {}", d.name, d.kind, d.missing.join(", ")),
         };
-        infos.iter().enumerate().map(line).collect::<Vec<_>>().join("\n")
+        devices.iter().enumerate().map(line).collect::<Vec<_>>().join("\n")
     };
-    let found = match wanted {
-        Some(text) => list
-            .iter()
-            .enumerate()
-            .find(|(i, (_, d))| text.parse() == Ok(*i) || d.name.to_lowercase().contains(&text.to_lowercase())),
-        None => list.iter().enumerate().filter(|(_, (_, d))| d.missing.is_empty()).min_by_key(|(_, (_, d))| d.rank()),
-    };
-    match found {
-        Some((_, (device, info))) if info.missing.is_empty() => Ok(*device),
-        Some((_, (_, info))) => Err(Error::NoDevice(format!("{} lacks {}", info.name, info.missing.join(", ")))),
-        None if wanted.is_some() => {
-            let wanted = wanted.unwrap_or_default();
-            Err(Error::NoDevice(format!("no device matches {wanted:?}; there are:\n{}", describe(&list))))
+    Err(Error::NoDevice(match (wanted, matches.first()) {
+        (Some(_), Some((_, d))) => format!("{} lacks {}", d.name, d.missing.join(", ")),
+        (Some(text), None) => format!("no device matches {text:?}; there are:\n{}", list()),
+        (None, _) => format!("no device has all that is needed:\n{}", list()),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn device(name: &str, kind: &'static str, missing: &[&str]) -> DeviceInfo {
+        DeviceInfo {
+            name: name.into(),
+            driver: "made up".into(),
+            kind,
+            vulkan: "1.3.0".into(),
+            missing: missing.iter().map(|&m| m.into()).collect(),
         }
-        None => Err(Error::NoDevice(format!("no device has all that is needed:\n{}", describe(&list)))),
+    }
+
+    fn family(flags: vk::QueueFlags) -> vk::QueueFamilyProperties {
+        vk::QueueFamilyProperties { queue_flags: flags, queue_count: 1, ..Default::default() }
+    }
+
+    #[test]
+    fn the_fastest_kind_that_renders_is_taken() {
+        let null = device("Null hardware (RADV NAVI21)", "discrete", &["memory: it cannot render"]);
+        let cpu = device("llvmpipe", "cpu", &[]);
+        let gpu = device("Radeon RX 6800 (RADV NAVI21)", "discrete", &[]);
+        let devices = [null.clone(), cpu.clone(), gpu.clone()];
+        assert_eq!(pick(&devices, None).unwrap(), 2);
+        assert_eq!(pick(&[null.clone(), cpu.clone()], None).unwrap(), 1);
+        assert_eq!(pick(&devices, Some("LLVM")).unwrap(), 1);
+        assert_eq!(pick(&devices, Some("1")).unwrap(), 1);
+        // The first of that name that renders.
+        assert_eq!(pick(&devices, Some("navi21")).unwrap(), 2);
+        assert_eq!(pick(&[cpu.clone(), device("llvmpipe", "discrete", &[])], Some("llvmpipe")).unwrap(), 0);
+        let error = |devices: &[_], wanted| pick(devices, wanted).unwrap_err().to_string();
+        for wanted in ["null", "0"] {
+            let error = error(&devices, Some(wanted));
+            assert!(error.contains("Null hardware (RADV NAVI21) lacks memory: it cannot render"), "{error}");
+        }
+        let error_none = error(&[null], None);
+        assert!(error_none.contains("0: Null hardware (RADV NAVI21) (discrete), lacks memory"), "{error_none}");
+        let error = error(&devices, Some("GeForce"));
+        assert!(error.contains("no device matches \"GeForce\"") && error.contains("1: llvmpipe (cpu)\n"), "{error}");
+    }
+
+    #[test]
+    fn a_device_without_memory_or_queue_cannot_render() {
+        let queues = [family(vk::QueueFlags::TRANSFER), family(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE)];
+        assert_eq!(queue_family(&queues), Some(1));
+        assert_eq!(queue_family(&[vk::QueueFamilyProperties { queue_count: 0, ..queues[1] }]), None);
+        let mut memory = vk::PhysicalDeviceMemoryProperties { memory_type_count: 1, ..Default::default() };
+        memory.memory_heap_count = 1;
+        memory.memory_heaps[0].size = 1 << 30;
+        assert_eq!(missing_hardware(&memory, &queues), [""; 0]);
+        assert_eq!(missing_hardware(&memory, &queues[..1]), ["a queue with graphics and compute"]);
+        let none = ["memory: it cannot render"];
+        assert_eq!(missing_hardware(&vk::PhysicalDeviceMemoryProperties::default(), &queues), none);
+        memory.memory_heaps[0].size = 0;
+        assert_eq!(missing_hardware(&memory, &queues), none);
     }
 }

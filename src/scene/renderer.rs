@@ -13,7 +13,6 @@ use crate::technique::{self, OutputFormat, Params, Setup, Technique};
 use crate::timing::{FrameTiming, Timings};
 use crate::view::{CameraView, DepthRange, LightKind, LightView, look_along};
 use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
-use ash::vk;
 
 /// Largest side of an image or a map.
 pub const MAX_SIZE: u32 = 16384;
@@ -102,6 +101,37 @@ impl View {
     }
 }
 
+/// What a renderer's frame draws with.
+struct Drawn<'a> {
+    view: &'a mut View,
+    gpu: &'a GpuScene,
+    casters: Option<&'a SceneCasters>,
+    camera_list: &'a DrawList,
+    light_list: &'a DrawList,
+    map: &'a mut ShadowMap,
+    gbuffer: &'a mut GBuffer,
+    shade: &'a mut Shade,
+}
+
+impl Drawn<'_> {
+    /// Records a whole frame, with the shadow map if `draw_map`, and ends it.
+    fn record(&mut self, mut frame: Frame<'_>, technique: &mut dyn Technique, draw_map: bool) -> Result<()> {
+        if draw_map {
+            self.view.light_version += 1;
+            // A light that reaches nothing visible costs nothing: the map is cleared, nothing is drawn.
+            let nothing = DrawList::default();
+            let list = if self.camera_list.calls.is_empty() { &nothing } else { self.light_list };
+            self.map.record(&mut frame, self.gpu, list)?;
+        }
+        self.gbuffer.record(&mut frame, self.gpu, self.camera_list)?;
+        let inputs = self.view.inputs(self.gbuffer, self.map, self.casters);
+        let visibility = technique.record(&mut frame, &inputs)?;
+        self.shade.record(&mut frame, &inputs, self.gbuffer, &visibility)?;
+        frame.finish(technique.output());
+        Ok(())
+    }
+}
+
 impl<'h> Renderer<'h> {
     /// Uploads the scene and allocates the targets.
     pub fn new(host: &'h Host, scene: &Scene, camera: CameraView, light: &Light, desc: RenderDesc) -> Result<Self> {
@@ -153,30 +183,17 @@ impl<'h> Renderer<'h> {
     /// Renders one frame and returns its times.
     pub fn frame(&mut self, technique: &mut dyn Technique) -> Result<FrameTiming> {
         let draw_map = self.desc.dynamic_light || !self.map_is_current;
-        if draw_map {
-            self.view.light_version += 1;
-        }
         let host = self.host;
-        host.run(|cmd| self.record(cmd, technique, draw_map))?;
+        let (timings, mut drawn) = self.split();
+        let timing = host.frame(timings, |frame| drawn.record(frame, technique, draw_map))?;
         self.map_is_current = true;
-        Ok(self.timings.poll().pop().unwrap_or_default())
+        Ok(timing)
     }
 
-    fn record(&mut self, cmd: vk::CommandBuffer, technique: &mut dyn Technique, draw_map: bool) -> Result<()> {
-        // SAFETY: `cmd` is recording, all work goes to the host's one queue and is waited for.
-        let mut frame = unsafe { Frame::begin(self.host.context(), cmd, Handoff::default(), Some(&mut self.timings)) };
-        if draw_map {
-            // A light that reaches nothing visible costs nothing: the map is cleared, nothing is drawn.
-            let nothing = DrawList::default();
-            let list = if self.camera_list.calls.is_empty() { &nothing } else { &self.light_list };
-            self.map.record(&mut frame, &self.gpu, list)?;
-        }
-        self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
-        let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());
-        let visibility = technique.record(&mut frame, &inputs)?;
-        self.shade.record(&mut frame, &inputs, &self.gbuffer, &visibility)?;
-        frame.finish(technique.output());
-        Ok(())
+    /// The clock of a frame, and what the frame draws.
+    fn split(&mut self) -> (&mut Timings, Drawn<'_>) {
+        let Self { view, gpu, casters, camera_list, light_list, map, gbuffer, shade, timings, .. } = self;
+        (timings, Drawn { view, gpu, casters: casters.as_ref(), camera_list, light_list, map, gbuffer, shade })
     }
 
     /// Visibility as the average of `samples` (rounded to a square number) hard shadows, each from its own
@@ -207,7 +224,7 @@ impl<'h> Renderer<'h> {
             let view = light_view_for(scene, &sample, &self.view.camera);
             let list = DrawList::for_light(scene, &view);
             self.host.run(|cmd| {
-                // SAFETY: as in `frame`.
+                // SAFETY: `cmd` is recording, all work goes to the host's one queue and is waited for.
                 let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
                 self.map.record(&mut frame, &self.gpu, &list)?;
                 let inputs = Inputs {
@@ -240,7 +257,7 @@ impl<'h> Renderer<'h> {
         let given = self.host.upload_image(&desc, bytemuck::cast_slice(visibility))?;
         let context = self.host.context();
         self.host.run(|cmd| {
-            // SAFETY: as in `frame`; `given` lives until the work is done.
+            // SAFETY: as above; `given` lives until the work is done.
             let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
             self.gbuffer.record(&mut frame, &self.gpu, &self.camera_list)?;
             let inputs = self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref());
@@ -362,6 +379,7 @@ mod tests {
     use crate::pass::edt::{Bands, Edt, EdtConfig, EdtMethod};
     use crate::scene::{load_bytes, shipped};
     use crate::technique::{Info, Kind, ParamKind};
+    use ash::vk;
 
     /// A command buffer that is recorded and thrown away: what is asked here does not need the GPU's work.
     fn record_only(host: &Host, record: impl FnOnce(vk::CommandBuffer) -> Result<()>) -> Result<()> {
@@ -416,8 +434,13 @@ mod tests {
                     };
                     // Casters and light move from each frame to the next.
                     for _ in 0..2 {
-                        renderer.view.light_version += 1;
-                        record_only(&host, |cmd| renderer.record(cmd, technique.as_mut(), true)).unwrap();
+                        record_only(&host, |cmd| {
+                            let (timings, mut drawn) = renderer.split();
+                            // SAFETY: `cmd` is recording and never runs.
+                            let frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), Some(timings)) };
+                            drawn.record(frame, technique.as_mut(), true)
+                        })
+                        .unwrap();
                         let names = renderer.timings.recorded();
                         assert!(names.len() > 3, "{} {settings:?}: {names:?}", info.id);
                         if let Some(name) = repeated(names) {

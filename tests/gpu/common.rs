@@ -48,9 +48,14 @@ pub fn with_gpu(test: impl FnOnce(&Host)) {
 
 /// Runs a test and returns what the validation layer said. Prints the time for `.ci/run`, which lists the slowest tests.
 pub fn messages_of(test: impl FnOnce(&Host)) -> Vec<String> {
+    messages_of_host(HostDesc::default(), test)
+}
+
+/// The same on a device opened as `desc` says, with validation whatever it says.
+pub fn messages_of_host(desc: HostDesc, test: impl FnOnce(&Host)) -> Vec<String> {
     let _turn = Turn::wait();
     let started = Instant::now();
-    let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
+    let host = Host::new(&HostDesc { validation: true, ..desc }).unwrap();
     let messages = host.messages().clone();
     test(&host);
     drop(host);

@@ -35,4 +35,5 @@ mod soft_stability;
 mod stability;
 mod statistics;
 mod structs;
+mod timing;
 mod validation;

@@ -99,7 +99,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
         results.extend(one_scene(host, scene, &plan)?);
     }
     let means = means(&results, &plan);
-    let figures = Figures { suite: "accuracy", origin: Origin::new(host.info()), size, results, means };
+    let figures = Figures { suite: "accuracy", origin: Origin::new(host), size, results, means };
     let path = save(args, host, figures.suite, &figures, &page(&figures))?.with_extension("svg");
     write_atomic(&path, chart(&figures.means, &plan)?.as_bytes())?;
     args.say(format_args!("wrote {}", super::shown(&path)))

@@ -77,8 +77,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
         results.extend(one_scene(host, scene, &plan)?);
     }
     let means = means(&results, &plan);
-    let figures =
-        Figures { suite: plan.suite, origin: Origin::new(host.info()), size: plan.size, left_out, results, means };
+    let figures = Figures { suite: plan.suite, origin: Origin::new(host), size: plan.size, left_out, results, means };
     let path = save(args, host, figures.suite, &figures, &page(&figures))?.with_extension("svg");
     write_atomic(&path, chart(&figures.means, &plan)?.as_bytes())?;
     args.say(format_args!("wrote {}", shown(&path)))
@@ -145,7 +144,7 @@ mod tests {
             results.push(row(scene, Some(512), x, more));
         }
         let means = means(&results, &plan(&choices));
-        let origin = Origin { device: String::new(), driver: String::new(), version: "", command: vec![] };
+        let origin = Origin::default();
         (Figures { suite: "edges", origin, size: [2, 2], left_out: vec!["none".into()], results, means }, choices)
     }
 

@@ -229,7 +229,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     }
     let figures = Figures {
         suite: "edges-cost",
-        origin: Origin::new(host.info()),
+        origin: Origin::new(host),
         size,
         shadow_map: MAP,
         frames: args.frames,
@@ -529,7 +529,7 @@ mod tests {
                 passes: vec![],
             }));
         }
-        let origin = Origin { device: String::new(), driver: String::new(), version: "", command: vec![] };
+        let origin = Origin::default();
         let figures = Figures {
             suite: "edges-cost",
             origin,

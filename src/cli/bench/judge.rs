@@ -154,6 +154,7 @@ pub fn mean(values: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
 
 /// Writes a suite's figures and its page, prints the page, and gives the path of the figures.
 pub fn save(args: &Args, host: &Host, suite: &str, figures: &impl Serialize, page: &str) -> Result<PathBuf> {
+    let page = crate::cli::report::with_times_line(page, host.timing());
     let path = args.output.join(format!("{suite}-{}.json", slug(&host.info().name)));
     args.write(&path, figures)?;
     write_atomic(&path.with_extension("md"), page.as_bytes())?;

@@ -140,7 +140,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     drop(progress);
     let figures = Figures {
         suite: "motion",
-        origin: Origin::new(host.info()),
+        origin: Origin::new(host),
         size,
         shadow_map: MAP,
         frames,
@@ -311,7 +311,7 @@ mod tests {
 
     #[test]
     fn a_renderer_that_was_moved_draws_what_a_new_one_there_draws() {
-        let host = Host::new(&HostDesc { device: None, validation: true }).unwrap();
+        let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
         let size = [160, 90];
         let (mut stage, _) = staged("jenga");
         let choice = Choice::new("sm", &[]).unwrap();

@@ -146,7 +146,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     }
     let means = means(&results, maps);
     let beaten = beaten(&results);
-    let figures = Figures { suite: "penumbra", origin: Origin::new(host.info()), size, results, means, beaten };
+    let figures = Figures { suite: "penumbra", origin: Origin::new(host), size, results, means, beaten };
     let path = save(args, host, figures.suite, &figures, &page::page(&figures))?.with_extension("svg");
     write_atomic(&path, page::chart(&figures)?.as_bytes())?;
     args.say(format_args!("wrote {}", shown(&path)))

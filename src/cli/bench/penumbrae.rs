@@ -179,7 +179,7 @@ mod tests {
             };
             r.frame_ratio = r.added_to_frame.map(|a| 1.0 + a);
         }
-        let origin = Origin { device: String::new(), driver: String::new(), version: "", command: vec![] };
+        let origin = Origin::default();
         let text = conclusions(&Bench { suite: "penumbrae", origin, size: [1, 1], frames: 1, results }, &variants);
         assert_eq!(text.matches("| - | - | 2.00 | 1.500 | 2.000 |").count(), shipped::ALL.len(), "{text}");
         assert_eq!(text.matches("ground alone | - | - | 8.00 | 1.500 | 5.000 |").count(), 1, "{text}");

@@ -86,7 +86,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
         }
     }
     drop(progress);
-    let origin = Origin::new(host.info());
+    let origin = Origin::new(host);
     let figures = Figures { suite: "slopes", origin, size, shadow_map: MAP, texel_px, results };
     save(args, host, figures.suite, &figures, &page(&figures, &choices, tilts))?;
     Ok(())
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_technique_without_bias_is_seen_to_have_acne() {
         let size = [256, 256];
-        let host = Host::new(&HostDesc { device: None, validation: true }).unwrap();
+        let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
         let offsets = ["0", "1", "16"].map(|n| Choice::new("sm", &[("normal_offset".into(), n.into())]).unwrap());
         for lamp in [Lamp::Sun, Lamp::Spot] {
             let tilted = Tilted::new(lamp, 60f64.to_radians(), size);

@@ -173,7 +173,7 @@ pub fn run(args: &Args, host: &Host) -> Result<()> {
     }
     let figures = Figures {
         suite: "soft",
-        origin: Origin::new(host.info()),
+        origin: Origin::new(host),
         size: plan.size,
         samples: plan.samples,
         frames: plan.frames,

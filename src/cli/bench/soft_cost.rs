@@ -225,7 +225,7 @@ mod tests {
             assert_eq!(label(&group[0].choice), "sm");
         }
         let results = variants.iter().map(|v| row(&v.group, 2.0, 1.0)).collect();
-        let origin = Origin { device: String::new(), driver: String::new(), version: "", command: vec![] };
+        let origin = Origin::default();
         let text = conclusions(&Bench { suite: "soft-cost", origin, size: [1, 1], frames: 1, results }, &variants);
         let missing = available(&VARIANTS).1;
         assert!(missing.iter().all(|m| text.contains(m.as_str())), "{text}");
