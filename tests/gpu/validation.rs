@@ -56,12 +56,11 @@ fn what_is_left_behind_is_reported() {
 fn a_slow_way_is_reported() {
     let messages = messages_of(|host| {
         let device = host.context().device();
-        let usage = vk::ImageUsageFlags::TRANSFER_DST;
-        let format = vk::Format::R8_UNORM;
-        let desc = ImageDesc { usage, ..ImageDesc::storage("copied into", format, [4, 4]) };
+        let desc = ImageDesc::storage("copied into", vk::Format::R32_UINT, [4, 4]);
+        let desc = ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc };
         let image = Image::new(device, &desc).unwrap();
         let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-        let desc = BufferDesc { name: "source", size: 16, usage, memory: MemoryKind::Gpu };
+        let desc = BufferDesc { name: "source", size: 64, usage, memory: MemoryKind::Gpu };
         let source = Buffer::new(device, &desc).unwrap();
         host.run(|cmd| {
             let layout = vk::ImageLayout::GENERAL;

@@ -65,7 +65,7 @@ fn it_is_kept_while_the_light_stands_still() {
         let mut technique = prepare(&r, "pcss", &[]);
         let mut made = || {
             let passes = r.frame(technique.as_mut()).unwrap().passes;
-            passes.iter().filter(|p| p.name == "hierarchical shadow map").count()
+            passes.iter().filter(|p| p.name.starts_with("hierarchical shadow map")).count()
         };
         assert_eq!([made(), made()], [2, 0]);
     });
