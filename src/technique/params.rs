@@ -253,7 +253,8 @@ mod tests {
     fn errors_list_what_is_allowed() {
         let pcf = find("pcf").unwrap();
         let text = |settings| Params::parse(pcf, settings).unwrap_err().to_string();
-        assert!(text([("widht", "3")]).contains("it has: width, "));
+        let error = text([("widht", "3")]);
+        assert!(error.contains("did you mean \"width\"? It has: width, "), "{error}");
         assert!(text([("width", "4")]).contains("odd, 1 to 63"));
         assert!(text([("width", "65")]).contains("odd, 1 to 63"));
         assert!(text([("fetch", "teleport")]).contains("loop|gather"));

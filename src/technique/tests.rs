@@ -72,6 +72,9 @@ fn an_error_at_any_pass_leaves_nothing_behind() {
             let params = Params::parse(find(id).unwrap(), settings.iter().copied()).unwrap();
             let expected = picture(&host, first.prepare(id, &params).unwrap().as_mut(), &second.inputs());
             let mut technique = first.prepare(id, &params).unwrap();
+            let stale = picture(&host, technique.as_mut(), &first.inputs());
+            assert!(stale.iter().zip(&expected).filter(|(a, b)| a != b).count() > 20, "{id}: the lights tell nothing");
+            let mut technique = first.prepare(id, &params).unwrap();
             let mut after = 0;
             loop {
                 // Of another light, so that everything is made anew; the very first time nothing has ever run.
@@ -82,7 +85,11 @@ fn an_error_at_any_pass_leaves_nothing_behind() {
                 let Some(error) = fail(&host, technique.as_mut(), &second.inputs(), after, submitted) else { break };
                 assert!(error.contains("fails for a test"), "{error}");
                 let seen = picture(&host, technique.as_mut(), &second.inputs());
-                assert!(seen == expected, "{id} {settings:?}: after an error at pass {after}");
+                let wrong = seen.iter().zip(&expected).filter(|(a, b)| a != b).count();
+                // The order in which edsm-x chains edges is left to chance; a pixel may tie two of them. A stale result is
+                // another light's picture.
+                let chance = if id == "edsm-x" { 2 } else { 0 };
+                assert!(wrong <= chance, "{id} {settings:?}: {wrong} pixels differ after an error at pass {after}");
                 after += 1;
             }
             assert!(after > 0, "{id}: no pass failed");
