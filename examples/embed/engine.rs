@@ -203,6 +203,7 @@ impl Engine {
                     self.draw_visibility(cmd, now)?;
                 }
                 self.shadows.reset();
+                self.gpu.device.end_command_buffer(cmd)?;
                 self.gpu.device.begin_command_buffer(cmd, &begin)?;
             }
             self.draw_shadow_map(cmd, &views[0]);

@@ -4,7 +4,7 @@ use crate::gpu::{Buffer, BufferDesc, Device, MemoryKind, shader_struct};
 use crate::view::{CameraView, DepthRange, LightKind, LightView};
 use crate::{Frame, Inputs, NormalEncoding, Result};
 use ash::vk;
-use glam::{DMat3, DMat4, Mat3, Mat4};
+use glam::{DMat2, DMat3, DMat4, DVec2, Mat3, Mat4, Vec4Swizzles, dvec2};
 use std::sync::Arc;
 
 /// Layers that the constants have room for: a point light's six.
@@ -72,15 +72,17 @@ pub(super) fn map_view(inputs: &Inputs<'_>, layer: usize) -> LightView {
 fn pixel_size(camera: &CameraView, extent: [u32; 2]) -> ([f32; 2], f32) {
     // Of a multiple of a projection, the projection.
     let m = &(camera.clip_from_view / (camera.clip_from_view.w_axis.w - camera.clip_from_view.z_axis.w));
-    let finest =
-        (2.0 / (f64::from(extent[0]) * m.x_axis.x)).abs().min((2.0 / (f64::from(extent[1]) * m.y_axis.y)).abs());
+    // From device coordinates to the plane one unit away; a projection may turn the image, as displays are mounted.
+    let plane_from_ndc = DMat2::from_cols(m.x_axis.xy(), m.y_axis.xy()).inverse();
+    let step = |axis: DVec2, pixels: u32| (plane_from_ndc * axis * (2.0 / f64::from(pixels))).length();
+    let finest = step(DVec2::X, extent[0]).min(step(DVec2::Y, extent[1]));
     if camera.is_orthographic() {
         return ([0.0, finest as f32], 1.0);
     }
     // An off-centre projection shears along the axis.
-    let tangent = |scale: f64, shear: f64| (1.0 + shear.abs()) / scale.abs();
-    let (x, y) = (tangent(m.x_axis.x, m.z_axis.x), tangent(m.y_axis.y, m.z_axis.y));
-    ([finest as f32, 0.0], (1.0 + x * x + y * y).sqrt() as f32)
+    let corner = |x: f64, y: f64| (plane_from_ndc * (dvec2(x, y) + m.z_axis.xy())).length_squared();
+    let farthest = corner(1.0, 1.0).max(corner(1.0, -1.0)).max(corner(-1.0, 1.0)).max(corner(-1.0, -1.0));
+    ([finest as f32, 0.0], (1.0 + farthest).sqrt() as f32)
 }
 
 /// `light_area` of `glsl/pass/view.glsl`: half-size factors along the map's axes (uv) and in the world, and the depth
