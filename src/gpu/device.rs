@@ -37,7 +37,7 @@ impl Device {
         let ContextDesc { instance, physical_device, device, .. } = *desc;
         // SAFETY: the caller of `Context::new` vouches for the handles.
         let load = |name: &CStr| unsafe { instance.get_device_proc_addr(device.handle(), name.as_ptr()) };
-        check_functions(load, desc)?;
+        check_functions(load, desc.features.dynamic_rendering, desc.debug_utils)?;
         let push_descriptor_set = push_descriptor_set(load)?;
         // SAFETY: the caller of `Context::new` vouches for the handles.
         let properties = unsafe { instance.get_physical_device_properties(physical_device) };
@@ -121,15 +121,15 @@ fn push_descriptor_set(load: impl Fn(&CStr) -> Loaded) -> Result<vk::PFN_vkCmdPu
 }
 
 /// An error unless the device has what the library calls beyond Vulkan 1.0.
-fn check_functions(load: impl Fn(&CStr) -> Loaded, desc: &ContextDesc<'_>) -> Result<()> {
+fn check_functions(load: impl Fn(&CStr) -> Loaded, dynamic_rendering: bool, debug_utils: bool) -> Result<()> {
     let version = "make the instance with the API version 1.3 (VkApplicationInfo::apiVersion)";
     let debug = "enable VK_EXT_debug_utils when you make the instance, or set ContextDesc::debug_utils to false";
     let wanted = [
         (true, c"vkCmdPipelineBarrier2", version),
         (true, c"vkCmdWriteTimestamp2", version),
-        (desc.features.dynamic_rendering, c"vkCmdBeginRendering", version),
-        (desc.debug_utils, c"vkSetDebugUtilsObjectNameEXT", debug),
-        (desc.debug_utils, c"vkCmdBeginDebugUtilsLabelEXT", debug),
+        (dynamic_rendering, c"vkCmdBeginRendering", version),
+        (debug_utils, c"vkSetDebugUtilsObjectNameEXT", debug),
+        (debug_utils, c"vkCmdBeginDebugUtilsLabelEXT", debug),
     ];
     match wanted.into_iter().find(|(is_called, name, _)| *is_called && load(name).is_none()) {
         None => Ok(()),
@@ -150,6 +150,23 @@ mod tests {
     fn loaded(names: &[(&CStr, unsafe extern "system" fn())]) -> Result<usize> {
         let find = |name: &CStr| names.iter().find(|n| n.0 == name).map(|n| n.1);
         push_descriptor_set(find).map(|f| f as usize)
+    }
+
+    #[test]
+    fn functions_are_wanted_where_they_are_called() {
+        let core = [c"vkCmdPipelineBarrier2", c"vkCmdWriteTimestamp2"];
+        let load = |known: Vec<&'static CStr>| {
+            move |name: &CStr| known.contains(&name).then_some(of_core as unsafe extern "system" fn())
+        };
+        assert!(check_functions(load(core.to_vec()), false, false).is_ok());
+        for (known, rendering, debug, words) in [
+            (&core[1..], false, false, "vkCmdPipelineBarrier2: make the instance with the API version 1.3"),
+            (&core, true, false, "vkCmdBeginRendering: make the instance"),
+            (&core, false, true, "vkSetDebugUtilsObjectNameEXT: enable VK_EXT_debug_utils"),
+        ] {
+            let error = check_functions(load(known.to_vec()), rendering, debug).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
     }
 
     #[test]

@@ -143,14 +143,18 @@ fn camera(light: &LightView, size: [u32; 2]) -> CameraView {
     // and rows that vanish there are a projection from there.
     let from_eye = |row: DVec4| row - DVec4::Y * (row.dot(eye.extend(1.0)) / eye.y);
     let rows = [(x * cos - y * sin) / half[0], (x * sin + y * cos) / half[1], w].map(|r| from_eye(r / w.w));
-    let world_from_view = look_along(eye, DVec3::NEG_Y);
+    // Along the way that `w` grows, one a unit: the view's own -Z.
+    let forward = rows[2].truncate();
+    let scale = forward.length().recip();
+    let world_from_view = look_along(eye, forward * scale);
     let axes = world_from_view.matrix3;
-    let column = |axis: DVec3| {
-        let [x, y, w] = rows.map(|r| r.truncate().dot(axis));
+    let column = |axis: DVec3, w: f64| {
+        let [x, y] = [0, 1].map(|i| scale * rows[i].truncate().dot(axis));
         DVec4::new(x, y, 0.0, w)
     };
-    let offset = DVec4::new(0.0, 0.0, NEAR, 0.0);
-    let clip_from_view = DMat4::from_cols(column(axes.x_axis), column(axes.y_axis), column(axes.z_axis), offset);
+    let offset = DVec4::new(0.0, 0.0, scale * NEAR, 0.0);
+    let clip_from_view =
+        DMat4::from_cols(column(axes.x_axis, 0.0), column(axes.y_axis, 0.0), column(axes.z_axis, -1.0), offset);
     CameraView { world_from_view, clip_from_view, depth: DepthRange::Reversed }
 }
 

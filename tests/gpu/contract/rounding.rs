@@ -119,6 +119,7 @@ fn a_d16_map_is_as_near_to_the_truth_as_d32() {
             let name = light.name.clone();
             let scene = still_life(light);
             let mut r = renderer(host, &scene, desc(size, 512));
+            with_wide_planes(&mut r, &scene);
             frame(&mut r, "sm", &[]);
             let truth = hard(&RayScene::build(&scene).unwrap(), r.camera(), r.light(), size, &|_, _| {}).unwrap();
             let map = rounded(host, &r, D16);
