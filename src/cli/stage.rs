@@ -42,6 +42,9 @@ impl Stage {
         // Before the surfaces go, so that the view stays.
         let camera = camera(&scene, args.camera.as_deref(), &light, size, file)?;
         warn_about_lights(&scene, &light, args.light.is_some());
+        if scene.triangles() == 0 {
+            console::note(format_args!("warning: {}: no triangle is left of it: nothing casts a shadow", scene.name));
+        }
         scene.set_masked(args.masked);
         if let Some(size) = args.light_size {
             resize(&mut light, size)?;
