@@ -227,31 +227,26 @@ impl LightView {
                     .into(),
             );
         }
-        match self.kind {
+        let problem = match self.kind {
             LightKind::Spot { .. } if is_parallel(m) => {
-                return Err(
-                    "kind is Spot, but clip_from_view is a parallel projection: state LightKind::Directional, or \
-                            project in perspective (LightView::spot)"
-                        .into(),
-                );
+                "kind is Spot, but clip_from_view is a parallel projection: state \
+                 LightKind::Directional, or project in perspective (LightView::spot)"
+                    .into()
             }
             LightKind::Directional { .. } if !is_parallel(m) => {
-                return Err(
-                    "kind is Directional, but clip_from_view is a perspective projection: state LightKind::Spot, or \
-                            project in parallel (LightView::directional)"
-                        .into(),
-                );
+                "kind is Directional, but clip_from_view is a perspective \
+                 projection: state LightKind::Spot, or project in parallel (LightView::directional)"
+                    .into()
             }
             LightKind::Spot { size } if !(0.0..f64::INFINITY).contains(&size) => {
-                return Err(format!("the size {size} is not possible: world units, 0 for a point or more"));
+                format!("the size {size} is not possible: world units, 0 for a point or more")
             }
             LightKind::Directional { angle } if !(0.0..PI).contains(&angle) => {
-                return Err(format!(
-                    "the angle {angle} is not possible: radians, 0 for parallel rays up to less than pi"
-                ));
+                format!("the angle {angle} is not possible: radians, 0 for parallel rays up to less than pi")
             }
-            _ => Ok(()),
-        }
+            _ => return Ok(()),
+        };
+        Err(problem)
     }
 
     /// True for a directional light.
@@ -339,7 +334,8 @@ fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: Dep
         ));
     }
     let near = m.w_axis.z / (m.z_axis.z - if grows { 0.0 } else { m.z_axis.w });
-    if !is_parallel(m) && !(near > 0.0 && near.is_finite()) {
+    let in_front = near > 0.0 && near.is_finite();
+    if !(is_parallel(m) || in_front) {
         return Err(format!(
             "clip_from_view has its near plane at the distance {near}: it must be in front of the view"
         ));

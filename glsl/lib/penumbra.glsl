@@ -24,6 +24,10 @@ float pixelReach(float radius, float nearest, vec2 pixel_size, float off_axis) {
   return width > 0.0 ? min(radius * off_axis / width, 65536.0) : 65536.0;
 }
 
+// A surface ends where its normal turns by more than 30 degrees from one pixel to the next; the cosine. A lit face and one that
+// turns away from the light meet in such a crease, and no shadow ends between them.
+const float CREASE_COSINE = 0.8660254;
+
 // Whether a point `apart` away from one with unit normal `n`, `pixels` away in the image where a pixel is `pixel` wide, lies
 // on the surface there: off its plane by at most `tolerance` pixels a pixel.
 bool nearPlane(vec3 n, vec3 apart, float pixels, float pixel, float tolerance) {

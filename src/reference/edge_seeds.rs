@@ -127,6 +127,9 @@ pub(super) struct Apart {
     pub error: f64,
 }
 
+/// `CREASE_COSINE` of `glsl/lib/penumbra.glsl`.
+const CREASE_COSINE: f64 = 0.8660254;
+
 /// A pixel's world width and the bound of its error.
 pub(super) type Width = (f64, f64);
 
@@ -164,10 +167,11 @@ fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixel
     let apart = Apart { vector, error };
     let widths = [p, q].map(|r| view.pixel_width(r.position, r.position_error));
     let width = if widths[0].0 < widths[1].0 { widths[0] } else { widths[1] };
+    let smooth = Decision::positive(p.normal.dot(q.normal) - CREASE_COSINE, p.normal_error + q.normal_error + ROUNDING);
     [p, q]
         .map(|r| near_plane((r.normal, r.normal_error), &apart, pixels, width, tolerance))
         .into_iter()
-        .fold(Decision::Yes, Decision::and)
+        .fold(smooth, Decision::and)
 }
 
 fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Option<Seed> {

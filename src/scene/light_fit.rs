@@ -139,7 +139,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
     let bounds = scene.bounds();
     let center = bounds.center();
     let axes = Axes { rotation, origin: center };
-    let view_from_object = |i: &Instance| axes.from_object(i);
+    let view_from_object = |i: &Instance| axes.of_object(i);
     let around = |i: &Instance| scene.meshes[i.mesh].bounds.transformed(&view_from_object(i));
     let all = scene.instances.iter().map(around).fold(Bounds::EMPTY, Bounds::union);
     if all.is_empty() {
@@ -201,7 +201,7 @@ struct Axes {
 
 impl Axes {
     /// From an instance's own space.
-    fn from_object(&self, instance: &Instance) -> DAffine3 {
+    fn of_object(&self, instance: &Instance) -> DAffine3 {
         let mut moved = instance.world_from_object;
         moved.translation -= self.origin;
         DAffine3 { matrix3: self.rotation, translation: DVec3::ZERO } * moved
@@ -233,7 +233,7 @@ pub fn texel_in_pixels(
     let axes = Axes { rotation: DMat3::IDENTITY, origin: scene.bounds().center() };
     let mut planes = axes.frustum(&camera.world_from_view, &camera.clip_from_view);
     planes.extend(axes.frustum(&light.world_from_view, &light.clip_from_view));
-    let common = bounds_inside(scene, |i| axes.from_object(i), &planes, &[0, 1, 2]);
+    let common = bounds_inside(scene, |i| axes.of_object(i), &planes, &[0, 1, 2]);
     if common.is_empty() {
         return None;
     }

@@ -1,5 +1,6 @@
 //! EDTSM and EDTSM* against their mirrors in `f64`: seeds, nearest edges, intensities, the filter.
 
+mod creases;
 mod limits;
 mod profile;
 mod tilted;

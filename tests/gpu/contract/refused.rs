@@ -38,6 +38,9 @@ fn sm(host: &Host) -> Box<dyn Technique> {
     technique::prepare("sm", host.context(), &setup).unwrap()
 }
 
+/// A change to an image, and words of the error that it must give.
+type Mistake<'a> = (&'a dyn Fn(&mut ImageRef), &'a [&'a str]);
+
 #[test]
 fn images_that_cannot_be_read_as_depth() {
     with_gpu(|host| {
@@ -50,7 +53,7 @@ fn images_that_cannot_be_read_as_depth() {
             change(&mut image);
             image
         };
-        let wrong: &[(&dyn Fn(&mut ImageRef), &[&str])] = &[
+        let wrong: &[Mistake<'_>] = &[
             (&|i| i.format = Format::R8G8B8A8_UNORM, &["R8G8B8A8_UNORM", "allowed", "D32_SFLOAT", "D16_UNORM"]),
             (&|i| i.format = Format::R16_SFLOAT, &["R16_SFLOAT", "allowed"]),
             (&|i| i.format = Format::S8_UINT, &["S8_UINT", "allowed"]),

@@ -47,7 +47,7 @@ fn a_slot_that_comes_round_too_early_never_gives_a_wrong_name() {
         host.run(|cmd| record(host, cmd, sm.as_mut(), &inputs, &mut timings)).unwrap();
         host.run(|cmd| {
             record(host, cmd, pcf.as_mut(), &inputs, &mut timings)?;
-            assert_eq!(names(&timings.poll()), [test.clone()]);
+            assert_eq!(names(&timings.poll()), std::slice::from_ref(&test));
             Ok(())
         })
         .unwrap();
