@@ -3,8 +3,9 @@
 // Binding-free: include it anywhere.
 //
 // Departures, each with the paper's form beside it:
-// * What lies on one surface is told by the planes of both points, in pixels, which holds at every scale and does not cut
-//   penumbrae on surfaces seen at a grazing angle. The paper compares depths (sameDepth), in a unit that it does not state.
+// * What lies on one surface is told by the positions and normals of both points (onePatch), in pixels, which holds at every
+//   scale and cuts penumbrae neither on surfaces seen at a grazing angle nor on curved ones; a surface ends at a crease. The
+//   paper compares depths alone (sameDepth), in a unit that it does not state: its penumbrae run on over creases.
 // * Eq. 9 gives a filter's width as a share of the viewport's height; here in pixels, from the size of a pixel.
 #ifndef EDGESHADE_PENUMBRA
 #define EDGESHADE_PENUMBRA
@@ -24,10 +25,18 @@ float pixelReach(float radius, float nearest, vec2 pixel_size, float off_axis) {
   return width > 0.0 ? min(radius * off_axis / width, 65536.0) : 65536.0;
 }
 
-// Whether a point `apart` away from one with unit normal `n`, `pixels` away in the image where a pixel is `pixel` wide, lies
-// on the surface there: off its plane by at most `tolerance` pixels a pixel.
-bool nearPlane(vec3 n, vec3 apart, float pixels, float pixel, float tolerance) {
-  return abs(dot(n, apart)) <= tolerance * pixel * pixels;
+// A surface ends where its normal turns by more than 30 degrees from one pixel to the next; the cosine.
+const float CREASE_COSINE = 0.8660254;
+
+// Whether a turn through two pixels, from one to the next by angles of the cosines `first` and `second`, is that of a surface
+// with a radius of few pixels, and no crease: the smaller angle is at least a third of the larger.
+bool turnsEvenly(float first, float second) { return 9.0 * (1.0 - max(first, second)) >= 1.0 - min(first, second); }
+
+// Whether points `apart`, with unit normals `n` and `m`, may lie on one smooth surface; `pixels` apart in the image where a
+// pixel is `pixel` wide. The way between points of a plane, a cylinder, a sphere or any paraboloid is at right angles to the
+// sum of their normals. It may be off by as much as puts a point `tolerance` pixels a pixel off the plane of the other.
+bool onePatch(vec3 n, vec3 m, vec3 apart, float pixels, float pixel, float tolerance) {
+  return dot(n, m) > 0.0 && abs(dot(n + m, apart)) <= 2.0 * tolerance * pixel * pixels;
 }
 
 // The paper's test: eye depths differ by at most `tolerance`, here a share of the nearer one.

@@ -78,11 +78,12 @@ float beyondEdge(ivec2 pixel, Receiver p, vec3 apart, float share, float own, in
     ivec2 tap = ivec2(floor(place));
     bool inside = clip.w > 0.0 && all(greaterThanEqual(tap, ivec2(0))) && all(lessThan(tap, ivec2(size)));
     ivec2 at = inside ? tap : pixel;
-    float depth = depthAt(at);
-    bool same = depth != view.far_depth && abs(t - share) * pixels >= EDGE_PIXELS;
-    vec3 q = viewPosition(at, depth);
-    same = same && (PLANES ? nearPlane(p.normal, q - p.position, max(length(vec2(at - pixel)), 0.5), width, push.tolerance)
-                           : sameDepth(p.position.z, q.z, push.tolerance));
+    Receiver q = receiverAt(at);
+    bool same = q.surface && abs(t - share) * pixels >= EDGE_PIXELS;
+    vec3 to_tap = q.position - p.position;
+    float away = max(length(vec2(at - pixel)), 0.5);
+    same = PLANES ? runsOn(pixel, p.normal, at, q.normal, same && onePatch(p.normal, q.normal, to_tap, away, width, push.tolerance))
+                  : same && sameDepth(p.position.z, q.position.z, push.tolerance);
     float expected = t < share ? own : 1.0 - own;
     sum += inside && same ? texelFetch(hard, at, 0).x - expected : 0.0;
   }
@@ -114,7 +115,7 @@ void workOn(ivec2 tile) {
       float beyond = beyondEdge(pixel, p, apart, D, own, wanted_line ? LINE_TAPS : 0);
       if (wanted_line) v = clamp(v + beyond, 0.0, 1.0);
     }
-    imageStore(intensity, pixel, vec4(v, depthAt(pixel), 0.0, 0.0));
+    imageStore(intensity, pixel, vec4(v, packNormal(p.normal), 0.0, 0.0));
     if (near) wanted = true;
     if (SOFT) {
       vec2 width = texelFetch(widths, near ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0), 0).xy;

@@ -88,12 +88,36 @@ float squaredShare(Nearest nearest) {
   return found && width > 0.0 ? nearest.squared / (width * width) : 3.0e38;
 }
 
-bool onSurface(Place at, vec3 apart, uvec4 seed, ivec2 pixels) {
-  if (!PLANES) return sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
+// Whether the surface runs on from pixel `a` to pixel `b`, with normals `n` and `m`, without a crease. Where the normals
+// differ by the angle of a crease the way is halved, and again the half in which they differ more: over a crease they do so
+// to the last pixel, while on a smooth surface the angle shrinks with the way. `wanted`: otherwise false.
+bool runsOn(ivec2 a, vec3 n, ivec2 b, vec3 m, bool wanted) {
+  bool on = wanted, open = wanted && dot(n, m) < CREASE_COSINE;
+  while (open) {
+    ivec2 between = abs(b - a), middle = (a + b) / 2;
+    int pixels = max(between.x, between.y);
+    Receiver r = receiverAt(middle);
+    float first = dot(n, r.normal), second = dot(r.normal, m);
+    on = r.surface && pixels > 1;
+    open = on && min(first, second) < CREASE_COSINE && !(pixels == 2 && turnsEvenly(first, second));
+    if (first < second) {
+      b = middle;
+      m = r.normal;
+    } else {
+      a = middle;
+      n = r.normal;
+    }
+  }
+  return on;
+}
+
+bool onSurface(Place at, vec3 apart, uvec4 seed, ivec2 pixel, bool wanted) {
+  if (!PLANES) return wanted && sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
   // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
-  float between = max(length(vec2(pixels)), 1.0);
-  return nearPlane(at.p.normal, apart, between, at.width, push.tolerance) &&
-         nearPlane(seedNormal(seed), apart, between, at.width, push.tolerance);
+  float pixels = max(length(vec2(pixel - at.pixel)), 1.0);
+  vec3 normal = seedNormal(seed);
+  wanted = wanted && onePatch(at.p.normal, normal, apart, pixels, at.width, push.tolerance);
+  return runsOn(at.pixel, at.p.normal, pixel, normal, wanted);
 }
 
 // Takes the candidate if it is nearer, on the place's surface, and no farther than its own reach if that is `limited`.
@@ -111,7 +135,7 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
     // Without a width there is no penumbra; 0/0 is no share.
     is_label = is_label && (MEET_NEAREST ? !limited || share <= blockReachSquared() : width.x > 0.0);
   }
-  bool nearer = is_label && d2 < nearest.squared && onSurface(at, apart, seed, pixel - at.pixel);
+  bool nearer = onSurface(at, apart, seed, pixel, is_label && d2 < nearest.squared);
   nearest.squared = nearer ? d2 : nearest.squared;
   nearest.label = nearer ? candidate : nearest.label;
 }

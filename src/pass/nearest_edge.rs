@@ -122,7 +122,7 @@ impl NearestEdge {
     }
 
     /// `R32G32_SFLOAT`, in the tiles near an edge only: the intensity of pixels within reach of an edge, of others the
-    /// hard visibility less 2; and the camera depth.
+    /// hard visibility less 2; and the normal, as `packNormal` of `glsl/pass/seed_format.glsl` has it.
     pub fn intensity(&self) -> &Image {
         &self.intensity
     }

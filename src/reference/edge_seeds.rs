@@ -130,20 +130,71 @@ pub(super) struct Apart {
 /// A pixel's world width and the bound of its error.
 pub(super) type Width = (f64, f64);
 
-/// `nearPlane` of `glsl/lib/penumbra.glsl`; `normal` with the bound of its error.
-pub(super) fn near_plane(
-    (normal, normal_error): (DVec3, f64),
+/// A unit normal and the bound of its error.
+pub(super) type Normal = (DVec3, f64);
+
+/// `CREASE_COSINE` of `glsl/lib/penumbra.glsl`.
+const CREASE_COSINE: f64 = 0.8660254;
+
+/// The cosine of the angle between two normals, and the bound of its error.
+fn turn(n: Normal, m: Normal) -> (f64, f64) {
+    (n.0.dot(m.0), n.1 + m.1 + ROUNDING)
+}
+
+/// Whether two normals differ by less than a crease does.
+pub(super) fn is_smooth(n: Normal, m: Normal) -> Decision {
+    let (cosine, error) = turn(n, m);
+    Decision::positive(cosine - CREASE_COSINE, error)
+}
+
+/// `onePatch` of `glsl/lib/penumbra.glsl`.
+pub(super) fn one_patch(
+    n: Normal,
+    m: Normal,
     apart: &Apart,
     pixels: f64,
     (width, width_error): Width,
     tolerance: f64,
 ) -> Decision {
-    let limit = tolerance * width * pixels;
-    let error = apart.error
-        + apart.vector.length() * (normal_error + ROUNDING)
-        + tolerance * width_error * pixels
+    let (cosine, cosine_error) = turn(n, m);
+    let limit = 2.0 * tolerance * width * pixels;
+    let error = 2.0 * apart.error
+        + apart.vector.length() * (n.1 + m.1 + 2.0 * ROUNDING)
+        + 2.0 * tolerance * width_error * pixels
         + ROUNDING * limit;
-    Decision::positive(limit - normal.dot(apart.vector).abs(), error)
+    let is_level = Decision::positive(limit - (n.0 + m.0).dot(apart.vector).abs(), error);
+    Decision::positive(cosine, cosine_error).and(is_level)
+}
+
+/// `runsOn` of `glsl/pass/nearest_edge.glsl`.
+pub(super) fn runs_on(view: &View<'_>, (a, n): ([usize; 2], Normal), (b, m): ([usize; 2], Normal)) -> Decision {
+    let smooth = is_smooth(n, m);
+    if smooth == Decision::Yes {
+        return smooth;
+    }
+    let pixels = a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1]));
+    let middle = [0, 1].map(|i| (a[i] + b[i]) / 2);
+    let halved = match view.receiver(middle) {
+        Some(r) if pixels > 1 => {
+            let k = (r.normal, r.normal_error);
+            let ((first, first_error), (second, second_error)) = (turn(n, k), turn(k, m));
+            let error = first_error + second_error;
+            let [before, after] = [((a, n), (middle, k)), ((middle, k), (b, m))];
+            let half = |(from, to)| {
+                let runs = runs_on(view, from, to);
+                let even = 9.0 * (1.0 - first.max(second)) - (1.0 - first.min(second));
+                if pixels == 2 { runs.or(Decision::positive(even, 10.0 * error)) } else { runs }
+            };
+            match Decision::positive(second - first, error) {
+                Decision::Yes => half(before),
+                Decision::No => half(after),
+                Decision::Doubtful(true) => half(before).unless(half(after)),
+                Decision::Doubtful(false) => half(after).unless(half(before)),
+            }
+        }
+        _ => Decision::No,
+    };
+    smooth.or(halved)
 }
 
 /// `sameDepth` of `glsl/lib/penumbra.glsl`; depths `a` and `b`, off by up to `error` together.
@@ -164,10 +215,8 @@ fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixel
     let apart = Apart { vector, error };
     let widths = [p, q].map(|r| view.pixel_width(r.position, r.position_error));
     let width = if widths[0].0 < widths[1].0 { widths[0] } else { widths[1] };
-    [p, q]
-        .map(|r| near_plane((r.normal, r.normal_error), &apart, pixels, width, tolerance))
-        .into_iter()
-        .fold(Decision::Yes, Decision::and)
+    let [n, m] = [p, q].map(|r| (r.normal, r.normal_error));
+    is_smooth(n, m).and(one_patch(n, m, &apart, pixels, width, tolerance))
 }
 
 fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Option<Seed> {

@@ -3,7 +3,7 @@
 
 pub mod soft;
 
-use super::edge_seeds::{self, Apart, Seed, near_plane, same_depth};
+use super::edge_seeds::{self, Apart, Seed, one_patch, runs_on, same_depth};
 use super::edt::{self, Mask};
 use super::view::{Decision, FrameData, ROUNDING, Receiver, View};
 use crate::pass::edge_seeds::SurfaceTest;
@@ -184,11 +184,9 @@ fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, se
     // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
     let pixels = away[0].hypot(away[1]).max(1.0);
     let width = view.pixel_width(p.position, p.position_error);
-    let planes = [(p.normal, p.normal_error), (seed.normal, seed.normal_error)];
-    let [here, there] = planes.map(|plane| {
-        // What is in doubt moves the point along the surface, and hardly off its planes.
-        let off_plane = plane.0.dot(seed.doubt).abs() + plane.1 * seed.doubt.length();
-        near_plane(plane, &Apart { vector, error: error + off_plane }, pixels, width, tolerance)
-    });
-    here.and(there)
+    let (n, m) = ((p.normal, p.normal_error), (seed.normal, seed.normal_error));
+    // What is in doubt moves the point along the surface, and hardly off its planes.
+    let off_plane = 0.5 * (n.0 + m.0).dot(seed.doubt).abs() + 0.5 * (n.1 + m.1) * seed.doubt.length();
+    let patch = one_patch(n, m, &Apart { vector, error: error + off_plane }, pixels, width, tolerance);
+    if patch == Decision::No { patch } else { patch.and(runs_on(view, (pixel, n), (seed.pixel, m))) }
 }

@@ -3,7 +3,7 @@
 //! The footprint is found by another way than the shader's: by where view rays meet the plane, and where points of the plane
 //! are seen.
 
-use super::edge_seeds::{Apart, near_plane, same_depth};
+use super::edge_seeds::{Apart, Width, same_depth};
 use super::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, View};
 use crate::pass::edge_seeds::SurfaceTest;
 use crate::pass::screen_filter::{Footprint, Kernel};
@@ -253,4 +253,20 @@ fn in_plane(x: DVec3, y: DVec3, half_width: f64, second: bool) -> DVec2 {
     let along = unit.dot(y);
     let b = half_width / (y - unit * along).length();
     dvec2(-b * along / x.length(), b)
+}
+
+/// Whether a point lies near the plane of another; `normal` with the bound of its error.
+fn near_plane(
+    (normal, normal_error): (DVec3, f64),
+    apart: &Apart,
+    pixels: f64,
+    (width, width_error): Width,
+    tolerance: f64,
+) -> Decision {
+    let limit = tolerance * width * pixels;
+    let error = apart.error
+        + apart.vector.length() * (normal_error + ROUNDING)
+        + tolerance * width_error * pixels
+        + ROUNDING * limit;
+    Decision::positive(limit - normal.dot(apart.vector).abs(), error)
 }

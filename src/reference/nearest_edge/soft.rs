@@ -5,7 +5,7 @@ use crate::pass::edge_seeds::SurfaceTest;
 use crate::pass::edt::NO_SEED;
 use crate::pass::seed_width::{Meet, Metric};
 use crate::reference::FrameData;
-use crate::reference::edge_seeds::{self, Apart, Seed, near_plane, same_depth};
+use crate::reference::edge_seeds::{self, Apart, Seed, one_patch, runs_on, same_depth};
 use crate::reference::view::{Decision, ROUNDING, Receiver, View};
 use crate::{Error, Result};
 use glam::{DVec2, DVec3, dvec2};
@@ -302,6 +302,8 @@ impl Line<'_> {
         let away = [0, 1].map(|i| self.pixel[i].abs_diff(tap[i]) as f64);
         let width = self.view.pixel_width(self.p.position, self.p.position_error);
         let pixels = away[0].hypot(away[1]).max(0.5);
-        near_plane((self.p.normal, self.p.normal_error), &Apart { vector, error }, pixels, width, tolerance)
+        let (n, m) = ((self.p.normal, self.p.normal_error), (q.normal, q.normal_error));
+        let patch = one_patch(n, m, &Apart { vector, error }, pixels, width, tolerance);
+        if patch == Decision::No { patch } else { patch.and(runs_on(self.view, (self.pixel, n), (tap, m))) }
     }
 }
