@@ -24,9 +24,12 @@ float pixelReach(float radius, float nearest, vec2 pixel_size, float off_axis) {
   return width > 0.0 ? min(radius * off_axis / width, 65536.0) : 65536.0;
 }
 
-// A surface ends where its normal turns by more than 30 degrees from one pixel to the next; the cosine. A lit face and one that
-// turns away from the light meet in such a crease, and no shadow ends between them.
+// Cosine of 30 degrees: a surface ends at a ridge where its normal turns by more from one pixel to the next.
 const float CREASE_COSINE = 0.8660254;
+
+// Whether a lit face and one that turns away from the light may meet between points `apart`, with unit normals `n` and `m`: no
+// shadow ends at such a ridge. In a valley one face may throw a shadow onto the other.
+bool isRidge(vec3 n, vec3 m, vec3 apart) { return dot(n, m) < CREASE_COSINE && dot(n - m, apart) < 0.0; }
 
 // Whether a point `apart` away from one with unit normal `n`, `pixels` away in the image where a pixel is `pixel` wide, lies
 // on the surface there: off its plane by at most `tolerance` pixels a pixel.

@@ -29,7 +29,7 @@ bool onSameSurface(Receiver p, ivec2 pixel, Receiver q, ivec2 other) {
   if (!PLANES) return sameDepth(p.position.z, q.position.z, push.tolerance);
   vec3 apart = q.position - p.position;
   float pixels = length(vec2(other - pixel)), width = min(pixelWidth(p.position), pixelWidth(q.position));
-  return dot(p.normal, q.normal) >= CREASE_COSINE && nearPlane(p.normal, apart, pixels, width, push.tolerance) &&
+  return !isRidge(p.normal, q.normal, apart) && nearPlane(p.normal, apart, pixels, width, push.tolerance) &&
          nearPlane(q.normal, apart, pixels, width, push.tolerance);
 }
 

@@ -167,11 +167,15 @@ fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixel
     let apart = Apart { vector, error };
     let widths = [p, q].map(|r| view.pixel_width(r.position, r.position_error));
     let width = if widths[0].0 < widths[1].0 { widths[0] } else { widths[1] };
-    let smooth = Decision::positive(p.normal.dot(q.normal) - CREASE_COSINE, p.normal_error + q.normal_error + ROUNDING);
+    // `isRidge`.
+    let turned = p.normal_error + q.normal_error + ROUNDING;
+    let sharp = Decision::positive(CREASE_COSINE - p.normal.dot(q.normal), turned);
+    let falls = -(p.normal - q.normal).dot(vector);
+    let ridge = sharp.and(Decision::positive(falls, 2.0 * error + turned * vector.length()));
     [p, q]
         .map(|r| near_plane((r.normal, r.normal_error), &apart, pixels, width, tolerance))
         .into_iter()
-        .fold(smooth, Decision::and)
+        .fold(ridge.opposite(), Decision::and)
 }
 
 fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Option<Seed> {
