@@ -96,7 +96,7 @@ pub fn unknown(problem: &str, given: &str, intro: &str, known: &[&str]) -> Strin
 /// The known name with the fewest slips from the given one, at most one for every three letters.
 fn closest<'k>(given: &str, known: &[&'k str]) -> Option<&'k str> {
     let given: Vec<char> = given.to_lowercase().chars().collect();
-    // What is much longer than any name is no slip, and comparing takes time by its square.
+    // A text much longer than any name is no slip of the pen, and comparing takes time by the square of its length.
     let known = known.iter().filter(|k| given.len() <= 2 * k.len());
     let (slips, name) = known.map(|k| (slips(&given, &k.chars().collect::<Vec<_>>()), *k)).min_by_key(|k| k.0)?;
     (slips <= given.len().div_ceil(3)).then_some(name)

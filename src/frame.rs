@@ -53,7 +53,7 @@ pub struct Frame<'a> {
     timings: Option<&'a mut Timings>,
     hazards: Hazards,
     groups: u32,
-    /// What this frame has changed, in case its commands never run.
+    /// States that this frame has changed, in case its commands never run.
     changed: Vec<Recorded>,
     closed: bool,
     /// Passes until one fails, for tests of what an error half-way leaves.
@@ -138,12 +138,12 @@ impl<'a> Frame<'a> {
         state.set(value)
     }
 
-    /// Where the recording stands, for [`Frame::since`] and [`Frame::give_up`].
+    /// Marks the current place of the recording, for [`Frame::since`] and [`Frame::give_up`].
     pub(crate) fn mark(&self) -> Mark {
         Mark { changes: self.changed.len(), groups: self.groups }
     }
 
-    /// What was changed since, some of it several times.
+    /// Returns the states changed since the mark; one may occur several times.
     pub(crate) fn since(&self, mark: &Mark) -> &[Recorded] {
         &self.changed[mark.changes..]
     }

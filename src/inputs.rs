@@ -147,7 +147,7 @@ impl Inputs<'_> {
     }
 }
 
-/// What depth may be stored in, of the camera and of the light.
+/// Formats allowed for the depth of the camera and of the light.
 const DEPTH_FORMATS: &[vk::Format] = &[
     vk::Format::D16_UNORM,
     vk::Format::X8_D24_UNORM_PACK32,
@@ -159,7 +159,7 @@ const DEPTH_FORMATS: &[vk::Format] = &[
 ];
 
 impl NormalEncoding {
-    /// What it may be stored in. Further components are not read.
+    /// Formats allowed for the normals. Further components are not read.
     fn formats(self) -> &'static [vk::Format] {
         match self {
             Self::OctahedralSigned => &[
@@ -189,7 +189,7 @@ impl NormalEncoding {
     }
 }
 
-/// What is wrong with an input image as it is stated, and the remedy.
+/// Returns an error that names the fault of an input image as it is stated, and the remedy.
 fn check_image(image: &ImageRef, extent: [u32; 2], formats: &[vk::Format]) -> std::result::Result<(), String> {
     if image.image == vk::Image::null() || image.view == vk::ImageView::null() {
         return Err("the image or its view is null".into());

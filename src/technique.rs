@@ -120,7 +120,7 @@ pub trait Technique {
     fn reset(&mut self) {}
 }
 
-/// What [`prepare`] hands out: the technique, and what its recordings leave behind.
+/// The technique that [`prepare`] hands out, with what its recordings leave behind.
 struct Prepared {
     technique: Box<dyn Technique>,
     left: Vec<Recorded>,

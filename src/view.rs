@@ -85,7 +85,7 @@ impl CameraView {
         self.world_from_view.translation
     }
 
-    /// What is wrong with the matrices, and the remedy.
+    /// Returns an error that names the fault of the matrices, and the remedy.
     pub(crate) fn check(&self) -> Result<(), String> {
         check_matrices(&self.world_from_view, &self.clip_from_view, self.depth)
     }
@@ -142,7 +142,7 @@ pub struct LightView {
     /// Projection of the shadow map, Vulkan clip space (y down): in perspective for a spot light, parallel for a directional
     /// one.
     pub clip_from_view: DMat4,
-    /// How the shadow map made with this projection is to be read. Only [`DepthRange::Standard`], 0 near to 1 far, is
+    /// Depth range of the shadow map made with this projection. Only [`DepthRange::Standard`], 0 near to 1 far, is
     /// supported: the other is refused.
     pub depth: DepthRange,
     /// Kind and size.
@@ -204,7 +204,7 @@ impl LightView {
         clip_from_object(&self.world_from_view, self.clip_from_view, world_from_object)
     }
 
-    /// What is wrong with the matrices, the kind or the size, and the remedy.
+    /// Returns an error that names the fault of the matrices, the kind or the size, and the remedy.
     pub(crate) fn check(&self) -> Result<(), String> {
         check_matrices(&self.world_from_view, &self.clip_from_view, self.depth)?;
         let m = &self.clip_from_view;
@@ -282,11 +282,11 @@ fn is_tilted(clip_from_view: &DMat4) -> bool {
     clip_from_view.row(2).truncate().truncate() != DVec2::ZERO
 }
 
-/// How far the axes of a rigid transform may be from unit length and right angles: at 1e-4 a shadow moves by a tenth of a
+/// Largest deviation of a rigid transform's axes from unit length and right angles: at 1e-4 a shadow moves by a tenth of a
 /// texel of a map of 1024.
 const RIGID: f64 = 1e-4;
 
-/// What is wrong with a view's matrices, and the remedy.
+/// Returns an error that names the fault of a view's matrices, and the remedy.
 fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: DepthRange) -> Result<(), String> {
     for (name, is_finite) in
         [("world_from_view", world_from_view.is_finite()), ("clip_from_view", clip_from_view.is_finite())]

@@ -141,7 +141,7 @@ fn command_buffers_that_are_thrown_away() {
     draw_and_check(Options { technique: "pcf", params: TILES, throw_away: true, ..OPTIONS });
 }
 
-/// What the example prints for `--mistakes`: for each the input, or what else is wrong, and the remedy.
+/// The example prints for `--mistakes` each input, or what else is wrong, and the remedy.
 #[test]
 fn mistakes_are_answered_with_input_and_remedy() {
     check_across_submissions();

@@ -91,7 +91,7 @@ fn a_caster_that_shadows_nothing_in_view_takes_no_texels() {
     let (far, near) = (scene("ships_20M.glb"), scene("ships_12.glb"));
     assert!(width(&far, true) <= width(&near, true), "{} {}", width(&far, true), width(&near, true));
     assert!(width(&far, false) > 1e6, "for any camera all of it counts: {}", width(&far, false));
-    // What is cut off is said.
+    // A coarse map gives a warning.
     let folder = tempfile::tempdir().unwrap();
     let args = ["--shadow-map", "8", "--frames", "1", "--size", "640x360"];
     let output = good(folder.path(), "render", "ships_12.glb", &args);
@@ -163,7 +163,7 @@ fn a_light_within_a_mesh_lights_nothing_outside() {
 #[test]
 fn what_a_file_hides_stays_hidden() {
     assert_eq!(counts(&scene("hidden.glb")), (14, 2));
-    // Also where the file cannot be read without the extension.
+    // The same holds where the file requires the extension.
     let bytes = std::fs::read(file("hidden.glb")).unwrap();
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     let mut json: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();

@@ -198,7 +198,7 @@ impl Engine {
             self.gpu.device.begin_command_buffer(cmd, &begin)?;
             self.frame += 1;
             if self.throw_away && self.frame % 3 == 1 {
-                // As if the window had gone meanwhile. What was recorded never runs, and Edgeshade must know.
+                // This stands for a window that closes meanwhile: the commands never run, and the engine tells Edgeshade so.
                 for now in &views {
                     self.draw_visibility(cmd, now)?;
                 }
@@ -222,7 +222,7 @@ impl Engine {
         Ok(finished)
     }
 
-    /// What the engine says to Edgeshade in a frame.
+    /// The inputs that the engine states in a frame.
     pub fn told(&self, now: &Moment) -> Told {
         let (depth, shadow_map) = (input(&self.depth, DEPTH_READ), input(&self.shadow_map, SHADOW_INPUT));
         Told { camera: now.camera, light: now.light, depth, shadow_map }
@@ -357,7 +357,7 @@ impl Engine {
     }
 }
 
-/// What the engine says to Edgeshade in a frame.
+/// The inputs that the engine states in a frame.
 #[derive(Clone, Copy)]
 pub struct Told {
     pub camera: CameraView,

@@ -1,4 +1,4 @@
-//! What an engine may get wrong, and what Edgeshade answers: an error that names the input and the remedy.
+//! Mistakes that an engine may make, each with Edgeshade's answer: an error that names the input and the remedy.
 
 use crate::engine::{self, Engine, Options, Told};
 use crate::gpu::{Gpu, Result};

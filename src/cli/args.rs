@@ -67,7 +67,7 @@ pub struct DeviceArgs {
     pub timing: TimingArg,
 }
 
-/// What `--timing` takes.
+/// Values of `--timing`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum TimingArg {
     Auto,
@@ -87,7 +87,7 @@ impl DeviceArgs {
     }
 }
 
-/// Where a command's JSON goes.
+/// Destination of a command's JSON.
 #[derive(Args)]
 pub struct JsonArgs {
     /// Write everything as JSON into FILE, which ends in .json, or to standard output: for `-`, or without FILE

@@ -64,7 +64,7 @@ pub struct Args {
     json: JsonArgs,
     #[command(flatten)]
     device: DeviceArgs,
-    /// What the suites have found so far, for `--json`.
+    /// Results of the suites so far, for `--json`.
     #[arg(skip)]
     found: RefCell<Vec<Value>>,
 }
@@ -86,7 +86,7 @@ impl Args {
     }
 }
 
-/// What `bench --json` writes.
+/// The object that `bench --json` writes.
 #[derive(Serialize)]
 struct All<'a> {
     version: &'static str,
@@ -352,7 +352,7 @@ fn revectorization() -> Result<Vec<Variant>> {
     Ok(variants)
 }
 
-/// What is to be measured.
+/// A suite to run, with its variants.
 enum Job {
     Timed(&'static Suite, Vec<Variant>),
     Custom(&'static Custom),

@@ -325,7 +325,7 @@ fn judge(
 /// Share of the pixels, %, from which on it is said why they are left out.
 const LEAST_TOLD: f64 = 1.0;
 
-/// What the figures are of, in a line or two, and where the times come from if that is unusual, in another.
+/// Describes the comparison in a line or two; another line says which clock the times come from if it is not the usual one.
 fn note(figures: &report::Compare) -> String {
     let [w, h] = figures.size;
     let r = &figures.reference;

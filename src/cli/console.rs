@@ -12,7 +12,7 @@ pub struct Console {
 }
 
 impl Console {
-    /// For a command with that `--json`.
+    /// Makes the console of a command with the given `--json`.
     pub fn new(json: &JsonArgs) -> Self {
         Self { to_stderr: json.takes_stdout() }
     }

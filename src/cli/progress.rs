@@ -77,7 +77,7 @@ pub struct Steps {
     timer: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
 }
 
-/// How long [`Steps`] stay silent.
+/// Time for which [`Steps`] stay silent.
 const AT_ONCE: Duration = Duration::from_secs(2);
 
 impl Steps {

@@ -19,12 +19,12 @@ pub struct Origin {
     pub driver: String,
     pub version: &'static str,
     pub command: Vec<String>,
-    /// Where the times of passes come from.
+    /// Clock that the times of passes come from.
     pub timing: Timing,
 }
 
 impl Origin {
-    /// To be called after the measurement: the first frames show which clock the times come from.
+    /// Describes the device. Call it after the measurement: the first frames show which clock the times come from.
     pub fn new(host: &Host) -> Self {
         let info = host.info();
         Self {
@@ -153,7 +153,7 @@ pub struct CompareRow {
     pub memory_bytes: u64,
 }
 
-/// What a suite of timed variants writes.
+/// The object that a suite of timed variants writes.
 #[derive(Debug, Serialize)]
 pub struct Bench {
     pub suite: &'static str,

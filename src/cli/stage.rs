@@ -137,12 +137,12 @@ struct Entries<'a, T> {
     sound: &'a [T],
     broken: &'a [Broken],
     name: fn(&T) -> &str,
-    /// For messages.
+    /// Name of the file, for messages.
     file: &'a str,
 }
 
 impl<'a, T> Entries<'a, T> {
-    /// In the order of the file.
+    /// Returns all entries in the order of the file.
     fn all(&self) -> Vec<Result<&'a T, &'a Broken>> {
         let mut all = vec![];
         let mut broken = self.broken.iter().peekable();

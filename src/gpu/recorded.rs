@@ -1,4 +1,4 @@
-//! What the commands recorded so far leave in a resource, once they have run.
+//! State of a resource after the commands recorded so far have run.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, Ordering};
@@ -20,7 +20,7 @@ impl Recorded {
         self.0.swap(value, Ordering::Relaxed)
     }
 
-    /// As if nothing had ever been recorded.
+    /// Resets the state to that before any recording.
     pub fn forget(&self) {
         self.set(0);
     }

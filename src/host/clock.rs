@@ -1,11 +1,11 @@
-//! Which clock the times of passes come from, and the host's own clock around single passes.
+//! The choice of the clock that times passes, and the host's own clock around single passes.
 
 use super::Host;
 use crate::timing::{FrameTiming, PassTiming};
 use crate::{Error, Result};
 use ash::vk;
 
-/// Where the times of passes come from.
+/// Clock that the times of passes come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Timing {
@@ -60,7 +60,7 @@ pub(super) fn by_wall_clock(frame: FrameTiming, spans: &[Span]) -> FrameTiming {
     let mut counted = frame.passes.into_iter();
     let mut pass = |name: &String, ms: f64| match counted.next() {
         Some(pass) => PassTiming { gpu_ms: ms, ..pass },
-        // Of a device without timestamps, or beyond `timing::MAX_PASSES`.
+        // The device has no timestamps, or the pass lies beyond `timing::MAX_PASSES`.
         None => PassTiming { name: name.clone(), gpu_ms: ms, tiles: None, counts: vec![], statistics: None },
     };
     FrameTiming {

@@ -27,7 +27,7 @@ pub struct HostDesc {
     pub device: Option<String>,
     /// Turn on the validation layer with synchronization validation, and collect its messages.
     pub validation: bool,
-    /// Where the times of passes come from. `None` takes timestamps unless they miss work, as those of Mesa 25's CPU
+    /// Clock that the times of passes come from. `None` takes timestamps unless they miss work, as those of Mesa 25's CPU
     /// driver miss compute passes; to find out, the first frame is repeated.
     pub timing: Option<Timing>,
 }

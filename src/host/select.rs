@@ -59,7 +59,7 @@ pub(super) fn queue_family(families: &[vk::QueueFamilyProperties]) -> Option<u32
     families.iter().position(|f| f.queue_count > 0 && f.queue_flags.contains(wanted)).map(|i| i as u32)
 }
 
-/// What every device that renders has, whatever its features: drivers may offer devices that are not there, for compiling
+/// Lists what a device lacks that every rendering device has, whatever its features: drivers may offer devices that are not there, for compiling
 /// shaders alone, such as RADV's null hardware.
 fn missing_hardware(
     memory: &vk::PhysicalDeviceMemoryProperties,

@@ -1,11 +1,11 @@
-//! Which results of earlier frames still hold: the one place that decides it.
+//! The one place that decides which results of earlier frames still hold.
 
 use crate::gpu::Recorded;
 use crate::view::LightView;
 use crate::{Frame, Inputs};
 use ash::vk;
 
-/// What a kept result was made from. Two lights may count their versions alike, and share a map or not.
+/// Source of a kept result. Two lights may count their versions alike, and share a map or not.
 #[derive(Clone, Copy, PartialEq)]
 struct Source {
     version: u64,
@@ -21,7 +21,7 @@ impl Source {
     }
 }
 
-/// Whether a result that depends on the shadow map, or on the casters as the light sees them, has to be made again.
+/// Decides whether a result that depends on the shadow map, or on the casters as the light sees them, has to be made again.
 #[derive(Default)]
 pub(crate) struct Kept {
     source: Option<Source>,

@@ -43,7 +43,7 @@ pub(super) fn depth_error(format: vk::Format, range: DepthRange) -> f32 {
     if range == DepthRange::Reversed { steps } else { -steps }
 }
 
-/// How far a shadow map's format may round a depth: half a step, and a tenth of one for the driver. Shaders allow for D32
+/// Largest rounding of a depth by a shadow map's format: half a step, and a tenth of one for the driver. Shaders allow for D32
 /// anyway: 0 there.
 fn map_rounding(format: vk::Format) -> f64 {
     match format {
@@ -72,7 +72,7 @@ pub(super) fn map_view(inputs: &Inputs<'_>, layer: usize) -> LightView {
 fn pixel_size(camera: &CameraView, extent: [u32; 2]) -> ([f32; 2], f32) {
     // Of a multiple of a projection, the projection.
     let m = &(camera.clip_from_view / (camera.clip_from_view.w_axis.w - camera.clip_from_view.z_axis.w));
-    // From device coordinates to the plane one unit away; a projection may turn the image, as displays are mounted.
+    // The matrix takes device coordinates to the plane one unit away. A projection may turn the image, as displays are mounted.
     let plane_from_ndc = DMat2::from_cols(m.x_axis.xy(), m.y_axis.xy()).inverse();
     let step = |axis: DVec2, pixels: u32| (plane_from_ndc * axis * (2.0 / f64::from(pixels))).length();
     let finest = step(DVec2::X, extent[0]).min(step(DVec2::Y, extent[1]));

@@ -67,7 +67,7 @@ pub(super) struct Tests<'a> {
     slope: DVec2,
     slope_error: DVec2,
     slack: f64,
-    /// Beyond the map its border goes on; otherwise all is lit there.
+    /// True if the map's border goes on beyond the map; otherwise all is lit there.
     map_goes_on: bool,
 }
 
@@ -89,7 +89,7 @@ impl<'a> Tests<'a> {
         }
     }
 
-    /// With or without `MAP_GOES_ON`.
+    /// Returns the same tests with or without `MAP_GOES_ON`.
     pub fn with_map_going_on(self, map_goes_on: bool) -> Self {
         Self { map_goes_on, ..self }
     }

@@ -216,7 +216,7 @@ impl Pass<'_> {
         if offset == [0, 0] {
             return Some((value, Decision::Yes));
         }
-        // What a spot does not reach says nothing about its shadows.
+        // A pixel that a spot does not reach says nothing about its shadows.
         let reached = match view.light_distance(q.0) {
             Some(_) => view.light_point(q.0, q.1).within_sides,
             None => Decision::Yes,

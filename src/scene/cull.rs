@@ -50,7 +50,7 @@ impl DrawList {
 
     /// What the light's map needs.
     pub fn for_light(scene: &Scene, light: &LightView) -> Self {
-        // Nobody asks for normals there.
+        // The shadow map has no normals.
         Self::new(scene, |world_from_object| light.clip_from_object(world_from_object), |_| DVec4::ZERO)
     }
 

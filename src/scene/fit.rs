@@ -19,7 +19,7 @@ const GROUND_CORNERS: u32 = 96;
 /// Radius of the ground in half diagonals of the scene.
 const GROUND_RADIUS: f64 = 100.0;
 
-/// How far above the scene's lowest point a floor may rise, as a share of the scene's size.
+/// Largest height of a floor above the scene's lowest point, as a share of the scene's size.
 const FLOOR_RISE: f64 = 1e-3;
 /// Share of the ground below a scene that a floor covers at least.
 const FLOOR_SHARE: f64 = 0.5;
@@ -28,7 +28,7 @@ const LONGEST_SHADOW: f64 = 1.0;
 
 /// The floor that a scene brings along: what faces up at its lowest height, if that covers half of the ground below it.
 struct Floor {
-    /// What of the scene is not the floor.
+    /// Bounds of the scene without the floor.
     rest: Bounds,
     /// The floor's own bounds.
     bounds: Bounds,
@@ -208,7 +208,7 @@ fn resolvable_radius(bounds: &Bounds) -> f64 {
 /// Nearest near plane of a perspective, as a share of the distance to the scene's end: depth stays a normal number.
 const LEAST_NEAR: f64 = 1e-12;
 
-/// How far beyond the scene clip planes stay, as a share of its size.
+/// Distance of clip planes beyond the scene, as a share of its size.
 const CLIP_AIR: f64 = 1e-3;
 
 /// The camera with its near and far planes moved to where the scene begins and ends along the view, where they lie
@@ -225,7 +225,7 @@ pub fn clamp_clip_planes(scene: &Scene, camera: &Camera) -> Camera {
     let first = depths.iter().copied().fold(f64::INFINITY, f64::min) - air;
     let last = depths.iter().copied().fold(f64::NEG_INFINITY, f64::max) + air;
     match &mut out.projection {
-        // With reversed depth and no far plane, any near plane is as good as another, down to the least number.
+        // Depth is reversed and has no far plane, so the near plane costs no precision down to the least number.
         Projection::Perspective { near, .. } => *near = near.max(LEAST_NEAR * last.max(0.0)),
         Projection::Orthographic { near, far, .. } if first < *far && last > *near => {
             (*near, *far) = (near.max(first), far.min(last));

@@ -16,7 +16,7 @@ const DEFAULT_SIZE: f64 = 0.03;
 const MOST_PENUMBRA: f64 = 2.0;
 /// A map is cut to what a camera sees if that makes its longer side shorter than this share.
 const WORTH_CUTTING: f64 = 0.5;
-/// How far a map that is cut reaches beyond what is seen, as a share of the longer side.
+/// Margin of a cut map around what is seen, as a share of the longer side.
 const SEEN_MARGIN: f64 = 0.1;
 /// Meshes up to this many triangles are tested for convexity.
 const CONVEX_LIMIT: usize = 256;
@@ -148,7 +148,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
     let towards = -light.world_from_light.transform_vector3(DVec3::NEG_Z);
     // Once a mesh and once a scene: thousands of instances may share a mesh.
     let convex: Vec<bool> = scene.meshes.iter().map(is_convex).collect();
-    // Of an instance's own size: a scene may reach so far that a millionth of it is larger than what stands in it.
+    // The slack goes by the instance's own size: a scene may reach so far that a millionth of it is larger than what stands in it.
     let slack = |i: &Instance| 1e-6 * scene.instance_bounds(i).radius();
     let casting = scene.instances.iter().filter(|i| !convex[i.mesh] || can_shadow(scene, i, towards, slack(i)));
     let casters: Vec<Bounds> = casting.map(around).filter(|b| !b.is_empty()).collect();
@@ -166,7 +166,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
         let longest = |b: &Bounds| (b.max - b.min).truncate().max_element();
         if longest(&needed) <= WORTH_CUTTING * longest(&sides) {
             sides = needed;
-            // What casts into the map; the ground below what is seen does not count.
+            // These planes enclose what casts into the map; the ground below what is seen does not count.
             let planes = [
                 (DVec3::X, -needed.min.x),
                 (DVec3::NEG_X, needed.max.x),
@@ -200,7 +200,7 @@ struct Axes {
 }
 
 impl Axes {
-    /// From an instance's own space.
+    /// Returns the transform from an instance's own space to these axes.
     fn of_object(&self, instance: &Instance) -> DAffine3 {
         let mut moved = instance.world_from_object;
         moved.translation -= self.origin;

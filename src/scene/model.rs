@@ -139,13 +139,13 @@ pub struct Camera {
 /// A camera or light of the file that cannot be used. Others of the file can.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Broken {
-    /// How many sound ones of its kind come before it in the file.
+    /// Number of sound ones of its kind before it in the file.
     pub number: usize,
     /// Its name, or that of its node.
     pub name: String,
     /// Its place in the file: `cameras[1].perspective.znear`.
     pub place: String,
-    /// What is wrong there, and what would be right.
+    /// Description of the fault, and of what would be right.
     pub problem: String,
 }
 

@@ -101,7 +101,7 @@ impl View {
     }
 }
 
-/// What a renderer's frame draws with.
+/// The parts of a renderer that draw a frame.
 struct Drawn<'a> {
     view: &'a mut View,
     gpu: &'a GpuScene,

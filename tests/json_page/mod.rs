@@ -1,4 +1,4 @@
-//! What the tool writes as JSON is what docs/json.md describes.
+//! Checks that docs/json.md describes all that the tool writes as JSON.
 
 use serde_json::Value;
 use std::collections::BTreeSet;

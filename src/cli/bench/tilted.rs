@@ -143,7 +143,7 @@ fn camera(light: &LightView, size: [u32; 2]) -> CameraView {
     // and rows that vanish there are a projection from there.
     let from_eye = |row: DVec4| row - DVec4::Y * (row.dot(eye.extend(1.0)) / eye.y);
     let rows = [(x * cos - y * sin) / half[0], (x * sin + y * cos) / half[1], w].map(|r| from_eye(r / w.w));
-    // Along the way that `w` grows, one a unit: the view's own -Z.
+    // The view looks along the direction in which `w` grows by one a unit.
     let forward = rows[2].truncate();
     let scale = forward.length().recip();
     let world_from_view = look_along(eye, forward * scale);

@@ -45,7 +45,7 @@ pub struct LeftOut {
     pub another_triangle: u64,
     /// Turned away from the light, or grazed by it ([`MIN_N_DOT_L`]), by the ray's triangle and by the G-buffer's normal.
     pub facing_away: u64,
-    /// So turned by the ray's triangle, but not by the G-buffer's normal.
+    /// Pixels turned away by the ray's triangle, but not by the G-buffer's normal.
     pub facing_differently: u64,
     /// Outside the light's frustum.
     pub outside_light: u64,

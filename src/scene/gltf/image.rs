@@ -22,7 +22,7 @@ pub struct Use {
     nearest: bool,
 }
 
-/// What `textures[index]` is; the inner fault says that its image is of a kind that is not read.
+/// Finds the image and sampler of `textures[index]`; the inner fault says that its image is of a kind that is not read.
 pub fn of_texture(document: &Document, index: usize, user: impl FnOnce() -> String) -> Loaded<Loaded<Use>> {
     let texture = entry(&document.textures, "textures", index, || format!("{}: texture index", user()))?;
     let image = texture.source.value();

@@ -188,7 +188,7 @@ fn recentre(plan: &Plan<'_>, meshes: &mut [Mesh], slots: &[Option<usize>]) -> Ve
         if bounds.is_empty() || center.abs().max_element() <= FAR_FROM_ORIGIN * bounds.radius() {
             continue;
         }
-        // Only along axes where all positions lie within a factor of two of the middle: there the difference of two `f32`
+        // Axes count where all positions lie within a factor of two of the middle: there the difference of two `f32`
         // is exact.
         let center = DVec3::select(center.abs().cmpgt(3.0 * half), center, DVec3::ZERO);
         let to_subtract = center.as_vec3().to_array();

@@ -181,7 +181,7 @@ fn an_error_half_way_leaves_nothing_behind() {
     });
 }
 
-/// What is kept is kept: a frame of the same light has fewer passes than the first.
+/// Kept results are not made again: a frame of the same light has fewer passes than the first.
 #[test]
 fn the_same_light_keeps_its_results() {
     with_gpu(|host| {

@@ -1,4 +1,4 @@
-//! What would give a wrong picture without a word is an error that names the input and the remedy.
+//! Inputs that would silently give a wrong picture are errors that name the input and the remedy.
 
 use super::every_technique;
 use crate::common::{desc, prepare, renderer, with_gpu};
@@ -288,7 +288,7 @@ fn vertex_buffers_that_end_too_early() {
     });
 }
 
-/// What `Context::new` says of a device made with an instance of `version` and these extensions.
+/// Result of `Context::new` on a device made with an instance of `version` and these extensions.
 fn context_error(version: u32, extensions: &[&CStr]) -> Result<(), String> {
     // SAFETY: plain Vulkan; everything is destroyed in order.
     unsafe {

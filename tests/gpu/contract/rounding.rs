@@ -110,7 +110,7 @@ fn a_plane_is_lit_whatever_the_format() {
     });
 }
 
-/// Of shadows in a scene the format may cost what it rounds away, and no more.
+/// Shadows in a scene lose what the format rounds away, and no more.
 #[test]
 fn a_d16_map_is_as_near_to_the_truth_as_d32() {
     with_gpu(|host| {

@@ -44,7 +44,7 @@ fn half_plane(light: DVec3, at: DVec3, side: DVec3) -> (Mesh, DAffine3) {
     (cuboid(dvec3(10.0, 0.5, 10.0)), moved(at + 30.0 * light + 10.0 * across) * turn)
 }
 
-/// From above, so turned that edges along Z are aslant in the image.
+/// The scene as seen from above, so turned that edges along Z are aslant in the image.
 fn scene(mut parts: Vec<(Mesh, DAffine3)>, light: DVec3) -> Scene {
     let turn = DAffine3::from_rotation_y(0.3);
     for part in &mut parts {
@@ -61,7 +61,7 @@ struct Run {
 }
 
 impl Run {
-    /// With a normal image.
+    /// Renders with a normal image, and traces the truth.
     fn new(host: &Host, scene: &Scene, penumbra: f64) -> Self {
         let desc = RenderDesc { size: SIZE, map_size: MAP, output: OutputFormat::R32, ..RenderDesc::default() };
         let mut r = Renderer::new(host, scene, scene.cameras[0].view(SIZE), &scene.lights[0], desc).unwrap();
@@ -101,7 +101,7 @@ fn own_shadow(host: &Host, angle: f64, penumbra: f64) {
     let lit = run.pixels().filter(|&i| run.hard[i] == 1.0).count();
     let all = run.pixels().count();
     println!("{what}: {off} of {all} pixels, {lit} lit");
-    // Of a ridge of more the lit face is seen edge on.
+    // The lit face of a steeper ridge is seen edge on.
     assert!((angle > 165.0 || lit > 10) && all - lit > 60, "{what}: seen, {lit} of {all}");
     assert_eq!(off, 0, "{what}: pixels of a penumbra at a crease");
 }
