@@ -27,7 +27,7 @@ float pixelReach(float radius, float nearest, vec2 pixel_size, float off_axis) {
 // Cosine of 30 degrees: a surface ends at a ridge where its normal turns by more from one pixel to the next.
 const float CREASE_COSINE = 0.8660254;
 
-// Whether a lit face and one that turns away from the light may meet between points `apart`, with unit normals `n` and `m`: no
+// True if a lit face and one that turns away from the light may meet between points `apart`, with unit normals `n` and `m`: no
 // shadow ends at such a ridge. In a valley one face may throw a shadow onto the other.
 bool isRidge(vec3 n, vec3 m, vec3 apart) { return dot(n, m) < CREASE_COSINE && dot(n - m, apart) < 0.0; }
 
