@@ -110,7 +110,6 @@ pub mod host;
 mod inputs;
 #[cfg(feature = "app")]
 pub mod metrics;
-pub mod pass;
 #[cfg(feature = "app")]
 pub mod picture;
 #[cfg(feature = "app")]

@@ -1,33 +1,18 @@
 //! The registry: the only list of techniques, with each one's parameter table and constructor.
+//!
+//! Techniques and their passes live in rooms, which `glsl/`, `src/reference` and `tests/gpu` have too. A room uses what is in
+//! the rooms before it: [`common`]; then [`filtering`], [`revectorization`], [`distance_transform`] and [`caster_edges`],
+//! which do not know each other; then [`penumbra`] and [`soft`], which use all of these but [`caster_edges`].
+//! `tests/rooms.rs` checks it.
 
-mod edge_lookup;
-pub mod edsm;
-pub mod edsm_x;
-pub mod edtsm;
-pub mod edtsm_star;
-pub mod edtssm;
-pub mod edtssm_star;
-mod euclidean;
+pub mod caster_edges;
+pub mod common;
+pub mod distance_transform;
+pub mod filtering;
 mod params;
-pub mod pcf;
-pub mod pcss;
-pub mod rbsm;
-pub mod rbsm_branches;
-pub mod rbsm_filtered;
-pub mod rbsm_profile;
-pub mod rbsm_star;
-pub mod rbssm;
-pub mod rbssm_naive;
-mod revectorized;
-pub mod rpcf;
-mod screen_space;
-pub mod shadow_volumes;
-pub mod sm;
-mod soft;
-pub mod soft_auto;
-pub mod ssabss;
-pub mod ssrbssm;
-pub mod sssm;
+pub mod penumbra;
+pub mod revectorization;
+pub mod soft;
 
 pub use params::{Param, ParamKind, Params};
 
@@ -188,7 +173,7 @@ pub struct Info {
     pub kind: Kind,
 }
 
-/// The width of penumbrae that do not depend on the light's size; 0 is [`crate::pass::penumbra::default_penumbra`].
+/// The width of penumbrae that do not depend on the light's size; 0 is [`penumbra::fixed_width::default_penumbra`].
 const PENUMBRA: Param = Param::float(
     "penumbra",
     0.0,
@@ -200,28 +185,28 @@ const PENUMBRA: Param = Param::float(
 
 /// Every technique.
 pub const ALL: &[Info] = &[
-    sm::INFO,
-    pcf::INFO,
-    rbsm::INFO,
-    rbsm_filtered::INFO,
-    rbsm_branches::INFO,
-    rbsm_star::INFO,
-    rbsm_profile::INFO,
-    rpcf::INFO,
-    edtsm::INFO,
-    edtsm_star::INFO,
-    pcss::INFO,
-    rbssm::INFO,
-    rbssm_naive::INFO,
-    ssabss::INFO,
-    ssrbssm::INFO,
-    edtssm::INFO,
-    edtssm_star::INFO,
-    soft_auto::INFO,
-    shadow_volumes::INFO,
-    sssm::INFO,
-    edsm::INFO,
-    edsm_x::INFO,
+    filtering::sm::INFO,
+    filtering::pcf::INFO,
+    revectorization::rbsm::INFO,
+    revectorization::rbsm_filtered::INFO,
+    revectorization::rbsm_branches::INFO,
+    revectorization::rbsm_star::INFO,
+    revectorization::rbsm_profile::INFO,
+    revectorization::rpcf::INFO,
+    penumbra::edtsm::INFO,
+    penumbra::edtsm_star::INFO,
+    soft::pcss::INFO,
+    soft::rbssm::INFO,
+    soft::rbssm_naive::INFO,
+    soft::ssabss::INFO,
+    soft::ssrbssm::INFO,
+    penumbra::edtssm::INFO,
+    penumbra::edtssm_star::INFO,
+    soft::soft_auto::INFO,
+    caster_edges::shadow_volumes::INFO,
+    caster_edges::sssm::INFO,
+    caster_edges::edsm::INFO,
+    caster_edges::edsm_x::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

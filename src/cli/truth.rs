@@ -6,12 +6,12 @@ use super::stage::Stage;
 use super::techniques::Choice;
 use edgeshade::Result;
 use edgeshade::metrics;
-use edgeshade::pass::penumbra::penumbra_width;
 use edgeshade::picture::Picture;
 use edgeshade::reference::ray_traced::{
     Cache, FixedPenumbraSettings, Method, Origin, RayScene, SoftSettings, Truth, cache_key, trace,
 };
 use edgeshade::scene::{Light, Renderer, Scene};
+use edgeshade::technique::penumbra::fixed_width::penumbra_width;
 use edgeshade::view::{CameraView, LightKind, LightView};
 
 /// Seed of the truth, and of a second one that is compared with it.

@@ -1,6 +1,6 @@
 //! Mirror of `glsl/lib/area_light.glsl`: similar triangles of an area light, in `f64`.
 
-use crate::pass::view::ViewConstants;
+use crate::technique::common::view::ViewConstants;
 use glam::{DVec2, dvec2};
 
 /// An area light as its shadow map's constants describe it: a square parallel to the map, or a sun.

@@ -1,6 +1,6 @@
 //! Mirror of `glsl/pass/depth_bounds.comp`.
 
-use crate::pass::depth_bounds::BLOCKS;
+use crate::technique::common::depth_bounds::BLOCKS;
 use glam::{DVec2, dvec2};
 
 /// Bounds of the depths in a block: the texel at `t` from the block's centre holds

@@ -3,8 +3,8 @@
 
 use super::rbsm;
 use super::view::{Decision, FrameData, ROUNDING, Receiver, View};
-use crate::pass::edge_seeds::SurfaceTest;
-use crate::pass::tiles::TILE;
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::tiles::TILE;
 use crate::{Error, Result};
 use glam::DVec3;
 

@@ -6,7 +6,7 @@ use crate::view::LightView;
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat2, DMat4, DVec2, DVec4, Vec3, dvec2};
 
-/// `EdgeSegment` as the shaders store it: [`crate::pass::edge_segments::SEGMENT`] bytes.
+/// `EdgeSegment` as the shaders store it: [`crate::technique::caster_edges::edge_segments::SEGMENT`] bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StoredSegment {

@@ -6,7 +6,7 @@ use super::rbsm::{self, Tests};
 use super::sssm::displaced;
 use super::view::{Decision, FrameData, Mirror, View};
 use crate::Result;
-use crate::pass::edsm::{BorderKernel, DistanceConfig};
+use crate::technique::caster_edges::edsm::{BorderKernel, DistanceConfig};
 use glam::{DVec2, dvec2};
 
 /// What an edge leaves at a point.

@@ -8,7 +8,7 @@ use super::edsm::border;
 use super::map_receiver::{MapReceiver, OpenReceiver, receive};
 use super::view::{DEPTH_ULPS, FrameData, Mirror, ROUNDING, Verdict, View};
 use crate::Result;
-use crate::pass::edsm::BorderKernel;
+use crate::technique::caster_edges::edsm::BorderKernel;
 use glam::{DVec2, dvec2};
 
 /// Settings of the technique.

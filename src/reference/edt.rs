@@ -2,7 +2,7 @@
 //!
 //! All passes of a transform work towards the one result that [`nearest`] defines, so they share it as their mirror.
 
-use crate::pass::edt::NO_SEED;
+use crate::technique::distance_transform::NO_SEED;
 use rayon::prelude::*;
 
 /// Which pixels are seeds, row by row from the top.
@@ -20,7 +20,7 @@ impl Mask {
         self.seeds[y * self.size[0] + x]
     }
 
-    /// As the passes take them: see [`crate::pass::edt::Edt::seed_bits`].
+    /// As the passes take them: see [`crate::technique::distance_transform::Edt::seed_bits`].
     pub fn seed_bits(&self) -> Vec<u32> {
         let [width, height] = self.size;
         let mut words = vec![0; width * height.div_ceil(32)];

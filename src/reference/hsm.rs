@@ -24,7 +24,7 @@ fn merge(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
 impl Hsm {
     /// Of a map's depths, row by row from the top. What lies outside the map counts as 1.
     pub fn new(shadow_map: &[f32], map_size: [u32; 2]) -> Self {
-        let (extent, count) = crate::pass::hsm::levels(map_size);
+        let (extent, count) = crate::technique::common::hsm::levels(map_size);
         let mut levels: Vec<Level> = vec![];
         for l in 0..count {
             let size = extent.map(|n| (n >> l).max(1) as usize);

@@ -2,7 +2,7 @@
 
 use super::edge_seeds::{Apart, near_plane, same_depth};
 use super::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, View};
-use crate::pass::edge_seeds::SurfaceTest;
+use crate::technique::common::surface::SurfaceTest;
 use crate::{Error, Result};
 
 /// Settings of the passes.

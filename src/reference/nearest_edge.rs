@@ -6,8 +6,8 @@ pub mod soft;
 use super::edge_seeds::{self, Apart, Seed, near_plane, same_depth};
 use super::edt::{self, Mask};
 use super::view::{Decision, FrameData, ROUNDING, Receiver, View};
-use crate::pass::edge_seeds::SurfaceTest;
-use crate::pass::edt::NO_SEED;
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::distance_transform::NO_SEED;
 use crate::{Error, Result};
 use std::collections::HashMap;
 

@@ -4,7 +4,7 @@ use super::depth_bounds;
 use super::map_receiver::{MapReceiver, OpenReceiver, receive};
 use super::view::{Decision, FrameData, Mirror, ROUNDING, Verdict, View, shadow_test};
 use crate::Result;
-use crate::pass::tiles::TILE;
+use crate::technique::common::tiles::TILE;
 use glam::DVec2;
 
 /// Settings of the filter.

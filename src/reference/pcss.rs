@@ -7,7 +7,7 @@ use super::soft::{self, Bounded, SoftReceiver};
 pub use super::soft::{Class, Classified, MapClasses};
 use super::view::{Decision, FrameData, Mirror, ROUNDING, Verdict, View};
 use crate::Result;
-use crate::pass::soft::SearchWindow;
+use crate::technique::common::blocker_search::SearchWindow;
 use glam::DVec2;
 
 /// `NARROWEST_FILTER` and `NARROWEST_SEARCH`, texels.

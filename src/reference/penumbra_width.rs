@@ -6,7 +6,7 @@ use super::map_receiver::{MapReceiver, receive};
 use super::soft::{self, Bounded, SoftReceiver};
 use super::view::{Decision, FrameData, ROUNDING, View};
 use crate::Result;
-use crate::pass::soft::SearchWindow;
+use crate::technique::common::blocker_search::SearchWindow;
 use glam::DVec2;
 
 /// `NARROWEST_SEARCH`, texels.

@@ -9,8 +9,8 @@ use super::soft::{self, Bounded, SoftReceiver, floors};
 pub use super::soft::{Class, Classified, MapClasses};
 use super::view::{FrameData, Mirror, ROUNDING, Verdict, View};
 use crate::Result;
-use crate::pass::rbssm::RbssmVisibility;
-use crate::pass::soft::SearchWindow;
+use crate::technique::common::blocker_search::SearchWindow;
+use crate::technique::soft::rbssm::RbssmVisibility;
 use glam::{DVec2, dvec2};
 
 /// Where too much is in doubt to be followed up.

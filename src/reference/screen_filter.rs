@@ -5,8 +5,8 @@
 
 use super::edge_seeds::{Apart, near_plane, same_depth};
 use super::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, View};
-use crate::pass::edge_seeds::SurfaceTest;
-use crate::pass::screen_filter::{Footprint, Kernel};
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::soft::screen_filter::{Footprint, Kernel};
 use crate::{Error, Result};
 use glam::{DVec2, DVec3, dvec2};
 

@@ -7,8 +7,8 @@ use super::map_receiver::{MapReceiver, receive};
 use super::soft::{self, Bounded, SoftReceiver};
 use super::view::{FrameData, ROUNDING, View};
 use crate::Result;
-use crate::pass::seed_width::Metric;
-use crate::pass::soft::SearchWindow;
+use crate::technique::common::blocker_search::SearchWindow;
+use crate::technique::penumbra::seed_width::Metric;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 

@@ -10,7 +10,7 @@ use super::depth_bounds;
 use super::hsm::Hsm;
 use super::map_receiver::OpenReceiver;
 use super::view::{Decision, ROUNDING, Verdict, View, shadow_test};
-use crate::pass::depth_bounds::BLOCKS;
+use crate::technique::common::depth_bounds::BLOCKS;
 use glam::{DVec2, dvec2};
 
 /// What a pixel is by the depths in its search window: conservative, so that the first two are its visibility.

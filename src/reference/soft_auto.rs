@@ -9,7 +9,7 @@ use super::soft::{self, Bounded};
 use super::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, Verdict, View};
 use super::{pcss, rbsm, rbssm};
 use crate::Result;
-use crate::pass::soft::SearchWindow;
+use crate::technique::common::blocker_search::SearchWindow;
 use glam::DVec2;
 
 /// `NARROWEST_SEARCH`, texels.

@@ -5,7 +5,7 @@
 //! it, a running error analysis. A decision whose margin lies within its bound is in doubt: the shader may rightly
 //! decide the other way.
 
-use crate::pass::view::ViewConstants;
+use crate::technique::common::view::ViewConstants;
 use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Mat3, Mat4, Vec4, dvec2, dvec3};
 

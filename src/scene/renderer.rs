@@ -7,8 +7,8 @@ use super::{
 };
 use crate::gpu::{Image, ImageDesc};
 use crate::host::Host;
-use crate::pass::accumulate::Accumulate;
 use crate::reference::ray_traced::Stratified;
+use crate::technique::common::accumulate::Accumulate;
 use crate::technique::{self, OutputFormat, Params, Setup, Technique};
 use crate::timing::{FrameTiming, Timings};
 use crate::view::{CameraView, DepthRange, LightKind, LightView, look_along};
@@ -376,8 +376,8 @@ mod tests {
     use super::*;
     use crate::gpu::{Buffer, BufferDesc, MemoryKind};
     use crate::host::HostDesc;
-    use crate::pass::edt::{Bands, Edt, EdtConfig, EdtMethod};
     use crate::scene::{load_bytes, shipped};
+    use crate::technique::distance_transform::{Bands, Edt, EdtConfig, EdtMethod};
     use crate::technique::{Info, Kind, ParamKind};
     use ash::vk;
 

@@ -3,7 +3,7 @@
 use super::{GBuffer, Light, LightShape, Scene};
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
 use crate::host::Host;
-use crate::pass::view::{ViewBuffer, ViewConstants};
+use crate::technique::common::view::{ViewBuffer, ViewConstants};
 use crate::{Bind, Frame, ImageRef, Inputs, NormalEncoding, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;

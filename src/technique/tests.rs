@@ -60,7 +60,7 @@ fn an_error_at_any_pass_leaves_nothing_behind() {
             light.world_from_light = look_at(eye, DVec3::ZERO);
             let desc = RenderDesc { size: SIZE, map_size: 64, output: OutputFormat::R32, ..RenderDesc::default() };
             let mut r = Renderer::new(&host, &scene, camera, &light, desc).unwrap();
-            let mut any = r.prepare("sm", &Params::new(&sm::INFO)).unwrap();
+            let mut any = r.prepare("sm", &Params::new(&filtering::sm::INFO)).unwrap();
             r.frame(any.as_mut()).unwrap();
             r
         };

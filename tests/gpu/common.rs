@@ -2,14 +2,14 @@
 
 use edgeshade::gpu::Image;
 use edgeshade::host::{Host, HostDesc};
-use edgeshade::pass::edge_place::STEPS;
-use edgeshade::pass::edge_seeds::SurfaceTest;
-use edgeshade::pass::soft::SearchWindow;
-use edgeshade::pass::view::ViewConstants;
 use edgeshade::reference::edge_seeds::Points;
 use edgeshade::reference::revectorize::Function;
 use edgeshade::reference::{FrameData, edge_seeds, rbsm};
 use edgeshade::scene::{Camera, Light, RenderDesc, Renderer, Scene, fit, load_bytes, shipped};
+use edgeshade::technique::common::blocker_search::SearchWindow;
+use edgeshade::technique::common::surface::SurfaceTest;
+use edgeshade::technique::common::view::ViewConstants;
+use edgeshade::technique::penumbra::edge_place::STEPS;
 use edgeshade::technique::{OutputFormat, Params, Technique, find};
 use edgeshade::timing::FrameTiming;
 use edgeshade::{Inputs, NormalEncoding};

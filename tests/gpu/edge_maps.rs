@@ -7,13 +7,13 @@ mod straight;
 
 use edgeshade::casters::Casters;
 use edgeshade::host::Host;
-use edgeshade::pass::edsm::{BorderKernel, DistanceConfig, EdgeDistances};
-use edgeshade::pass::map_edges::MapEdges;
-use edgeshade::pass::sssm::{PointsBy, SilhouettePoints};
 use edgeshade::reference::edge_segments::{Segment, StoredSegment};
 use edgeshade::reference::rbsm;
 use edgeshade::reference::revectorize::Function;
 use edgeshade::scene::Renderer;
+use edgeshade::technique::caster_edges::edsm::{BorderKernel, DistanceConfig, EdgeDistances};
+use edgeshade::technique::caster_edges::map_edges::MapEdges;
+use edgeshade::technique::caster_edges::sssm::{PointsBy, SilhouettePoints};
 use edgeshade::technique::{Params, find};
 use edgeshade::{Frame, Handoff, Inputs};
 use std::sync::Arc;

@@ -4,9 +4,9 @@ use crate::common::*;
 use crate::edsm_x::{config, edges};
 use crate::made::{cuboid, moved, perspective, plane, scene, spot};
 use edgeshade::host::Host;
-use edgeshade::pass::edge_map::{Generation, LEAST_REACH};
 use edgeshade::reference::edge_map::id_color;
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
+use edgeshade::technique::caster_edges::edge_map::{Generation, LEAST_REACH};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 
 const SIZE: [u32; 2] = [320, 180];

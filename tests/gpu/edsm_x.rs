@@ -4,15 +4,15 @@ use crate::common::*;
 use edgeshade::casters::Casters;
 use edgeshade::gpu::Buffer;
 use edgeshade::host::Host;
-use edgeshade::pass::edge_map::{EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
-use edgeshade::pass::edge_segments::EdgeSegments;
-use edgeshade::pass::edsm::BorderKernel;
-use edgeshade::pass::silhouettes::Silhouettes;
 use edgeshade::reference::edge_map;
 use edgeshade::reference::edge_segments::{Segment, StoredSegment};
 use edgeshade::reference::edsm_x;
 use edgeshade::reference::ray_traced::{RayScene, hard};
 use edgeshade::scene::{Renderer, Scene};
+use edgeshade::technique::caster_edges::edge_map::{EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
+use edgeshade::technique::caster_edges::edge_segments::EdgeSegments;
+use edgeshade::technique::caster_edges::edsm::BorderKernel;
+use edgeshade::technique::caster_edges::silhouettes::Silhouettes;
 use edgeshade::technique::{Params, find};
 use edgeshade::{Frame, Handoff};
 use std::sync::Arc;
@@ -346,8 +346,8 @@ fn a_million_triangles_in_a_texel() {
 #[test]
 fn silhouettes_equal_their_mirror() {
     use edgeshade::casters::topology::Topology;
-    use edgeshade::pass::silhouettes::CasterLight;
     use edgeshade::reference::silhouettes::{Facing, facing, silhouettes};
+    use edgeshade::technique::caster_edges::silhouettes::CasterLight;
     with_gpu(|host| {
         let (mut edges_in_all, mut doubtful_in_all) = (0, 0);
         for (name, scene) in crate::shadow_volumes::cases() {

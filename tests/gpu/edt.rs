@@ -4,8 +4,8 @@ use crate::common::with_gpu;
 use ash::vk;
 use edgeshade::gpu::{Buffer, Image, ImageDesc};
 use edgeshade::host::Host;
-use edgeshade::pass::edt::{Bands, Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS, NO_SEED};
 use edgeshade::reference::edt::{Mask, nearest, nearest_fast, squared_distance};
+use edgeshade::technique::distance_transform::{Bands, Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS, NO_SEED};
 use edgeshade::{Frame, Handoff};
 
 struct Random(u64);

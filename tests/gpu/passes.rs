@@ -5,11 +5,11 @@ use crate::made;
 use ash::vk;
 use edgeshade::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind};
 use edgeshade::host::Host;
-use edgeshade::pass::accumulate::Accumulate;
-use edgeshade::pass::depth_bounds::{BLOCKS, DepthBounds};
 use edgeshade::reference::accumulate;
 use edgeshade::reference::depth_bounds::{Bounds, Level, first_level, next_level};
 use edgeshade::scene::{fit, light_view};
+use edgeshade::technique::common::accumulate::Accumulate;
+use edgeshade::technique::common::depth_bounds::{BLOCKS, DepthBounds};
 use edgeshade::{Frame, Handoff, Inputs};
 use glam::DVec3;
 

@@ -10,12 +10,12 @@ use crate::common::{
 };
 use crate::mirrors::compare;
 use edgeshade::host::Host;
-use edgeshade::pass::edt::NO_SEED;
-use edgeshade::pass::penumbra::penumbra_width;
 use edgeshade::reference::edge_seeds::{self, Seed};
 use edgeshade::reference::nearest_edge::{self, Nearest, Settings};
 use edgeshade::reference::{FrameData, mean_filter};
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
+use edgeshade::technique::distance_transform::NO_SEED;
+use edgeshade::technique::penumbra::fixed_width::penumbra_width;
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
 use edgeshade::timing::FrameTiming;
 

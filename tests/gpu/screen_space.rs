@@ -7,12 +7,12 @@ use crate::common::{
 };
 use crate::mirrors::compare;
 use edgeshade::host::Host;
-use edgeshade::pass::edge_seeds::SurfaceTest;
-use edgeshade::pass::screen_filter::{Footprint, Kernel};
-use edgeshade::pass::soft::SearchWindow;
 use edgeshade::reference::penumbra_width::{self, Width};
 use edgeshade::reference::screen_filter;
 use edgeshade::scene::{LightShape, RenderDesc, Renderer, Scene};
+use edgeshade::technique::common::blocker_search::SearchWindow;
+use edgeshade::technique::common::surface::SurfaceTest;
+use edgeshade::technique::soft::screen_filter::{Footprint, Kernel};
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
 
 const SIZE: [u32; 2] = [256, 144];

@@ -2,25 +2,26 @@
 
 use crate::common::with_gpu;
 use edgeshade::Context;
-use edgeshade::pass::accumulate::AccumulatePush;
-use edgeshade::pass::depth_bounds::DepthBoundsPush;
-use edgeshade::pass::edge_map::{EdgeIdsPush, EdgeMapPush};
-use edgeshade::pass::edge_seeds::{MarkedTilesPush, PenumbraPush};
-use edgeshade::pass::edge_segments::EdgeSegmentsPush;
-use edgeshade::pass::edt::EdtPush;
-use edgeshade::pass::hsm::HsmPush;
-use edgeshade::pass::pcf::PcfPush;
-use edgeshade::pass::penumbra_width::WidthPush;
-use edgeshade::pass::rbsm::RbsmPush;
-use edgeshade::pass::screen_filter::ScreenFilterPush;
-use edgeshade::pass::shadow_volumes::{ShadowVolumesPush, VolumeDrawsPush};
-use edgeshade::pass::silhouettes::CasterPush;
-use edgeshade::pass::sm::SmPush;
-use edgeshade::pass::soft::SoftPush;
-use edgeshade::pass::view::ViewConstants;
 use edgeshade::scene::ShadePush;
 use edgeshade::shaders;
-use edgeshade::technique::edsm_x::EdsmXPush;
+use edgeshade::technique::caster_edges::edge_map::{EdgeIdsPush, EdgeMapPush};
+use edgeshade::technique::caster_edges::edge_segments::EdgeSegmentsPush;
+use edgeshade::technique::caster_edges::edsm_x::EdsmXPush;
+use edgeshade::technique::caster_edges::silhouettes::CasterPush;
+use edgeshade::technique::caster_edges::volumes::{ShadowVolumesPush, VolumeDrawsPush};
+use edgeshade::technique::common::accumulate::AccumulatePush;
+use edgeshade::technique::common::depth_bounds::DepthBoundsPush;
+use edgeshade::technique::common::hsm::HsmPush;
+use edgeshade::technique::common::rbsm_receiver::RbsmPush;
+use edgeshade::technique::common::view::ViewConstants;
+use edgeshade::technique::distance_transform::EdtPush;
+use edgeshade::technique::filtering::pcf::PcfPush;
+use edgeshade::technique::filtering::sm::SmPush;
+use edgeshade::technique::penumbra::edge_seeds::MarkedTilesPush;
+use edgeshade::technique::penumbra::shared::PenumbraPush;
+use edgeshade::technique::soft::classified::SoftPush;
+use edgeshade::technique::soft::penumbra_width::WidthPush;
+use edgeshade::technique::soft::screen_filter::ScreenFilterPush;
 
 /// Makes the pipelines of one shader.
 type Make = fn(&Context) -> edgeshade::Result<()>;

@@ -1,12 +1,12 @@
 //! The search where every seed has a penumbra width of its own (`SOFT` of `glsl/pass/nearest_edge.glsl`).
 
 use super::{Link, Nearest, on_surface};
-use crate::pass::edge_seeds::SurfaceTest;
-use crate::pass::edt::NO_SEED;
-use crate::pass::seed_width::{Meet, Metric};
 use crate::reference::FrameData;
 use crate::reference::edge_seeds::{self, Apart, Seed, near_plane, same_depth};
 use crate::reference::view::{Decision, ROUNDING, Receiver, View};
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::distance_transform::NO_SEED;
+use crate::technique::penumbra::seed_width::{Meet, Metric};
 use crate::{Error, Result};
 use glam::{DVec2, DVec3, dvec2};
 use std::collections::HashMap;

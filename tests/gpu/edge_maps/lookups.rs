@@ -4,9 +4,9 @@ use super::{KERNELS, config, distances, maps, receiver_settings};
 use crate::common::{Shot, desc, renderer, shipped_scene, visibility, with_gpu};
 use crate::made::{spot, still_life};
 use crate::mirrors::compare;
-use edgeshade::pass::edsm::{BorderKernel, DistanceConfig};
 use edgeshade::reference::{edsm, sssm};
 use edgeshade::scene::Scene;
+use edgeshade::technique::caster_edges::edsm::{BorderKernel, DistanceConfig};
 use glam::{DVec3, dvec3};
 
 const SIZE: [u32; 2] = [256, 144];

@@ -4,8 +4,8 @@ use super::{Pairs, Run, hard, prepare, renderer};
 use crate::common::{assert_in_range, assert_same_bits, differing, shipped_scene, with_gpu};
 use crate::made::{self, cuboid, moved, perspective, plane, still_life, sun};
 use edgeshade::host::Host;
-use edgeshade::pass::edt::NO_SEED;
 use edgeshade::scene::Renderer;
+use edgeshade::technique::distance_transform::NO_SEED;
 use glam::{DAffine3, DVec3, dvec3};
 
 const SIZE: [u32; 2] = [160, 90];

@@ -9,10 +9,10 @@ use crate::common::{renderer, search_window, shipped_scene, visibility, with_gpu
 use crate::mirrors::compare;
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
-use edgeshade::pass::rbssm::RbssmVisibility;
 use edgeshade::reference::soft_auto::{self, Settings};
 use edgeshade::reference::{Mirror, rbssm};
 use edgeshade::scene::RenderDesc;
+use edgeshade::technique::soft::rbssm::RbssmVisibility;
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];

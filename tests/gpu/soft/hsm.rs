@@ -5,9 +5,9 @@ use crate::made;
 use crate::passes::{Random, read_mip};
 use ash::vk;
 use edgeshade::gpu::ImageDesc;
-use edgeshade::pass::hsm::Hsm;
 use edgeshade::reference::hsm;
 use edgeshade::scene::{RenderDesc, fit, light_view};
+use edgeshade::technique::common::hsm::Hsm;
 use edgeshade::{Frame, Handoff, Inputs};
 use glam::DVec3;
 

@@ -7,10 +7,10 @@ use crate::common::{is_full_sweep, renderer, search_window, shipped_scene, visib
 use crate::mirrors::compare;
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
-use edgeshade::pass::rbssm::RbssmVisibility;
 use edgeshade::reference::Mirror;
 use edgeshade::reference::rbssm::{self, Settings};
 use edgeshade::scene::RenderDesc;
+use edgeshade::technique::soft::rbssm::RbssmVisibility;
 use edgeshade::technique::{Params, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];

@@ -1,0 +1,107 @@
+//! Silhouette edges as segments in the plane of the shadow map.
+
+use super::silhouettes::Silhouettes;
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, shader_struct};
+use crate::view::LightView;
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use ash::vk;
+use glam::DMat3;
+use std::sync::Arc;
+
+/// Bytes of `EdgeSegment` of `glsl/lib/edge_segment.glsl`.
+pub const SEGMENT: u64 = 44;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/edge_segments.comp`.
+    pub struct EdgeSegmentsPush {
+        map_size: [f32; 2],
+        margin: f32,
+        nearest: f32,
+        mirrored: f32,
+        stride: u32,
+    }
+}
+
+/// The pass with its list: one segment for each edge of [`Silhouettes`].
+pub struct EdgeSegments {
+    pipeline: Arc<ComputePipeline>,
+    segments: Buffer,
+}
+
+/// Distance from a light below which nothing is projected, as a part of that of its near plane: what lies nearer than the near
+/// plane still casts.
+const NEAREST: f64 = 1.0 / 64.0;
+
+impl EdgeSegments {
+    /// Allocates room for every edge of the casters.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for more edges than a buffer of the device holds.
+    pub fn new(context: &Context, silhouettes: &Silhouettes) -> Result<Self> {
+        let size = u64::from(silhouettes.casters().counts().edges) * SEGMENT;
+        let most = u64::from(context.device().limits.max_storage_buffer_range);
+        if size > most {
+            let problem =
+                format!("segments of edges: {size} bytes; a storage buffer of this device has {most} at most");
+            return Err(Error::Usage(problem));
+        }
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
+        let desc = BufferDesc { name: "segments of edges", size, usage, memory: MemoryKind::Gpu };
+        Ok(Self {
+            pipeline: context.pipeline::<EdgeSegmentsPush>("pass/edge_segments.comp", &[])?,
+            segments: Buffer::new(context.device(), &desc)?,
+        })
+    }
+
+    /// Constants for a light and its map; segments reach `margin` texels beyond it.
+    pub fn push(light: &LightView, map_size: [u32; 2], margin: f32, stride: u32) -> EdgeSegmentsPush {
+        let p = &light.clip_from_view;
+        // What the image's handedness depends on: rows x, y, and that along which distance grows.
+        let away = if light.is_directional() { glam::DVec3::NEG_Z } else { p.row(3).truncate() };
+        let image = DMat3::from_cols(p.row(0).truncate(), p.row(1).truncate(), away);
+        let near = (p.w_axis.z / p.z_axis.z).abs();
+        EdgeSegmentsPush {
+            map_size: map_size.map(|n| n as f32),
+            margin,
+            nearest: if light.is_directional() { 0.0 } else { (near * NEAREST) as f32 },
+            mirrored: if image.determinant() < 0.0 { -1.0 } else { 1.0 },
+            stride,
+        }
+    }
+
+    /// Projects what `silhouettes` holds.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &Inputs<'_>,
+        silhouettes: &Silhouettes,
+        margin: f32,
+    ) -> Result<()> {
+        let casters = silhouettes.casters();
+        let push = Self::push(&inputs.light[0], inputs.shadow_map.extent, margin, casters.stride());
+        frame.dispatch(&Pass {
+            name: "segments of edges",
+            pipeline: &self.pipeline,
+            bind: &[
+                casters.positions(),
+                Bind::Buffer(silhouettes.lights()),
+                Bind::Buffer(silhouettes.header()),
+                Bind::Buffer(silhouettes.edges()),
+                Bind::Buffer(&self.segments),
+                Bind::Buffer(&casters.triangles),
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads: silhouettes.threads(),
+        })
+    }
+
+    /// The list: [`SEGMENT`] bytes an edge.
+    pub fn segments(&self) -> &Buffer {
+        &self.segments
+    }
+
+    /// Bytes of device memory.
+    pub fn memory_bytes(&self) -> u64 {
+        self.segments.size()
+    }
+}

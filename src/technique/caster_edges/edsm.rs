@@ -1,0 +1,202 @@
+//! Edge distance shadow mapping.
+
+use super::edge_lookup::{self, HeldMap, KILL};
+use super::map_edges::MapEdges;
+use super::map_lookup::MapLookup;
+use super::silhouettes::QUADS;
+use crate::casters::Casters;
+use crate::frame::{Bound, RasterPass, Target};
+use crate::gpu::{DepthState, Image, ImageDesc, RasterPipeline, RasterState, shader_struct};
+use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK};
+use crate::technique::{Info, Kind, Param, Params, Setup, Technique};
+use crate::{Bind, Context, Frame, Inputs, Need, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "edsm",
+    title: "Edge distance shadow mapping",
+    paper: "Kenzel 2013",
+    summary: "Where a shadow map's texels disagree, the distance to the casters' edges decides; soft borders for the asking.",
+    params: &[
+        Param::choice(
+            "priority",
+            &["segment", "cosine"],
+            0,
+            "which of several edges a texel keeps: the nearest, or by the cosine at the corner (two readings of eq. 3.8)",
+        ),
+        KILL,
+        Param::float("border", 0.0, 16.0, 0.0, "texels", "width of the shadow's border; 0 = hard"),
+        Param::choice(
+            "kernel",
+            &["box", "smoothstep", "disc"],
+            2,
+            "how visibility falls across the border: a ramp, one with soft ends, or as behind an edge under a round light",
+        ),
+        NORMAL_OFFSET,
+        DEPTH_BIAS,
+        SLACK,
+    ],
+    needs: &[Need::Casters, Need::DynamicRendering],
+    kind: Kind::RealTime(prepare),
+};
+
+/// What a parameter `kernel` says.
+pub(super) fn border_kernel(params: &Params) -> BorderKernel {
+    match params.word("kernel") {
+        "box" => BorderKernel::Box,
+        "smoothstep" => BorderKernel::Smoothstep,
+        _ => BorderKernel::Disc,
+    }
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let (border, kernel) = (p.float("border"), border_kernel(p));
+    // Of a cell that the border reaches, all four corners must know the edge: a cell's diagonal beyond it.
+    let half_width = 0.5 * border + 1.5;
+    let config = DistanceConfig { cosine: p.word("priority") == "cosine", kill: p.on("kill"), half_width };
+    let distances = EdgeDistances::new(context, INFO.id, setup.casters(INFO.id)?, setup.map_size, config)?;
+    let lookup = |picture| lookup(context, picture, border, kernel);
+    edge_lookup::prepare(context, setup, &INFO, Box::new(distances), lookup)
+}
+
+shader_struct! {
+    /// Push constants of `glsl/raster/edsm.vert` and `.frag`.
+    pub struct EdgeQuadPush {
+        map_size: [u32; 2],
+        half_width: f32,
+    }
+}
+
+/// How a map of distances is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistanceConfig {
+    /// Of several edges, the one whose cosine at the corner is smallest instead of the nearest.
+    pub cosine: bool,
+    /// Leave out edges that the light does not see.
+    pub kill: bool,
+    /// How far from an edge distances are known, texels: above 0.
+    pub half_width: f32,
+}
+
+/// The map with the passes that make it.
+pub struct EdgeDistances {
+    edges: MapEdges,
+    pipeline: Arc<RasterPipeline>,
+    distances: Image,
+    priorities: Image,
+    half_width: f32,
+}
+
+impl EdgeDistances {
+    /// Allocates; the technique's name is for messages.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::new`].
+    pub fn new(
+        context: &Context,
+        technique: &'static str,
+        casters: &Arc<Casters>,
+        map_size: [u32; 2],
+        config: DistanceConfig,
+    ) -> Result<Self> {
+        let (format, depth) = (vk::Format::R16_SFLOAT, vk::Format::D32_SFLOAT);
+        let target = |name, format| Image::new(context.device(), &ImageDesc::attachment(name, format, map_size));
+        Ok(Self {
+            edges: MapEdges::new(context, technique, casters, config.half_width + 2.0)?,
+            pipeline: context.raster_pipeline::<EdgeQuadPush>(&RasterState {
+                name: "edge distances",
+                vertex: "raster/edsm.vert",
+                fragment: Some("raster/edsm.frag"),
+                colors: &[format],
+                depth: Some(DepthState::new(depth, vk::CompareOp::LESS)),
+                constants: &[config.cosine.into(), config.kill.into()],
+                ..RasterState::default()
+            })?,
+            distances: target("edge distances", format)?,
+            priorities: target("edge priorities", depth)?,
+            half_width: config.half_width,
+        })
+    }
+
+    /// Makes the map, unless that of the frame before still holds.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::record`].
+    pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
+        if !self.edges.record(frame, inputs)? {
+            return Ok(());
+        }
+        let bind = [Bind::Buffer(self.edges.segments().segments()), Bind::Input(&inputs.shadow_map)];
+        let header = self.edges.silhouettes().header();
+        let pass = RasterPass {
+            name: "edge distances",
+            extent: self.distances.extent(),
+            colors: &[Target::color(&self.distances, [0.0; 4])],
+            // Farther than any priority: all of a quad counts.
+            depth: Some(Target::depth(&self.priorities, 1.0)),
+            bound: &[Bound { pipeline: &self.pipeline, bind: &bind }],
+            indirect: &[header],
+        };
+        let push = EdgeQuadPush { map_size: self.distances.extent(), half_width: self.half_width };
+        frame.raster(&pass, |draw| {
+            draw.bind(0)?;
+            draw.push(bytemuck::bytes_of(&push))?;
+            draw.indirect(header, QUADS)
+        })
+    }
+
+    /// Signed distance of each texel's centre to the edge that counts there, texels, positive on the occluder's side; 0 where
+    /// no edge comes near.
+    pub fn distances(&self) -> &Image {
+        &self.distances
+    }
+
+    /// The edges it is made from.
+    pub fn edges(&self) -> &MapEdges {
+        &self.edges
+    }
+
+    /// Bytes of device memory.
+    pub fn memory_bytes(&self) -> u64 {
+        self.edges.memory_bytes() + self.distances.memory_bytes() + self.priorities.memory_bytes()
+    }
+}
+
+impl HeldMap for EdgeDistances {
+    fn name(&self) -> &'static str {
+        "distance"
+    }
+
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
+        Self::record(self, frame, inputs)
+    }
+
+    fn image(&self) -> &Image {
+        self.distances()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        Self::memory_bytes(self)
+    }
+}
+
+/// What becomes of the border of a shadow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BorderKernel {
+    /// A ramp.
+    Box,
+    /// A ramp with soft ends.
+    Smoothstep,
+    /// The share of a disc beyond a straight edge.
+    Disc,
+}
+
+/// The lookup: of the visibility, or with `picture` of a picture of the distances over it. `border` is the width of soft
+/// borders in texels; 0 for hard ones.
+pub fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
+    let constants = [0, picture.into(), (0.5 * border).to_bits(), kernel as u32];
+    MapLookup::new(context, "edge distance lookup", "pass/edsm.comp", &constants)
+}

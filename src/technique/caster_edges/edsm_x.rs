@@ -1,0 +1,214 @@
+//! Edge distance shadow maps with edge identities.
+
+use super::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
+use super::edsm::border_kernel;
+use super::map_edges::MapEdges;
+use super::silhouette_view::SilhouetteView;
+use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::technique::common::pixels::{PixelPass, SKIP};
+use crate::technique::common::rbsm_receiver::DEPTH_BIAS;
+use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
+use crate::{Bind, Context, Frame, ImageRef, Inputs, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "edsm-x",
+    title: "Edge distance shadow mapping with edge identities",
+    paper: "after Kenzel 2013; the identities and the crossing rule are ours",
+    summary: "Hard shadows that follow the casters' own edges at any map resolution, for the price of a map lookup.",
+    params: &[
+        Param::int(
+            "slots",
+            1,
+            8,
+            2,
+            "edges",
+            "edges that a cell between four texels keeps in place, the nearest to its centre (K)",
+        ),
+        Param::int(
+            "spill",
+            0,
+            4096,
+            256,
+            "edges",
+            "edges that a cell may have beyond its slots, in a chain; one more is counted as lost",
+        ),
+        Param::choice(
+            "generation",
+            &["compute", "raster"],
+            0,
+            "edges are written into the map by threads that walk along them, or by quads: the same map",
+        ),
+        Param::choice(
+            "resolve",
+            &["always", "mixed-only"],
+            0,
+            "ask the edges wherever there are any, or only where the depth map disagrees about the light, as in the thesis: features below a texel are lost then",
+        ),
+        Param::switch(
+            "kill",
+            true,
+            "leave out edges that lie behind everything that the light sees around a cell: they need no slot",
+        ),
+        Param::float("border", 0.0, 16.0, 0.0, "texels", "width of the shadow's border; 0 = hard"),
+        Param::choice(
+            "kernel",
+            &["box", "smoothstep", "disc"],
+            2,
+            "how visibility falls across the border: a ramp, one with soft ends, or as behind an edge under a round light",
+        ),
+        Param::float(
+            "edge_bias",
+            0.0,
+            4.0,
+            0.02,
+            "texel slopes",
+            "how far in depth an edge may lie before the receiver and still be on it, in slopes of its plane a texel",
+        ),
+        DEPTH_BIAS,
+        Param::float(
+            "slack",
+            0.0,
+            4.0,
+            0.2,
+            "texels a texel",
+            "how far a curved receiver may lie before its plane, a texel of distance",
+        ),
+        SKIP,
+    ],
+    needs: &[Need::Casters, Need::Int64Atomics],
+    kind: Kind::RealTime(prepare),
+};
+
+shader_struct! {
+    /// Push constants of `glsl/pass/edsm_x.comp`.
+    pub struct EdsmXPush {
+        edge_bias: f32,
+        depth_bias: f32,
+        slack: f32,
+        half_border: f32,
+    }
+}
+
+struct EdsmX {
+    view: ViewBuffer,
+    edges: MapEdges,
+    map: EdgeMap,
+    lookup: PixelPass,
+    decisions: Image,
+    viewed: bool,
+    ids: Option<EdgeIds>,
+    seen: Option<SilhouetteView>,
+    push: EdsmXPush,
+    map_size: [u32; 2],
+    visibility: Image,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let casters = setup.casters(INFO.id)?;
+    let slots = p.int("slots");
+    let config = EdgeMapConfig {
+        slots,
+        spill: p.int("spill"),
+        kill: p.on("kill"),
+        reach: (0.5 * p.float("border")).max(LEAST_REACH),
+        generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
+    };
+    let mixed_only = p.word("resolve") == "mixed-only";
+    let edges = MapEdges::new(context, INFO.id, casters, config.reach)?;
+    let map = EdgeMap::new(context, edges.silhouettes(), setup.map_size, config)?;
+    let (split, soft) = (u32::from(map.is_split()), u32::from(p.float("border") > 0.0));
+    let lookup = |step| -> Result<Arc<ComputePipeline>> {
+        let constants =
+            [slots, mixed_only.into(), border_kernel(p) as u32, setup.intermediates.into(), step as u32, split, soft];
+        let pipeline = context.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        Ok(pipeline)
+    };
+    // Of a map in two buffers there is no picture.
+    let ids = (setup.intermediates && !map.is_split()).then(|| EdgeIds::new(context, &map));
+    // The technique itself does without raster passes.
+    let can_draw = context.features().dynamic_rendering;
+    let seen =
+        (setup.intermediates && can_draw).then(|| SilhouetteView::new(context, edges.silhouettes(), setup.extent));
+    let decisions = if setup.intermediates { setup.extent } else { [1, 1] };
+    let desc = ImageDesc::storage("edsm-x decisions", vk::Format::R32_SFLOAT, decisions);
+    Ok(Box::new(EdsmX {
+        view: ViewBuffer::new(context.device())?,
+        edges,
+        map,
+        lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
+        decisions: Image::new(context.device(), &desc)?,
+        viewed: setup.intermediates,
+        ids: ids.transpose()?,
+        seen: seen.transpose()?,
+        push: EdsmXPush {
+            edge_bias: p.float("edge_bias"),
+            depth_bias: p.float("depth_bias"),
+            slack: p.float("slack"),
+            half_border: 0.5 * p.float("border"),
+        },
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "edsm-x visibility", setup)?,
+    }))
+}
+
+impl Technique for EdsmX {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
+        frame.begin_group(INFO.title);
+        if self.edges.record(frame, inputs)? {
+            self.map.record(frame, inputs, self.edges.silhouettes(), self.edges.segments())?;
+            if let Some(ids) = &self.ids {
+                ids.record(frame, &self.map)?;
+            }
+        }
+        let view = self.view.update(frame, inputs);
+        let bind = [
+            Bind::Buffer(view),
+            Bind::Input(&inputs.depth),
+            Bind::Input(inputs.normal_or_depth()),
+            Bind::Input(&inputs.shadow_map),
+            Bind::Image(visibility),
+            self.lookup.list(),
+            Bind::Buffer(self.map.keys()),
+            Bind::Buffer(self.edges.segments().segments()),
+            Bind::Buffer(self.map.spill()),
+            Bind::Buffer(self.map.heads()),
+            Bind::Buffer(self.map.lower_keys()),
+            Bind::Image(&self.decisions),
+        ];
+        self.lookup.record(frame, ["anchors", "crossings"], &bind, bytemuck::bytes_of(&self.push), visibility)?;
+        if let Some(seen) = &self.seen {
+            seen.record(frame, inputs, self.edges.silhouettes())?;
+        }
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        let decisions = self.viewed.then_some(("decisions", &self.decisions));
+        let ids = self.ids.iter().map(|i| ("edge-ids", i.image()));
+        let seen = self.seen.iter().map(|s| ("silhouettes", s.image()));
+        decisions.into_iter().chain(ids).chain(seen).collect()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.visibility.memory_bytes()
+            + self.decisions.memory_bytes()
+            + self.edges.memory_bytes()
+            + self.map.memory_bytes()
+            + self.lookup.memory_bytes()
+            + self.ids.as_ref().map_or(0, |i| i.image().memory_bytes())
+            + self.seen.as_ref().map_or(0, SilhouetteView::memory_bytes)
+    }
+}

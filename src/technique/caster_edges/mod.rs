@@ -1,0 +1,15 @@
+//! Shadows from the silhouette edges of the casters' meshes.
+
+mod edge_lookup;
+pub mod edge_map;
+pub mod edge_segments;
+pub mod edsm;
+pub mod edsm_x;
+pub mod map_edges;
+pub mod map_lookup;
+pub mod shadow_volumes;
+pub mod silhouette_view;
+pub mod silhouettes;
+pub mod sssm;
+mod volume_cull;
+pub mod volumes;

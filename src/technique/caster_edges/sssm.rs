@@ -1,0 +1,225 @@
+//! Shadow silhouette maps.
+
+use super::edge_lookup::{self, HeldMap, KILL};
+use super::map_edges::MapEdges;
+use super::map_lookup::MapLookup;
+use super::silhouettes::{QUADS, chunks};
+use crate::casters::{CHUNK, Casters};
+use crate::frame::{Bound, RasterPass, Target};
+use crate::gpu::{
+    Buffer, BufferDesc, ComputePipeline, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState,
+    shader_struct,
+};
+use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK};
+use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::{Bind, Context, Frame, Inputs, Need, Pass, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "sssm",
+    title: "Shadow silhouette maps",
+    paper: "Sen, Cammarano, Hanrahan 2003; Kenzel 2013, section 2.3",
+    summary: "The casters' edges through a point in each cell of the shadow map: exact along straight edges, one edge a cell.",
+    params: &[
+        Param::choice(
+            "generation",
+            &["compute", "raster"],
+            0,
+            "edges are walked along by compute shaders, or quads drawn around them: the same map",
+        ),
+        KILL,
+        NORMAL_OFFSET,
+        DEPTH_BIAS,
+        SLACK,
+    ],
+    needs: &[Need::Casters],
+    kind: Kind::RealTime(prepare),
+};
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let by = if setup.params.word("generation") == "raster" { PointsBy::Raster } else { PointsBy::Compute };
+    let (casters, kill) = (setup.casters(INFO.id)?, setup.params.on("kill"));
+    let points = SilhouettePoints::new(context, INFO.id, casters, setup.map_size, by, kill)?;
+    edge_lookup::prepare(context, setup, &INFO, Box::new(points), |picture| lookup(context, picture))
+}
+
+shader_struct! {
+    /// Push constants of the draws over the map's edges.
+    pub struct MapSizePush {
+        map_size: [u32; 2],
+    }
+}
+
+/// How the points are made; the map is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointsBy {
+    /// Edges are walked along by compute shaders.
+    Compute,
+    /// A quad is drawn around each edge. Needs [`crate::DeviceFeatures::dynamic_rendering`].
+    Raster,
+}
+
+enum Maker {
+    Compute { steps: [Arc<ComputePipeline>; 3], keys: Buffer, winners: Buffer },
+    Raster { pipeline: Arc<RasterPipeline>, keys: Image },
+}
+
+/// The map with the passes that make it.
+pub struct SilhouettePoints {
+    edges: MapEdges,
+    maker: Maker,
+    points: Image,
+}
+
+/// Edges that reach this far around the map are kept, texels.
+const MARGIN: f32 = 16.0;
+/// What a cell without an edge holds: its middle, `CELL_MIDDLE` of `glsl/pass/sssm_cell.glsl`.
+const MIDDLE: u32 = 0x8000_8000;
+
+impl SilhouettePoints {
+    /// Allocates; the technique's name is for messages. With `kill`, edges that the light does not see are left out.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::new`].
+    pub fn new(
+        context: &Context,
+        technique: &'static str,
+        casters: &Arc<Casters>,
+        map_size: [u32; 2],
+        by: PointsBy,
+        kill: bool,
+    ) -> Result<Self> {
+        let device = context.device();
+        let cells = u64::from(map_size[0]) * u64::from(map_size[1]);
+        let buffer = |name| {
+            let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+            Buffer::new(device, &BufferDesc { name, size: 4 * cells, usage, memory: MemoryKind::Gpu })
+        };
+        let step = |step: u32| context.pipeline::<()>("pass/sssm_points.comp", &[step, kill.into()]);
+        let format = vk::Format::R32_UINT;
+        let maker = match by {
+            PointsBy::Compute => Maker::Compute {
+                steps: [step(0)?, step(1)?, step(2)?],
+                keys: buffer("silhouette keys")?,
+                winners: buffer("silhouette winners")?,
+            },
+            PointsBy::Raster => Maker::Raster {
+                pipeline: context.raster_pipeline::<MapSizePush>(&RasterState {
+                    name: "silhouette points",
+                    vertex: "raster/sssm.vert",
+                    fragment: Some("raster/sssm.frag"),
+                    colors: &[format],
+                    depth: Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::LESS)),
+                    constants: &[kill.into()],
+                    ..RasterState::default()
+                })?,
+                keys: Image::new(device, &ImageDesc::attachment("silhouette keys", vk::Format::D32_SFLOAT, map_size))?,
+            },
+        };
+        let mut desc = ImageDesc::storage("silhouette points", format, map_size);
+        if by == PointsBy::Raster {
+            desc.usage |= vk::ImageUsageFlags::COLOR_ATTACHMENT;
+        }
+        Ok(Self {
+            edges: MapEdges::new(context, technique, casters, MARGIN)?,
+            maker,
+            points: Image::new(device, &desc)?,
+        })
+    }
+
+    /// Makes the map, unless that of the frame before still holds.
+    ///
+    /// # Errors
+    /// As of [`MapEdges::record`].
+    pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
+        if !self.edges.record(frame, inputs)? {
+            return Ok(());
+        }
+        let [width, height] = self.points.extent();
+        let silhouettes = self.edges.silhouettes();
+        let (header, segments) = (silhouettes.header(), self.edges.segments().segments());
+        match &self.maker {
+            Maker::Compute { steps, keys, winners } => {
+                frame.fill("clear silhouette keys", keys, u32::MAX);
+                frame.fill("clear silhouette winners", winners, u32::MAX);
+                let bind = [
+                    Bind::Input(&inputs.shadow_map),
+                    Bind::Buffer(header),
+                    Bind::Buffer(segments),
+                    Bind::Buffer(keys),
+                    Bind::Buffer(winners),
+                    Bind::Image(&self.points),
+                ];
+                for (name, pipeline, threads) in [
+                    ("silhouette keys", &steps[0], silhouettes.threads()),
+                    ("silhouette winners", &steps[1], silhouettes.threads()),
+                    ("silhouette points", &steps[2], chunks((width * height).div_ceil(CHUNK))),
+                ] {
+                    frame.dispatch(&Pass { name, pipeline, bind: &bind, push: &[], threads })?;
+                }
+                Ok(())
+            }
+            Maker::Raster { pipeline, keys } => {
+                let empty = vk::ClearValue { color: vk::ClearColorValue { uint32: [MIDDLE; 4] } };
+                let bind = [Bind::Buffer(segments), Bind::Input(&inputs.shadow_map)];
+                let pass = RasterPass {
+                    name: "silhouette points",
+                    extent: self.points.extent(),
+                    colors: &[Target { image: &self.points, clear: Some(empty) }],
+                    depth: Some(Target::depth(keys, 1.0)),
+                    bound: &[Bound { pipeline, bind: &bind }],
+                    indirect: &[header],
+                };
+                frame.raster(&pass, |draw| {
+                    draw.bind(0)?;
+                    draw.push(bytemuck::bytes_of(&MapSizePush { map_size: [width, height] }))?;
+                    draw.indirect(header, QUADS)
+                })
+            }
+        }
+    }
+
+    /// The map: for each cell the point that stands for its edge, 16 bits an axis; the middle where it has none.
+    pub fn points(&self) -> &Image {
+        &self.points
+    }
+
+    /// The edges it is made from.
+    pub fn edges(&self) -> &MapEdges {
+        &self.edges
+    }
+
+    /// Bytes of device memory.
+    pub fn memory_bytes(&self) -> u64 {
+        let maker = match &self.maker {
+            Maker::Compute { keys, winners, .. } => keys.size() + winners.size(),
+            Maker::Raster { keys, .. } => keys.memory_bytes(),
+        };
+        self.edges.memory_bytes() + self.points.memory_bytes() + maker
+    }
+}
+
+impl HeldMap for SilhouettePoints {
+    fn name(&self) -> &'static str {
+        "points"
+    }
+
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
+        Self::record(self, frame, inputs)
+    }
+
+    fn image(&self) -> &Image {
+        self.points()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        Self::memory_bytes(self)
+    }
+}
+
+/// The lookup: of the visibility, or with `picture` of a picture of the points over it.
+pub fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
+    MapLookup::new(context, "silhouette lookup", "pass/sssm.comp", &[0, picture.into()])
+}

@@ -1,0 +1,72 @@
+//! Bounds of the depths in blocks of 8, 16, 32 and 64 shadow-map texels, each around a slope of its own.
+
+use super::kept::Kept;
+use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+/// Block sizes of the levels, in texels.
+pub const BLOCKS: [u32; 4] = [8, 16, 32, 64];
+
+shader_struct! {
+    /// Push constants of `glsl/pass/depth_bounds.comp`.
+    pub struct DepthBoundsPush {
+        map_size: [i32; 2],
+        layer: i32,
+    }
+}
+
+/// The pass, its image, and what the image was made from.
+pub struct DepthBounds {
+    pipeline: Arc<ComputePipeline>,
+    blocks: Image,
+    kept: Kept,
+}
+
+impl DepthBounds {
+    /// Allocates for a shadow map of the given size.
+    pub fn new(context: &Context, map_size: [u32; 2]) -> Result<Self> {
+        // Rounded up to whole 64-texel blocks, so that every level covers the whole map.
+        let extent = map_size.map(|n| n.div_ceil(64) * 8);
+        let desc = ImageDesc {
+            mips: BLOCKS.len() as u32,
+            ..ImageDesc::storage("shadow-map depth bounds", vk::Format::R32G32B32A32_SFLOAT, extent)
+        };
+        Ok(Self {
+            pipeline: context.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[])?,
+            blocks: Image::new(context.device(), &desc)?,
+            kept: Kept::default(),
+        })
+    }
+
+    /// The image: level `l` holds slope (depth a texel, u and v), low and high of blocks of `BLOCKS[l]` texels.
+    pub fn blocks(&self) -> &Image {
+        &self.blocks
+    }
+
+    /// Recomputes the blocks, unless the light has not changed since.
+    pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
+        if self.kept.holds(inputs) {
+            return Ok(());
+        }
+        self.kept.make(frame, inputs);
+        let [width, height] = self.blocks.extent();
+        frame.dispatch(&Pass {
+            name: "depth bounds",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Input(&inputs.shadow_map),
+                Bind::Mip(&self.blocks, 0),
+                Bind::Mip(&self.blocks, 1),
+                Bind::Mip(&self.blocks, 2),
+                Bind::Mip(&self.blocks, 3),
+            ],
+            push: bytemuck::bytes_of(&DepthBoundsPush {
+                map_size: inputs.shadow_map.extent.map(|n| n as i32),
+                layer: 0,
+            }),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+}

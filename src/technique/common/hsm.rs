@@ -1,0 +1,102 @@
+//! Hierarchical shadow map: smallest and largest depth of blocks of 2, 4, 8 ... texels, up to the whole map.
+
+use super::kept::Kept;
+use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+/// Levels that one dispatch makes.
+const AT_ONCE: u32 = 5;
+/// Threads along the side of what becomes one texel of the last of them: 4 texels of the source a thread.
+const TEXELS_A_THREAD: u32 = 4;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/hsm.comp`.
+    pub struct HsmPush {
+        map_size: [i32; 2],
+        layer: i32,
+        levels: i32,
+    }
+}
+
+/// The pass, its image, and what the image was made from.
+pub struct Hsm {
+    from_map: Arc<ComputePipeline>,
+    /// From the level before; none where one dispatch makes all levels.
+    from_finer: Option<Arc<ComputePipeline>>,
+    bounds: Image,
+    levels: u32,
+    kept: Kept,
+}
+
+/// Size of level 0 for a map, and the number of levels down to a single cell. Padded to powers of two: a chain of other sizes
+/// would have cells of 3 texels, or drop a row.
+pub fn levels(map_size: [u32; 2]) -> ([u32; 2], u32) {
+    let extent = map_size.map(|n| n.div_ceil(2).next_power_of_two());
+    (extent, extent[0].max(extent[1]).ilog2() + 1)
+}
+
+impl Hsm {
+    /// Allocates for a shadow map of the given size.
+    pub fn new(context: &Context, map_size: [u32; 2]) -> Result<Self> {
+        let (extent, levels) = levels(map_size);
+        let desc = ImageDesc {
+            mips: levels,
+            ..ImageDesc::storage("hierarchical shadow map", vk::Format::R32G32_SFLOAT, extent)
+        };
+        let pipeline = |from_map: bool| context.pipeline::<HsmPush>("pass/hsm.comp", &[from_map.into()]);
+        Ok(Self {
+            from_map: pipeline(true)?,
+            from_finer: if levels > AT_ONCE { Some(pipeline(false)?) } else { None },
+            bounds: Image::new(context.device(), &desc)?,
+            levels,
+            kept: Kept::default(),
+        })
+    }
+
+    /// The image: level `l` holds smallest and largest depth of cells of `2^(l+1)` texels a side.
+    pub fn bounds(&self) -> &Image {
+        &self.bounds
+    }
+
+    /// Number of levels.
+    pub fn levels(&self) -> u32 {
+        self.levels
+    }
+
+    /// Recomputes the levels, unless the light has not changed since.
+    pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
+        if self.kept.holds(inputs) {
+            return Ok(());
+        }
+        self.kept.make(frame, inputs);
+        let map = &inputs.shadow_map;
+        for first in (0..self.levels).step_by(AT_ONCE as usize) {
+            let count = AT_ONCE.min(self.levels - first);
+            // What a dispatch does not write is bound all the same; reading the source is what `first` decides.
+            let level = |i: u32| Bind::Mip(&self.bounds, first + i.min(count - 1));
+            let (pipeline, finer) = match (first, &self.from_finer) {
+                (1.., Some(from_finer)) => (from_finer, Bind::Mip(&self.bounds, first - 1)),
+                _ => (&self.from_map, Bind::Input(&inputs.depth)),
+            };
+            let [width, height] = self.bounds.extent().map(|n| (n >> first).max(1) * 2 / TEXELS_A_THREAD);
+            let name = match first {
+                0 => "hierarchical shadow map".into(),
+                _ => format!("hierarchical shadow map, levels from {first}"),
+            };
+            frame.dispatch(&Pass {
+                name: &name,
+                pipeline,
+                bind: &[Bind::Input(map), finer, level(0), level(1), level(2), level(3), level(4)],
+                push: bytemuck::bytes_of(&HsmPush {
+                    map_size: map.extent.map(|n| n as i32),
+                    layer: 0,
+                    levels: count as i32,
+                }),
+                threads: Threads::Count([width.max(1), height.max(1), 1]),
+            })?;
+        }
+        Ok(())
+    }
+}

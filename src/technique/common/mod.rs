@@ -1,0 +1,13 @@
+//! What several rooms use: views of camera and light, receivers, tiles and lists of pixels, bounds of the shadow map's depths.
+
+pub mod accumulate;
+pub mod blocker_search;
+pub mod depth_bounds;
+pub mod hsm;
+pub(crate) mod kept;
+pub mod pixels;
+pub mod rbsm_receiver;
+pub(crate) mod receiver;
+pub mod surface;
+pub mod tiles;
+pub mod view;

@@ -1,0 +1,184 @@
+//! A pass in two dispatches: the first decides most pixels and lists the others, the second works on the list, every
+//! thread with work. Or in one, that works on every pixel where it finds it: the same image.
+
+use super::tiles::{TILE, indirect_list};
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::technique::Param;
+use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// Parameter of the techniques that work on the pixels at an edge.
+pub(crate) const SKIP: Param = Param::choice(
+    "skip",
+    &["auto", "off", "list"],
+    0,
+    "pixels at an edge are worked on where they are found, or listed (auto) and worked on by a dispatch of their own: the same image",
+);
+
+/// Bytes before the pixels: the dispatch arguments, the count of pixels, that of tiles with any.
+const HEADER: u64 = 20;
+/// Offset of the count of tiles.
+const TILES: u64 = 16;
+
+/// What the specialization constant `STEP` of `glsl/pass/pixel_list.glsl` says.
+#[derive(Clone, Copy)]
+pub(crate) enum Step {
+    AtOnce,
+    List,
+    Listed,
+    /// Works on a list of which another pass knows more already.
+    Measured,
+}
+
+/// The pipelines of such a pass with their list; 4 bytes a pixel.
+pub struct PixelPass {
+    pixels: Arc<ComputePipeline>,
+    /// Works on the list.
+    listed: Option<Arc<ComputePipeline>>,
+    list: Buffer,
+    tiles_total: u32,
+}
+
+/// Pixels that one pass lists for another: `PixelList` of `glsl/pass/pixel_steps.glsl`, 4 bytes a pixel.
+pub(crate) struct PixelList {
+    buffer: Buffer,
+    tiles_total: u32,
+}
+
+impl PixelList {
+    /// Room for every pixel of an image.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an image with more pixels than a storage buffer may have entries.
+    pub(crate) fn new(context: &Context, name: &str, extent: [u32; 2]) -> Result<Self> {
+        let [width, height] = extent;
+        let entries = u64::from(width) * u64::from(height);
+        if !fits(context, entries) {
+            let problem = format!(
+                "a list of the pixels of a {width}x{height} image is larger than a storage buffer of this device"
+            );
+            return Err(Error::Parameter(problem));
+        }
+        let buffer = indirect_list(context.device(), name, HEADER, entries)?;
+        Ok(Self { buffer, tiles_total: tiles(extent) })
+    }
+
+    pub(crate) fn memory_bytes(&self) -> u64 {
+        self.buffer.size()
+    }
+
+    /// Empties the list.
+    pub(crate) fn clear(&self, frame: &mut Frame<'_>) {
+        clear(frame, &self.buffer);
+    }
+
+    /// For binding.
+    pub(crate) fn bind(&self) -> Bind<'_> {
+        Bind::Buffer(&self.buffer)
+    }
+
+    /// A thread for each pixel, in groups of 64.
+    pub(crate) fn threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.buffer, 0)
+    }
+
+    /// Notes how many tiles' worth of pixels the pass recorded last worked on.
+    pub(crate) fn count(&self, frame: &mut Frame<'_>) {
+        frame.count_tiles(self.tiles_total, &self.buffer, 0);
+    }
+}
+
+fn fits(context: &Context, entries: u64) -> bool {
+    HEADER + 4 * entries <= u64::from(context.device().limits.max_storage_buffer_range)
+}
+
+fn tiles([width, height]: [u32; 2]) -> u32 {
+    width.div_ceil(TILE) * height.div_ceil(TILE)
+}
+
+fn clear(frame: &mut Frame<'_>, list: &Buffer) {
+    let header: [u32; 5] = [0, 1, 1, 0, 0];
+    frame.update(list, bytemuck::bytes_of(&header));
+}
+
+/// A list of nothing, for passes that may work off one but have none.
+pub(crate) fn no_list(context: &Context) -> Result<Buffer> {
+    indirect_list(context.device(), "no list", HEADER, 0)
+}
+
+impl PixelPass {
+    /// Makes the pipelines of the steps that `listed` needs, and room for every pixel of an image. An image with more
+    /// pixels than a storage buffer may have entries is worked on without a list.
+    pub(crate) fn new(
+        context: &Context,
+        name: &str,
+        extent: [u32; 2],
+        listed: bool,
+        pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
+    ) -> Result<Self> {
+        let entries = u64::from(extent[0]) * u64::from(extent[1]);
+        let listed = listed && fits(context, entries);
+        let (pixels, edges) = match listed {
+            true => (pipeline(Step::List)?, Some(pipeline(Step::Listed)?)),
+            false => (pipeline(Step::AtOnce)?, None),
+        };
+        // Where nothing is listed the shader's binding still wants a buffer.
+        let list = indirect_list(context.device(), name, HEADER, if listed { entries } else { 0 })?;
+        Ok(Self { pixels, listed: edges, list, tiles_total: tiles(extent) })
+    }
+
+    /// Bytes of device memory that the list holds.
+    pub fn memory_bytes(&self) -> u64 {
+        self.list.size()
+    }
+
+    /// The list, for binding.
+    pub(crate) fn list(&self) -> Bind<'_> {
+        Bind::Buffer(&self.list)
+    }
+
+    /// A thread for each listed pixel, in groups of 64, once the list is made; for all where there is none.
+    pub(crate) fn threads(&self, [width, height]: [u32; 2]) -> Threads<'_> {
+        if self.is_listed() { Threads::Indirect(&self.list, 0) } else { Threads::Count([width, height, 1]) }
+    }
+
+    /// Whether pixels are listed.
+    pub(crate) fn is_listed(&self) -> bool {
+        self.listed.is_some()
+    }
+
+    /// Writes into `output` what the first dispatch decides, and leaves the other pixels.
+    pub(crate) fn record_decided(
+        &self,
+        frame: &mut Frame<'_>,
+        name: &str,
+        bind: &[Bind<'_>],
+        push: &[u8],
+        output: &Image,
+    ) -> Result<()> {
+        let [width, height] = output.extent();
+        if self.listed.is_some() {
+            clear(frame, &self.list);
+        }
+        let threads = Threads::Count([width, height, 1]);
+        frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads })
+    }
+
+    /// Writes every pixel of `output`; `names` are those of the two dispatches.
+    pub(crate) fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        names: [&str; 2],
+        bind: &[Bind<'_>],
+        push: &[u8],
+        output: &Image,
+    ) -> Result<()> {
+        self.record_decided(frame, names[0], bind, push, output)?;
+        if let Some(listed) = &self.listed {
+            let threads = Threads::Indirect(&self.list, 0);
+            frame.dispatch(&Pass { name: names[1], pipeline: listed, bind, push, threads })?;
+            frame.count_tiles(self.tiles_total, &self.list, TILES);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,200 @@
+//! Percentage-closer filtering.
+
+use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::technique::common::depth_bounds::DepthBounds;
+use crate::technique::common::receiver;
+use crate::technique::common::tiles::TileList;
+use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
+use crate::{Bind, Context, Frame, ImageRef, Inputs, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// Narrower kernels cost less than asking whether they can be skipped (see `results/`).
+const SKIP_FROM_WIDTH: u32 = 31;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "pcf",
+    title: "Percentage-closer filtering",
+    paper: "Reeves, Salesin, Cook 1987",
+    summary: "Averages the tests of w x w texels with bilinear weights: a soft edge w texels wide, on the receiver's plane.",
+    params: &[
+        Param::odd("width", 1, 63, 3, "texels", "width of the kernel"),
+        Param { default: 0.25, ..receiver::NORMAL_OFFSET },
+        Param::float(
+            "depth_bias",
+            0.0,
+            16.0,
+            0.5,
+            "texel slopes",
+            "taken off the receiver's depth on top, in slopes of its plane a texel",
+        ),
+        Param::choice(
+            "fetch",
+            &["loop", "gather"],
+            1,
+            "one texel a fetch, or 2 x 2 texels a gather: the same image up to rounding",
+        ),
+        Param::choice(
+            "skip",
+            &["auto", "off", "pixels", "tiles"],
+            0,
+            "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles: the same image",
+        ),
+    ],
+    needs: &[],
+    kind: Kind::RealTime(prepare),
+};
+
+struct PercentageCloser {
+    view: ViewBuffer,
+    pcf: Pcf,
+    push: PcfPush,
+    map_size: [u32; 2],
+    visibility: Image,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let width = p.int("width");
+    let skip = match p.word("skip") {
+        "auto" if width >= SKIP_FROM_WIDTH => PcfSkip::Pixels,
+        "pixels" => PcfSkip::Pixels,
+        "tiles" => PcfSkip::Tiles,
+        _ => PcfSkip::Off,
+    };
+    let config = PcfConfig { width, gather: p.word("fetch") == "gather", skip };
+    Ok(Box::new(PercentageCloser {
+        view: ViewBuffer::new(context.device())?,
+        pcf: Pcf::new(context, setup.extent, setup.map_size, config)?,
+        push: PcfPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "pcf visibility", setup)?,
+    }))
+}
+
+impl Technique for PercentageCloser {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
+        frame.begin_group(INFO.title);
+        let view = self.view.update(frame, inputs);
+        self.pcf.record(frame, view, inputs, self.push, visibility)?;
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.visibility.memory_bytes() + self.pcf.memory_bytes()
+    }
+}
+
+shader_struct! {
+    /// Push constants of `glsl/pass/pcf.comp` and `pcf_classify.comp`.
+    pub struct PcfPush {
+        /// Multiples of what a plane needs.
+        normal_offset: f32,
+        /// Fraction of a texel's slope, along both axes.
+        depth_bias: f32,
+    }
+}
+
+/// How pixels whose whole kernel agrees are found without filtering. The image is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PcfSkip {
+    /// Not at all: every pixel is filtered.
+    Off,
+    /// Each pixel asks the depth bounds first.
+    Pixels,
+    /// A pass of its own asks the depth bounds and lists the tiles to filter.
+    Tiles,
+}
+
+/// What of the pass is fixed at its making.
+#[derive(Clone, Copy, Debug)]
+pub struct PcfConfig {
+    /// Texels along the kernel's side: odd, 1 to 63.
+    pub width: u32,
+    /// Four texels a gather, instead of one a fetch.
+    pub gather: bool,
+    /// What is not filtered.
+    pub skip: PcfSkip,
+}
+
+/// The pass with its pipelines, and what it skips by.
+pub struct Pcf {
+    filter: Arc<ComputePipeline>,
+    /// With [`PcfSkip::Tiles`] only.
+    classify: Option<Arc<ComputePipeline>>,
+    /// Not with [`PcfSkip::Off`].
+    bounds: Option<DepthBounds>,
+    tiles: TileList,
+}
+
+impl Pcf {
+    /// Allocates for a camera image and a shadow map.
+    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcfConfig) -> Result<Self> {
+        let PcfConfig { width, gather, skip } = config;
+        let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
+        let constants = [width, gather.into(), listed.into(), bounded.into()];
+        let filter = context.pipeline::<PcfPush>("pass/pcf.comp", &constants)?;
+        filter.check_uniform::<ViewConstants>("view")?;
+        let classify = match listed {
+            true => Some(context.pipeline::<PcfPush>("pass/pcf_classify.comp", &[width])?),
+            false => None,
+        };
+        if let Some(classify) = &classify {
+            classify.check_uniform::<ViewConstants>("view")?;
+        }
+        let bounds = match skip {
+            PcfSkip::Off => None,
+            _ => Some(DepthBounds::new(context, map_size)?),
+        };
+        // Where nothing is listed the shader's binding still wants a buffer.
+        let tiles = TileList::new(context.device(), "pcf tiles", if listed { extent } else { [0; 2] })?;
+        Ok(Self { filter, classify, bounds, tiles })
+    }
+
+    /// Bytes of images and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        self.tiles.buffer().size() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
+    }
+
+    /// Writes the visibility of every pixel into `output`.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: PcfPush,
+        output: &Image,
+    ) -> Result<()> {
+        let [width, height] = output.extent();
+        let all = Threads::Count([width, height, 1]);
+        if let Some(bounds) = &mut self.bounds {
+            bounds.record(frame, inputs)?;
+        }
+        let map = Bind::Input(&inputs.shadow_map);
+        // Without bounds the shader's binding still wants an image, which it does not read.
+        let blocks = self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks()));
+        let (depth, normal) = (Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
+        let (view, list) = (Bind::Buffer(view), Bind::Buffer(self.tiles.buffer()));
+        let push = bytemuck::bytes_of(&push);
+        if let Some(classify) = &self.classify {
+            self.tiles.clear(frame);
+            let bind = &[view, depth, normal, blocks, Bind::Image(output), list];
+            frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads: all })?;
+        }
+        let threads = if self.classify.is_some() { self.tiles.threads() } else { all };
+        let bind = &[view, depth, normal, map, Bind::Image(output), list, blocks];
+        frame.dispatch(&Pass { name: "pcf", pipeline: &self.filter, bind, push, threads })?;
+        if self.classify.is_some() {
+            self.tiles.count(frame);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! Shadow mapping.
+
+use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::technique::common::pixels::{Step, no_list};
+use crate::technique::common::receiver::NORMAL_OFFSET;
+use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
+use crate::{Bind, Context, Frame, ImageRef, Inputs, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "sm",
+    title: "Shadow mapping",
+    paper: "Williams 1978",
+    summary: "One test a pixel: the fastest, with the map's texels as stairs along every edge.",
+    params: &[
+        NORMAL_OFFSET,
+        Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth on top"),
+    ],
+    needs: &[],
+    kind: Kind::RealTime(prepare),
+};
+
+struct ShadowMapping {
+    view: ViewBuffer,
+    test: Sm,
+    push: SmPush,
+    map_size: [u32; 2],
+    visibility: Image,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    Ok(Box::new(ShadowMapping {
+        view: ViewBuffer::new(context.device())?,
+        test: Sm::new(context)?,
+        push: SmPush {
+            normal_offset: setup.params.float("normal_offset"),
+            depth_bias: setup.params.float("depth_bias"),
+        },
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "sm visibility", setup)?,
+    }))
+}
+
+impl Technique for ShadowMapping {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
+        frame.begin_group(INFO.title);
+        let view = self.view.update(frame, inputs);
+        self.test.record(frame, view, inputs, self.push, visibility)?;
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.visibility.memory_bytes()
+    }
+}
+
+shader_struct! {
+    /// Push constants of `glsl/pass/sm.comp`.
+    pub struct SmPush {
+        /// Multiples of what a plane needs.
+        normal_offset: f32,
+        /// Depth units on top.
+        depth_bias: f32,
+    }
+}
+
+/// The pass with its pipeline.
+pub struct Sm {
+    pipeline: Arc<ComputePipeline>,
+    /// Without a list the shader's binding still wants a buffer.
+    no_list: Buffer,
+}
+
+impl Sm {
+    /// Makes the pipeline.
+    pub fn new(context: &Context) -> Result<Self> {
+        Self::with_step(context, Step::AtOnce)
+    }
+
+    /// The same for the pixels of a list that another pass makes.
+    pub(crate) fn of_list(context: &Context) -> Result<Self> {
+        Self::with_step(context, Step::Listed)
+    }
+
+    fn with_step(context: &Context, step: Step) -> Result<Self> {
+        let pipeline = context.pipeline::<SmPush>("pass/sm.comp", &[0, 0, 0, 0, step as u32])?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        Ok(Self { pipeline, no_list: no_list(context)? })
+    }
+
+    /// Writes the visibility of every pixel into `output`.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: SmPush,
+        output: &Image,
+    ) -> Result<()> {
+        let [width, height] = output.extent();
+        let all = (Bind::Buffer(&self.no_list), Threads::Count([width, height, 1]));
+        self.record_list(frame, view, inputs, push, all, output)
+    }
+
+    /// Writes the visibility of the listed pixels.
+    pub(crate) fn record_list(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: SmPush,
+        (list, threads): (Bind<'_>, Threads<'_>),
+        output: &Image,
+    ) -> Result<()> {
+        frame.dispatch(&Pass {
+            name: "shadow test",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(view),
+                Bind::Input(&inputs.depth),
+                Bind::Input(inputs.normal_or_depth()),
+                Bind::Input(&inputs.shadow_map),
+                Bind::Image(output),
+                list,
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads,
+        })
+    }
+}

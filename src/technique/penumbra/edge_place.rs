@@ -1,0 +1,57 @@
+//! Where between two pixels a hard shadow ends.
+
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::view::ViewConstants;
+use crate::technique::revectorization::rbsm_pass::{RbsmConfig, check_max_distance};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// Bisections of the way from a pixel to the next: the edge is found to a sixteenth of it.
+pub const STEPS: u32 = 3;
+
+/// The pass: it asks the function of the hard shadows again, at points between pixels.
+pub struct EdgePlace {
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl EdgePlace {
+    /// Makes the pipeline for the function that the hard shadows are made by; [`RbsmConfig::listed`] does not matter.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`] for a longest edge out of range.
+    pub fn new(context: &Context, hard: RbsmConfig) -> Result<Self> {
+        check_max_distance(hard.max_distance)?;
+        let [function, quality] = hard.revectorization.constants();
+        let constants = [hard.fixed_depth.into(), hard.max_distance, function, quality, STEPS];
+        let pipeline = context.pipeline::<RbsmPush>("pass/edge_place.comp", &constants)?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        Ok(Self { pipeline })
+    }
+
+    /// Moves the seeds' points from half-way between pixels to the edge.
+    pub(super) fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        (pixels, seeds, bits): (&Buffer, &Image, &Buffer),
+    ) -> Result<()> {
+        frame.dispatch(&Pass {
+            name: "places of edges",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(view),
+                Bind::Input(&inputs.depth),
+                Bind::Input(inputs.normal_or_depth()),
+                Bind::Input(&inputs.shadow_map),
+                Bind::Buffer(pixels),
+                Bind::Image(seeds),
+                Bind::Buffer(bits),
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads: Threads::Indirect(pixels, 0),
+        })
+    }
+}

@@ -1,0 +1,231 @@
+//! Shadow edges found in an image of hard shadows, and the tiles within their reach.
+
+use super::edge_place::EdgePlace;
+use super::seed_width::{SeedWidth, Seeds, WidthConfig};
+use super::shared::{PenumbraPush, scratch};
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, shader_struct};
+use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::tiles::{TILE, TileList, indirect_list};
+use crate::technique::common::view::ViewConstants;
+use crate::technique::revectorization::rbsm_pass::RbsmConfig;
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+/// Bytes before the listed pixels: the dispatch arguments and the count.
+const PIXEL_HEADER: u64 = 16;
+
+/// Tiles along the side of a block of marks.
+const MARKS: u32 = 8;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/marked_tiles.comp`.
+    pub struct MarkedTilesPush {
+        tiles: [u32; 2],
+    }
+}
+
+/// Where the edge runs that a pixel is a seed of.
+#[derive(Clone, Copy, Debug)]
+pub enum EdgePoints {
+    /// Through the pixel's own centre, as in the paper.
+    Pixels,
+    /// Half-way to the neighbours that differ.
+    Between,
+    /// Where the hard shadow ends on the way there: by the function that it is made by.
+    Traced(RbsmConfig),
+}
+
+/// What of the passes is fixed at their making.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeConfig {
+    /// How surfaces are told apart.
+    pub surfaces: SurfaceTest,
+    /// A neighbour on any surface makes a seed, as in the paper: outlines of objects become edges too.
+    pub any_surface: bool,
+    /// Where edges run.
+    pub points: EdgePoints,
+    /// Only tiles within reach of a seed are listed; otherwise all.
+    pub skip: bool,
+    /// Penumbrae as wide as the area light makes them; none: of one width.
+    pub widths: Option<WidthConfig>,
+}
+
+/// The passes with their images and lists: about 20 bytes a pixel.
+pub struct EdgeSeeds {
+    detect: Arc<ComputePipeline>,
+    pixels: Arc<ComputePipeline>,
+    find: Arc<ComputePipeline>,
+    place: Option<EdgePlace>,
+    widths: Option<SeedWidth>,
+    no_widths: Image,
+    list: Arc<ComputePipeline>,
+    edges: TileList,
+    edge_pixels: Buffer,
+    seeds: Image,
+    marks: Buffer,
+    tiles: TileList,
+    block_groups: Buffer,
+    quad_groups: Buffer,
+}
+
+impl EdgeSeeds {
+    /// Allocates for a camera image and a shadow map, whose size matters to widths alone.
+    ///
+    /// # Errors
+    /// More pixels than a storage buffer of the device may list; no memory; what [`SeedWidth::new`] refuses.
+    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: EdgeConfig) -> Result<Self> {
+        let device = context.device();
+        let EdgeConfig { surfaces, any_surface, points, skip, widths } = config;
+        let at_pixels = matches!(points, EdgePoints::Pixels);
+        let constants = [surfaces == SurfaceTest::Planes, any_surface, at_pixels, widths.is_some()].map(u32::from);
+        let pipeline = |shader: &str, constants: &[u32]| {
+            let pipeline = context.pipeline::<PenumbraPush>(shader, constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        let pixels = u64::from(extent[0]) * u64::from(extent[1]);
+        let most = (u64::from(device.limits.max_storage_buffer_range) - PIXEL_HEADER) / 4;
+        if pixels > most {
+            let [w, h] = extent;
+            let problem =
+                format!("edges of a {w}x{h} image can't be listed: this device allows {most} pixels; render fewer");
+            return Err(Error::Parameter(problem));
+        }
+        let blocks = extent.map(|n| u64::from(n.div_ceil(TILE * MARKS)));
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+        let (name, size, memory) = ("tiles near an edge, marked", 8 * blocks[0] * blocks[1], MemoryKind::Gpu);
+        let format = vk::Format::R32G32B32A32_UINT;
+        Ok(Self {
+            detect: pipeline("pass/edge_tiles.comp", &constants[..1])?,
+            pixels: pipeline("pass/edge_pixels.comp", &constants[..3])?,
+            find: pipeline("pass/edge_seeds.comp", &constants)?,
+            place: match points {
+                EdgePoints::Traced(hard) => Some(EdgePlace::new(context, hard)?),
+                _ => None,
+            },
+            widths: match widths {
+                Some(widths) => Some(SeedWidth::new(context, extent, map_size, surfaces, widths)?),
+                None => None,
+            },
+            no_widths: scratch(context, "no penumbra widths", vk::Format::R32G32_SFLOAT, extent, false)?,
+            list: context.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[(!skip).into()])?,
+            edges: TileList::new(device, "tiles with an edge", extent)?,
+            edge_pixels: indirect_list(device, "pixels at an edge", PIXEL_HEADER, pixels)?,
+            seeds: Image::new(device, &ImageDesc::storage("shadow-edge seeds", format, extent))?,
+            marks: Buffer::new(device, &BufferDesc { name, size, usage, memory })?,
+            tiles: TileList::new(device, "tiles near an edge", extent)?,
+            block_groups: indirect_list(device, "groups of blocks near an edge", 12, 0)?,
+            quad_groups: indirect_list(device, "groups of quads near an edge", 12, 0)?,
+        })
+    }
+
+    /// Bytes of images, buffers and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        let buffers = [self.edges.buffer(), &self.edge_pixels, &self.marks, self.tiles.buffer()];
+        let widths = self.widths.as_ref().map_or(0, SeedWidth::memory_bytes);
+        buffers.iter().map(|b| b.size()).sum::<u64>() + self.seeds.memory_bytes() + widths
+    }
+
+    /// [`SeedWidth::widths`], or an image of nothing where all penumbrae are alike.
+    pub fn widths(&self) -> &Image {
+        self.widths.as_ref().map_or(&self.no_widths, SeedWidth::widths)
+    }
+
+    /// `R32G32B32A32_UINT`, of seeds only: the bits of a point of the edge as three `f32` in camera view space, and the
+    /// surface's normal there, octahedral in 16 and 16 bits.
+    pub fn seeds(&self) -> &Image {
+        &self.seeds
+    }
+
+    /// Tiles within reach of a seed.
+    pub fn tiles(&self) -> &TileList {
+        &self.tiles
+    }
+
+    /// A thread for every block of 4 x 4 pixels of these tiles, in groups of 64.
+    pub fn block_threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.block_groups, 0)
+    }
+
+    /// A thread for every quad of 2 x 2 pixels of these tiles, in groups of 64.
+    pub fn quad_threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.quad_groups, 0)
+    }
+
+    /// Finds the seeds in `hard`, an image of visibility 0 and 1, sets their bits in `seed_bits` (see
+    /// [`crate::technique::distance_transform::Edt::seed_bits`]) and lists the tiles in their reach. `hard_push` is what `hard` was made with.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view_buffer: &Buffer,
+        inputs: &Inputs<'_>,
+        (push, hard_push): (PenumbraPush, RbsmPush),
+        (hard, seed_bits): (&Image, &Buffer),
+    ) -> Result<()> {
+        let tiles = hard.extent().map(|n| n.div_ceil(TILE));
+        let threads = Threads::Count([tiles[0], tiles[1], 1]);
+        let (view, depth, normal) =
+            (Bind::Buffer(view_buffer), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
+        let (hard, edges, marks) = (Bind::Image(hard), Bind::Buffer(self.edges.buffer()), Bind::Buffer(&self.marks));
+        let widths_push = push;
+        let push = bytemuck::bytes_of(&push);
+        self.edges.clear(frame);
+        frame.dispatch(&Pass {
+            name: "tiles with an edge",
+            pipeline: &self.detect,
+            bind: &[view, depth, normal, hard, edges],
+            push,
+            threads,
+        })?;
+        frame.update(&self.edge_pixels, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
+        frame.dispatch(&Pass {
+            name: "pixels at an edge",
+            pipeline: &self.pixels,
+            bind: &[view, depth, normal, hard, edges, Bind::Buffer(&self.edge_pixels)],
+            push,
+            threads: self.edges.threads(),
+        })?;
+        self.edges.count(frame);
+        frame.fill("clear marks", &self.marks, 0);
+        frame.fill("clear seeds", seed_bits, 0);
+        let (seeds, bits) = (Bind::Image(&self.seeds), Bind::Buffer(seed_bits));
+        frame.dispatch(&Pass {
+            name: "shadow-edge seeds",
+            pipeline: &self.find,
+            bind: &[view, depth, normal, hard, Bind::Buffer(&self.edge_pixels), seeds, bits, marks],
+            push,
+            threads: Threads::Indirect(&self.edge_pixels, 0),
+        })?;
+        if let Some(place) = &self.place {
+            place.record(frame, view_buffer, inputs, hard_push, (&self.edge_pixels, &self.seeds, seed_bits))?;
+        }
+        if let Some(widths) = &mut self.widths {
+            let (pixels, seeds, marks) = (&self.edge_pixels, &self.seeds, &self.marks);
+            widths.record(
+                frame,
+                view_buffer,
+                inputs,
+                &widths_push,
+                &Seeds { pixels, seeds, bits: seed_bits, marks },
+            )?;
+        }
+        self.tiles.clear(frame);
+        for groups in [&self.block_groups, &self.quad_groups] {
+            frame.update(groups, bytemuck::bytes_of(&[0u32, 1, 1]));
+        }
+        frame.dispatch(&Pass {
+            name: "tiles near an edge",
+            pipeline: &self.list,
+            bind: &[
+                marks,
+                Bind::Buffer(self.tiles.buffer()),
+                Bind::Buffer(&self.block_groups),
+                Bind::Buffer(&self.quad_groups),
+            ],
+            push: bytemuck::bytes_of(&MarkedTilesPush { tiles }),
+            threads,
+        })
+    }
+}

@@ -1,0 +1,18 @@
+//! Euclidean distance transform soft shadow mapping.
+
+use super::euclidean;
+use crate::technique::revectorization::rbsm_pass::Revectorization;
+use crate::technique::{Info, Kind, Param};
+
+const PARAMS: &[Param] = &euclidean::soft_params(1, 0);
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "edtssm",
+    title: "Euclidean distance transform soft shadow mapping",
+    paper: "Macedo, Apolinário 2017 (SIBGRAPI), algorithm 1",
+    summary: "Penumbrae of an area light: blockers are searched at the revectorized shadow edges alone, the rest is distances.",
+    params: PARAMS,
+    needs: &[],
+    kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, &INFO, Revectorization::Silhouette)),
+};

@@ -1,0 +1,291 @@
+//! What the techniques of the EDTSM family share: hard shadows, their edges, every pixel's distance to the nearest, eq. 8,
+//! and the mean filter (Macedo, Apolinário 2018, algorithm 1); of an area light the widths of the penumbrae too.
+
+use super::edge_seeds::{EdgeConfig, EdgePoints, EdgeSeeds};
+use super::fixed_width::penumbra_width;
+use super::mean_filter::MeanFilter;
+use super::nearest_edge::{Nearest, NearestEdge, Viewed};
+use super::seed_width::{Meet, Metric, WidthConfig};
+use super::shared::PenumbraPush;
+use crate::gpu::Image;
+use crate::technique::common::blocker_search;
+use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::view::ViewBuffer;
+use crate::technique::distance_transform::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
+use crate::technique::revectorization::rbsm_pass::{Rbsm, Revectorization};
+use crate::technique::revectorization::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
+use crate::technique::{Info, PENUMBRA, Param, Setup, Technique, visibility_image};
+use crate::{Context, Frame, ImageRef, Inputs, Result};
+
+const FILTER_WIDTH: Param =
+    Param::float("filter_width", 0.0, 4.0, 0.1, "penumbrae", "width of the mean filter, as a share of the penumbra's");
+const FILTER_TAPS: Param = Param::odd("filter_taps", 1, 63, 15, "taps", "of the mean filter, along each axis");
+const SURFACES: Param = Param::choice(
+    "surfaces",
+    &["plane", "depth"],
+    0,
+    "points are on one surface if near each other's planes, or if their eye depths are alike as in the paper",
+);
+const EDGE_THRESHOLD: Param = Param::float(
+    "edge_threshold",
+    0.0,
+    8.0,
+    0.0,
+    "see help",
+    "of that test: pixels off the plane a pixel of distance, or a share of the depth; 0: 0.35 and 0.0025",
+);
+const SEEDS: Param = Param::choice(
+    "seeds",
+    &["surface", "any"],
+    0,
+    "a seed differs from a neighbour on its surface, or on any as in the paper",
+);
+const NEAREST: Param = Param::choice(
+    "nearest",
+    &["world", "pixel"],
+    0,
+    "the edge nearest in the world, of those on the surface, or the one nearest in the image as in the paper",
+);
+const EDT: Param = Param::choice(
+    "edt",
+    &["auto", "pba", "bounded-row", "bounded-tile"],
+    0,
+    "method of the Euclidean distance transform: the same image, but for bounded-tile, which ends at 64 pixels",
+);
+const EDGE: Param = Param::choice(
+    "edge",
+    &["traced", "between", "pixel"],
+    0,
+    "edges run where the hard shadow ends between two pixels, half-way between them, or through both as in the paper",
+);
+const SKIP: Param = Param::choice(
+    "skip",
+    &["auto", "off"],
+    0,
+    "only tiles within reach of an edge are worked on, or all: the same image",
+);
+
+/// The table of penumbrae of one width.
+pub(super) const PARAMS: &[Param] = &[
+    PENUMBRA,
+    FILTER_WIDTH,
+    FILTER_TAPS,
+    SURFACES,
+    EDGE_THRESHOLD,
+    SEEDS,
+    NEAREST,
+    EDT,
+    EDGE,
+    RECEIVER,
+    MAX_DISTANCE,
+    NORMAL_OFFSET,
+    DEPTH_BIAS,
+    SLACK,
+    SKIP,
+];
+
+/// The table of penumbrae of an area light; the default of `metric` is an index.
+pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 20] {
+    [
+        Param::float("beta", 0.0, 1e9, 1.0, "factor", "of the penumbrae's widths; 1: as wide as similar triangles say"),
+        blocker_search::SEARCH_TAPS,
+        blocker_search::SEARCH,
+        Param::choice(
+            "meet",
+            &["weighted", "nearest"],
+            0,
+            "where penumbrae overlap the edge counts whose distance is the smallest share of its penumbra's width, or the nearest as in the paper",
+        ),
+        Param::choice(
+            "metric",
+            &["light", "world"],
+            metric,
+            "distances on a plane parallel to the map, taken there along the light, or along the surface as in the paper",
+        ),
+        Param::int(
+            "line_taps",
+            0,
+            64,
+            line_taps,
+            "taps",
+            "across a penumbra, of the hard shadows beyond the nearest edge; 0: as if there were none, as in the paper",
+        ),
+        FILTER_WIDTH,
+        FILTER_TAPS,
+        SURFACES,
+        EDGE_THRESHOLD,
+        SEEDS,
+        NEAREST,
+        EDT,
+        EDGE,
+        RECEIVER,
+        MAX_DISTANCE,
+        NORMAL_OFFSET,
+        DEPTH_BIAS,
+        SLACK,
+        SKIP,
+    ]
+}
+
+/// How far the transform looks where only the start of a search is wanted, pixels.
+const START_RADIUS: u32 = 32;
+
+/// How wide penumbrae are.
+#[derive(Clone, Copy)]
+enum Penumbrae {
+    /// All alike, in world units, or 0 for a width that fits the light.
+    Fixed(f64),
+    /// As the area light makes them, times a factor.
+    OfLight { beta: f32 },
+}
+
+struct Euclidean {
+    info: &'static Info,
+    view: ViewBuffer,
+    hard: Rbsm,
+    seeds: EdgeSeeds,
+    edt: Edt,
+    nearest: NearestEdge,
+    filter: MeanFilter,
+    push: RbsmPush,
+    penumbrae: Penumbrae,
+    /// As a share of the penumbra's.
+    filter_width: f64,
+    tolerance: f32,
+    map_size: [u32; 2],
+    visibility: Image,
+}
+
+/// Makes a technique with penumbrae of one width over the given hard shadows.
+pub(super) fn prepare(
+    context: &Context,
+    setup: &Setup,
+    info: &'static Info,
+    revectorization: Revectorization,
+) -> Result<Box<dyn Technique>> {
+    let penumbrae = Penumbrae::Fixed(setup.params.get("penumbra"));
+    prepare_either(context, setup, info, revectorization, (penumbrae, None))
+}
+
+/// Makes a technique with penumbrae of an area light over the given hard shadows.
+pub(super) fn prepare_soft(
+    context: &Context,
+    setup: &Setup,
+    info: &'static Info,
+    revectorization: Revectorization,
+) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let config = WidthConfig {
+        search_taps: p.int("search_taps"),
+        window: blocker_search::search_window(p),
+        meet: if p.word("meet") == "weighted" { Meet::Weighted } else { Meet::Nearest },
+        metric: if p.word("metric") == "light" { Metric::Light } else { Metric::World },
+        line_taps: p.int("line_taps"),
+    };
+    let penumbrae = Penumbrae::OfLight { beta: p.float("beta") };
+    prepare_either(context, setup, info, revectorization, (penumbrae, Some(config)))
+}
+
+fn prepare_either(
+    context: &Context,
+    setup: &Setup,
+    info: &'static Info,
+    revectorization: Revectorization,
+    (penumbrae, widths): (Penumbrae, Option<WidthConfig>),
+) -> Result<Box<dyn Technique>> {
+    let (p, extent) = (&setup.params, setup.extent);
+    // To be looked at, all tiles have to be there.
+    let skip = p.word("skip") != "off" && !setup.intermediates;
+    let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
+    let hard = revectorized::config(setup, revectorization, skip);
+    let points = match p.word("edge") {
+        "traced" => EdgePoints::Traced(hard),
+        "between" => EdgePoints::Between,
+        _ => EdgePoints::Pixels,
+    };
+    let edges = EdgeConfig { surfaces, any_surface: p.word("seeds") == "any", points, skip, widths };
+    let nearest = if p.word("nearest") == "world" { Nearest::World } else { Nearest::Pixel };
+    let method: EdtMethod = p.word("edt").parse()?;
+    let edt = EdtConfig {
+        method,
+        // In the world labels spread further by themselves.
+        radius: match nearest {
+            Nearest::World => Some(START_RADIUS),
+            Nearest::Pixel if method == EdtMethod::BoundedTile => Some(MAX_TILE_RADIUS),
+            Nearest::Pixel => None,
+        },
+        ..EdtConfig::default()
+    };
+    let tolerance = match p.float("edge_threshold") {
+        0.0 => surfaces.usual_tolerance(),
+        given => given,
+    };
+    Ok(Box::new(Euclidean {
+        info,
+        view: ViewBuffer::new(context.device())?,
+        hard: Rbsm::new(context, extent, hard)?,
+        seeds: EdgeSeeds::new(context, extent, setup.map_size, edges)?,
+        edt: Edt::new(context, extent, edt)?,
+        nearest: NearestEdge::new(context, extent, edges, nearest, setup.intermediates)?,
+        filter: MeanFilter::new(context, extent, edges, p.int("filter_taps"))?,
+        push: revectorized::push(setup),
+        penumbrae,
+        filter_width: p.get("filter_width"),
+        tolerance,
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "penumbra visibility", setup)?,
+    }))
+}
+
+impl Technique for Euclidean {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
+        // Where widths differ, each is the unit of its own penumbra.
+        let (penumbra, beta) = match self.penumbrae {
+            Penumbrae::Fixed(width) => (penumbra_width(width, &inputs.light[0]), 0.0),
+            Penumbrae::OfLight { beta } => (1.0, beta),
+        };
+        let push = PenumbraPush {
+            penumbra: penumbra as f32,
+            filter_width: (self.filter_width * penumbra) as f32,
+            tolerance: self.tolerance,
+            step: 0,
+            beta,
+            normal_offset: self.push.normal_offset,
+            depth_bias: self.push.depth_bias,
+        };
+        frame.begin_group(self.info.title);
+        let view = self.view.update(frame, inputs);
+        self.hard.record(frame, view, inputs, self.push, visibility)?;
+        self.seeds.record(frame, view, inputs, (push, self.push), (visibility, self.edt.seed_bits()))?;
+        self.edt.record_packed(frame)?;
+        self.nearest.record(frame, view, inputs, push, (&self.seeds, self.edt.labels(), visibility))?;
+        self.filter.record(frame, view, inputs, push, (&self.seeds, &self.nearest), visibility)?;
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        let Some(Viewed { seeds, labels, distances, widths }) = self.nearest.viewed() else { return vec![] };
+        let intensity = self.nearest.intensity();
+        let shared = [("seeds", seeds), ("labels", labels), ("distance", distances), ("intensity", intensity)];
+        shared.into_iter().chain(widths.map(|widths| ("width", widths))).collect()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let passes = [
+            self.hard.memory_bytes(),
+            self.seeds.memory_bytes(),
+            self.edt.memory_bytes(),
+            self.nearest.memory_bytes(),
+            self.filter.memory_bytes(),
+        ];
+        self.visibility.memory_bytes() + passes.iter().sum::<u64>()
+    }
+}

@@ -1,0 +1,79 @@
+//! The separable mean filter over a penumbra, of constant width in the world or a share of the penumbra's.
+
+use super::edge_seeds::{EdgeConfig, EdgeSeeds};
+use super::nearest_edge::NearestEdge;
+use super::shared::{PenumbraPush, scratch};
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::view::ViewConstants;
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// The two passes and the image between them.
+pub struct MeanFilter {
+    passes: [Arc<ComputePipeline>; 2],
+    between: Image,
+}
+
+impl MeanFilter {
+    /// Allocates for a camera image; `taps` a pass, odd, 1 to 63.
+    pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, taps: u32) -> Result<Self> {
+        if taps.is_multiple_of(2) || taps > 63 {
+            return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
+        }
+        let pass = |vertical: bool| {
+            let planes = config.surfaces == SurfaceTest::Planes;
+            let constants = [planes.into(), vertical.into(), taps, config.widths.is_some().into()];
+            let pipeline = context.pipeline::<PenumbraPush>("pass/mean_filter.comp", &constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        Ok(Self {
+            passes: [pass(false)?, pass(true)?],
+            between: scratch(context, "penumbra filtered along x", vk::Format::R32G32_SFLOAT, extent, true)?,
+        })
+    }
+
+    /// Bytes of images.
+    pub fn memory_bytes(&self) -> u64 {
+        self.between.memory_bytes()
+    }
+
+    /// Filters the pixels within reach of an edge, told by the two passes before, into `output`, which holds the hard shadows of all.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: PenumbraPush,
+        (seeds, nearest): (&EdgeSeeds, &NearestEdge),
+        output: &Image,
+    ) -> Result<()> {
+        // A tap along y may fall into a tile without a penumbra, where pixels are only copied; none falls where no tile is
+        // near an edge.
+        let steps = [
+            ("mean filter, x", nearest.intensity(), &self.between, seeds.tiles()),
+            ("mean filter, y", &self.between, output, nearest.tiles()),
+        ];
+        for (pipeline, (name, source, target, tiles)) in self.passes.iter().zip(steps) {
+            frame.dispatch(&Pass {
+                name,
+                pipeline,
+                bind: &[
+                    Bind::Buffer(view),
+                    Bind::Input(&inputs.depth),
+                    Bind::Input(inputs.normal_or_depth()),
+                    Bind::Image(source),
+                    Bind::Image(target),
+                    Bind::Buffer(tiles.buffer()),
+                    Bind::Image(nearest.pixel_widths()),
+                ],
+                push: bytemuck::bytes_of(&push),
+                threads: tiles.threads(),
+            })?;
+            tiles.count(frame);
+        }
+        Ok(())
+    }
+}

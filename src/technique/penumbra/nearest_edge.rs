@@ -1,0 +1,220 @@
+//! Every pixel's nearest shadow edge, and the intensity of a penumbra out of its distance.
+
+use super::edge_seeds::{EdgeConfig, EdgeSeeds};
+use super::seed_width::WidthConfig;
+use super::shared::{PenumbraPush, scratch};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::tiles::TileList;
+use crate::technique::common::view::ViewConstants;
+use crate::technique::distance_transform::NO_SEED;
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
+use ash::vk;
+use std::sync::Arc;
+
+/// Which seed counts as the nearest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nearest {
+    /// In the world, of those on the pixel's surface.
+    World,
+    /// In the image, as in the paper; then its distance in the world counts.
+    Pixel,
+}
+
+/// Sides of the blocks of pixels that the search goes over first: `BLOCK` and `QUAD` of `glsl/pass/nearest_edge.glsl`.
+const BLOCK: u32 = 4;
+const QUAD: u32 = 2;
+/// Blocks between neighbours, a pass each.
+const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
+
+/// The passes with their images: about 9 bytes a pixel.
+pub struct NearestEdge {
+    /// None for a search by pixel.
+    coarse: Option<Coarse>,
+    finish: Arc<ComputePipeline>,
+    block_labels: [Image; 2],
+    quad_labels: Image,
+    intensity: Image,
+    tiles: TileList,
+    viewed: bool,
+    distances: Image,
+    labels: Image,
+    seed_mask: Image,
+    pixel_widths: Image,
+    soft: bool,
+}
+
+/// What goes over blocks of pixels.
+struct Coarse {
+    /// Reads the transform's labels.
+    first: Arc<ComputePipeline>,
+    others: Arc<ComputePipeline>,
+    quads: Arc<ComputePipeline>,
+}
+
+/// What can be looked at of a search, of the tiles near an edge only.
+pub struct Viewed<'a> {
+    /// `R8_UNORM`, 1 at a seed; with [`EdgeConfig::widths`] `R32G32_SFLOAT`, the seeds' widths and cosines, otherwise 0.
+    pub seeds: &'a Image,
+    /// `R32_UINT`: the pixel of the nearest edge's seed, `x + 65536 y`, or [`NO_SEED`].
+    pub labels: &'a Image,
+    /// `R32_SFLOAT`: world distance to that edge, infinite beyond reach; with [`EdgeConfig::widths`] as a share of that
+    /// edge's penumbra width.
+    pub distances: &'a Image,
+    /// `R32_SFLOAT`: the width of the penumbra that a pixel lies in, world units, 0 beyond reach; only with
+    /// [`EdgeConfig::widths`].
+    pub widths: Option<&'a Image>,
+}
+
+impl NearestEdge {
+    /// Allocates for a camera image; `viewed`: also keep distances and labels.
+    pub fn new(
+        context: &Context,
+        extent: [u32; 2],
+        config: EdgeConfig,
+        nearest: Nearest,
+        viewed: bool,
+    ) -> Result<Self> {
+        let (planes, world) = (u32::from(config.surfaces == SurfaceTest::Planes), nearest == Nearest::World);
+        let pipeline = |shader: &str, constants: &[u32]| {
+            let pipeline = context.pipeline::<PenumbraPush>(shader, constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        let [soft, meet, metric, line_taps] = WidthConfig::constants(config.widths);
+        let block = |first: bool| pipeline("pass/nearest_block.comp", &[planes, first.into(), 0, soft, meet, metric]);
+        let labels_of_blocks = |side| {
+            let extent = if world { extent.map(|n| n.div_ceil(side)) } else { [1, 1] };
+            let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
+            Image::new(context.device(), &ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
+        };
+        let seed_format = if soft == 1 { vk::Format::R32G32_SFLOAT } else { vk::Format::R8_UNORM };
+        let image = |name, format, wanted| scratch(context, name, format, extent, wanted);
+        Ok(Self {
+            coarse: match nearest {
+                Nearest::World => Some(Coarse {
+                    first: block(true)?,
+                    others: block(false)?,
+                    quads: pipeline("pass/nearest_quad.comp", &[planes, 0, 0, soft, meet, metric])?,
+                }),
+                Nearest::Pixel => None,
+            },
+            finish: pipeline(
+                "pass/nearest_edge.comp",
+                &[planes, world.into(), viewed.into(), soft, meet, metric, line_taps],
+            )?,
+            block_labels: [labels_of_blocks(BLOCK)?, labels_of_blocks(BLOCK)?],
+            quad_labels: labels_of_blocks(QUAD)?,
+            intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, true)?,
+            tiles: TileList::new(context.device(), "tiles in a penumbra", extent)?,
+            viewed,
+            distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
+            labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
+            seed_mask: image("seeds", seed_format, viewed)?,
+            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, soft == 1)?,
+            soft: soft == 1,
+        })
+    }
+
+    /// Bytes of images and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        let images =
+            [&self.intensity, &self.distances, &self.labels, &self.seed_mask, &self.pixel_widths, &self.quad_labels];
+        images.into_iter().chain(&self.block_labels).map(|i| i.memory_bytes()).sum::<u64>() + self.tiles.buffer().size()
+    }
+
+    /// `R32G32_SFLOAT`, in the tiles near an edge only: the intensity of pixels within reach of an edge, of others the
+    /// hard visibility less 2; and the camera depth.
+    pub fn intensity(&self) -> &Image {
+        &self.intensity
+    }
+
+    /// `R32_SFLOAT`, of pixels within reach of an edge: the width of its penumbra, world units; an image of nothing unless
+    /// [`EdgeConfig::widths`].
+    pub fn pixel_widths(&self) -> &Image {
+        &self.pixel_widths
+    }
+
+    /// The tiles with any pixel within reach of an edge.
+    pub fn tiles(&self) -> &TileList {
+        &self.tiles
+    }
+
+    /// `None` unless it was asked for.
+    pub fn viewed(&self) -> Option<Viewed<'_>> {
+        let widths = self.soft.then_some(&self.pixel_widths);
+        let viewed = Viewed { seeds: &self.seed_mask, labels: &self.labels, distances: &self.distances, widths };
+        self.viewed.then_some(viewed)
+    }
+
+    /// Works on the tiles that `seeds` has listed, from `labels` on, the nearest seeds in the image: of all pixels, or of
+    /// those within some distance. `hard`: the hard shadows.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: PenumbraPush,
+        (seeds, labels, hard): (&EdgeSeeds, &Image, &Image),
+    ) -> Result<()> {
+        let (view, depth, normal) =
+            (Bind::Buffer(view), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
+        let widths = Bind::Image(seeds.widths());
+        let (seed_image, list) = (Bind::Image(seeds.seeds()), Bind::Buffer(seeds.tiles().buffer()));
+        let [mut after, mut before] = [&self.block_labels[0], &self.block_labels[1]];
+        if let Some(Coarse { first, others, quads }) = &self.coarse {
+            // Blocks in tiles that are not listed have no edge in reach.
+            let [a, b] = &self.block_labels;
+            for (name, image) in
+                [("clear block labels", a), ("clear other block labels", b), ("clear quad labels", &self.quad_labels)]
+            {
+                frame.fill_image(name, image, NO_SEED);
+            }
+            for (i, &step) in STEPS.iter().enumerate() {
+                let (pipeline, from) = if i == 0 { (first, labels) } else { (others, before) };
+                frame.dispatch(&Pass {
+                    name: &format!("nearest edge of blocks, step {step}"),
+                    pipeline,
+                    bind: &[view, depth, normal, seed_image, Bind::Image(from), Bind::Image(after), list, widths],
+                    push: bytemuck::bytes_of(&PenumbraPush { step, ..push }),
+                    threads: seeds.block_threads(),
+                })?;
+                (before, after) = (after, before);
+            }
+            let (labels, blocks, out) = (Bind::Image(labels), Bind::Image(before), Bind::Image(&self.quad_labels));
+            frame.dispatch(&Pass {
+                name: "nearest edge of quads",
+                pipeline: quads,
+                bind: &[view, depth, normal, seed_image, labels, blocks, list, out, widths],
+                push: bytemuck::bytes_of(&push),
+                threads: seeds.quad_threads(),
+            })?;
+        }
+        self.tiles.clear(frame);
+        frame.dispatch(&Pass {
+            name: "nearest edge",
+            pipeline: &self.finish,
+            bind: &[
+                view,
+                depth,
+                normal,
+                seed_image,
+                Bind::Image(labels),
+                Bind::Image(&self.quad_labels),
+                list,
+                Bind::Image(hard),
+                Bind::Image(&self.intensity),
+                Bind::Buffer(self.tiles.buffer()),
+                Bind::Image(&self.distances),
+                Bind::Image(&self.labels),
+                Bind::Image(&self.seed_mask),
+                widths,
+                Bind::Image(&self.pixel_widths),
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads: seeds.tiles().threads(),
+        })?;
+        seeds.tiles().count(frame);
+        Ok(())
+    }
+}

@@ -1,0 +1,151 @@
+//! The penumbra width of every shadow-edge seed: a blocker search at these pixels alone.
+
+use super::shared::{PenumbraPush, scratch};
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::technique::common::blocker_search::SearchWindow;
+use crate::technique::common::hsm::Hsm;
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::view::ViewConstants;
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+/// Which edge counts where the penumbrae of several overlap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meet {
+    /// The one whose distance is the smallest share of its penumbra's width: intensities are continuous.
+    Weighted,
+    /// The one at the smallest distance, as in the paper: seams where widths differ.
+    Nearest,
+}
+
+/// How the distance to an edge is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Metric {
+    /// Along the surface, as in the paper.
+    World,
+    /// On a plane parallel to the shadow map, taken there along the light's ray, as the width is; longer
+    /// along the map's axes than aslant to them, since the light is a square along them.
+    Light,
+}
+
+/// Of penumbrae whose width is the area light's.
+#[derive(Clone, Copy, Debug)]
+pub struct WidthConfig {
+    /// Taps of the blocker search along each axis: odd, 1 to 63.
+    pub search_taps: u32,
+    /// Where blockers are searched.
+    pub window: SearchWindow,
+    /// Which edge counts.
+    pub meet: Meet,
+    /// How far away it is.
+    pub metric: Metric,
+    /// Taps across the penumbra along the line to that edge, for what the hard shadows hold beyond it; 0: nothing, as in the
+    /// paper.
+    pub line_taps: u32,
+}
+
+impl WidthConfig {
+    /// Specialization constants of `glsl/pass/nearest_edge.glsl` from `SOFT` on, and `LINE_TAPS`.
+    pub(crate) fn constants(config: Option<Self>) -> [u32; 4] {
+        config
+            .map_or([0; 4], |c| [1, (c.meet == Meet::Nearest).into(), (c.metric == Metric::Light).into(), c.line_taps])
+    }
+}
+
+/// The pass with its image: 8 bytes a pixel.
+pub struct SeedWidth {
+    pipeline: Arc<ComputePipeline>,
+    hsm: Option<Hsm>,
+    widths: Image,
+}
+
+/// What the pass works on: all of [`crate::technique::penumbra::edge_seeds::EdgeSeeds`].
+pub(super) struct Seeds<'a> {
+    pub pixels: &'a Buffer,
+    pub seeds: &'a Image,
+    pub bits: &'a Buffer,
+    pub marks: &'a Buffer,
+}
+
+impl SeedWidth {
+    /// Allocates for a camera image and a shadow map.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a number of taps out of range; no memory.
+    pub fn new(
+        context: &Context,
+        extent: [u32; 2],
+        map_size: [u32; 2],
+        surfaces: SurfaceTest,
+        config: WidthConfig,
+    ) -> Result<Self> {
+        let WidthConfig { search_taps, window, meet, metric, .. } = config;
+        if search_taps.is_multiple_of(2) || search_taps > 63 {
+            let problem = format!(
+                "{search_taps} taps along the side of the blocker search are not possible: an odd number, 1 to 63"
+            );
+            return Err(Error::Parameter(problem));
+        }
+        let narrow = window == SearchWindow::Blockers;
+        let constants = [
+            (surfaces == SurfaceTest::Planes).into(),
+            search_taps,
+            narrow.into(),
+            (metric == Metric::Light).into(),
+            (meet == Meet::Nearest).into(),
+        ];
+        let pipeline = context.pipeline::<PenumbraPush>("pass/seed_width.comp", &constants)?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        Ok(Self {
+            pipeline,
+            hsm: if narrow { Some(Hsm::new(context, map_size)?) } else { None },
+            widths: scratch(context, "penumbra widths at seeds", vk::Format::R32G32_SFLOAT, extent, true)?,
+        })
+    }
+
+    /// Bytes of images.
+    pub fn memory_bytes(&self) -> u64 {
+        self.widths.memory_bytes() + self.hsm.as_ref().map_or(0, |h| h.bounds().memory_bytes())
+    }
+
+    /// `R32G32_SFLOAT`, of seeds only: the penumbra's full width in world units, and the cosine between surface and light
+    /// that distances may shrink by ([`Metric::Light`]; otherwise 1), at least 0.1.
+    pub fn widths(&self) -> &Image {
+        &self.widths
+    }
+
+    /// Searches at the seeds, takes those without a penumbra out of them ([`Meet::Weighted`]), and marks the tiles in
+    /// reach of the others.
+    pub(super) fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: &PenumbraPush,
+        seeds: &Seeds<'_>,
+    ) -> Result<()> {
+        if let Some(hsm) = &mut self.hsm {
+            hsm.record(frame, inputs)?;
+        }
+        frame.dispatch(&Pass {
+            name: "penumbra widths",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(view),
+                Bind::Input(&inputs.depth),
+                Bind::Input(inputs.normal_or_depth()),
+                Bind::BorderlessMap(&inputs.shadow_map),
+                Bind::Buffer(seeds.pixels),
+                Bind::Image(seeds.seeds),
+                Bind::Buffer(seeds.bits),
+                Bind::Buffer(seeds.marks),
+                Bind::Image(&self.widths),
+                // What the shader does not read, its binding still wants.
+                self.hsm.as_ref().map_or(Bind::Input(&inputs.depth), |h| Bind::Image(h.bounds())),
+            ],
+            push: bytemuck::bytes_of(push),
+            threads: Threads::Indirect(seeds.pixels, 0),
+        })
+    }
+}

@@ -1,0 +1,38 @@
+//! What the passes of penumbrae share: push constants, and images that only some configurations use.
+
+use crate::gpu::{Image, ImageDesc, shader_struct};
+use crate::{Context, Result};
+use ash::vk;
+
+shader_struct! {
+    /// Push constants of the passes that make penumbrae (`glsl/pass/edge_seeds.glsl`). With [`EdgeConfig::widths`](super::edge_seeds::EdgeConfig::widths) each
+    /// seed's own width is the unit of lengths.
+    pub struct PenumbraPush {
+        /// Full width of the penumbra, world units; 1 where seeds have their own.
+        penumbra: f32,
+        /// Width of the mean filter, world units; a share of the penumbra's where seeds have their own.
+        filter_width: f32,
+        /// Of the test for one surface: pixels a pixel off the plane, or a share of the eye depth.
+        tolerance: f32,
+        /// Of a step of the search for the nearest edge, blocks of 4 pixels.
+        step: i32,
+        /// Factor of the width that a blocker search finds.
+        beta: f32,
+        /// Of that search: multiples of what a plane needs.
+        normal_offset: f32,
+        /// Of that search: fraction of a texel's slope, along both axes.
+        depth_bias: f32,
+    }
+}
+
+/// An image for a shader's binding: of one pixel where it is not wanted.
+pub(crate) fn scratch(
+    context: &Context,
+    name: &str,
+    format: vk::Format,
+    extent: [u32; 2],
+    wanted: bool,
+) -> Result<Image> {
+    let extent = if wanted { extent } else { [1, 1] };
+    Image::new(context.device(), &ImageDesc::storage(name, format, extent))
+}

@@ -1,0 +1,32 @@
+//! Revectorization-based shadow mapping with a branch for every scenario: the opponent of `rbsm` and `rbsm-filtered`.
+
+use super::rbsm_pass::{Branches, Revectorization};
+use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SKIP, SLACK};
+use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::{Context, Result};
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "rbsm-branches",
+    title: "Revectorization, a branch for every scenario",
+    paper: "the original RBSM, as Macedo, Apolinário, Agüero 2017, section 4, counts it",
+    summary: "The images of rbsm and rbsm-filtered, bit for bit, from 43 branches: what those two are timed against.",
+    params: &[VARIANT, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    needs: &[],
+    kind: Kind::RealTime(prepare),
+};
+
+const VARIANT: Param = Param::choice(
+    "variant",
+    &["silhouette", "filtered"],
+    0,
+    "12 branches for the image of rbsm, or 31 for that of rbsm-filtered",
+);
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let variant = match setup.params.word("variant") {
+        "silhouette" => Branches::Silhouette,
+        _ => Branches::Filtered,
+    };
+    revectorized::prepare(context, setup, &INFO, Revectorization::Branches(variant))
+}

@@ -1,0 +1,171 @@
+//! Revectorized visibility: every pixel by its texel's neighbourhood, those at an edge by the edge's shape.
+
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::technique::common::pixels::{PixelPass, Step};
+use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::view::ViewConstants;
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// What becomes of a fragment at an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Revectorization {
+    /// Listing 4: a lit fragment is shadowed below the line from the edge's corner to its other end.
+    Silhouette,
+    /// Listing 5: a ramp across the edge, on both sides.
+    Filtered,
+    /// RBSM*, eq. 7: lines that meet from step to step.
+    Star,
+    /// The edge profile.
+    Profile(ProfileQuality),
+    /// `Silhouette` or `Filtered` with a branch for every scenario, as first published: the same image, to be timed
+    /// against them.
+    Branches(Branches),
+}
+
+/// Which of the two visibility functions that scenarios are counted for (Macedo, Apolinário, Agüero 2017, section 4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Branches {
+    /// 12 scenarios.
+    Silhouette,
+    /// 31 scenarios.
+    Filtered,
+}
+
+/// How far the edge profile looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileQuality {
+    /// Along the run itself.
+    Run,
+    /// Along the runs next door too.
+    Neighbours,
+    /// Along several more where a run is short, through which a line is laid.
+    Line,
+}
+
+impl Revectorization {
+    /// Specialization constants `FUNCTION` and `QUALITY`.
+    pub(crate) fn constants(self) -> [u32; 2] {
+        match self {
+            Self::Silhouette => [0, 0],
+            Self::Filtered => [1, 0],
+            Self::Star => [2, 0],
+            Self::Profile(quality) => [3, quality as u32],
+            Self::Branches(variant) => [variant as u32, 0],
+        }
+    }
+
+    fn shader(self) -> &'static str {
+        match self {
+            Self::Branches(_) => "pass/rbsm_branches.comp",
+            _ => "pass/rbsm.comp",
+        }
+    }
+}
+
+/// What of the pass is fixed at its making.
+#[derive(Clone, Copy, Debug)]
+pub struct RbsmConfig {
+    /// What becomes of a fragment at an edge.
+    pub revectorization: Revectorization,
+    /// Compare with the fragment's own depth everywhere, as the listings do, not with its plane.
+    pub fixed_depth: bool,
+    /// `MAXDIST`, texels: 1 to 64.
+    pub max_distance: u32,
+    /// Fragments at an edge are listed and worked on by a second dispatch, instead of where they are found.
+    pub listed: bool,
+}
+
+/// The shaders' loops and signed distances hold for these only.
+pub(crate) fn check_max_distance(max_distance: u32) -> Result<()> {
+    match max_distance {
+        1..=64 => Ok(()),
+        n => Err(Error::Parameter(format!("max_distance {n} is not possible: 1 to 64 texels"))),
+    }
+}
+
+fn pipeline(context: &Context, config: RbsmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
+    check_max_distance(config.max_distance)?;
+    let [function, quality] = config.revectorization.constants();
+    let constants = [config.fixed_depth.into(), config.max_distance, function, quality, step as u32];
+    let pipeline = context.pipeline::<RbsmPush>(config.revectorization.shader(), &constants)?;
+    pipeline.check_uniform::<ViewConstants>("view")?;
+    Ok(pipeline)
+}
+
+/// The pass over the pixels of a list that another pass makes.
+pub struct RbsmOfList {
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl RbsmOfList {
+    /// Makes the pipeline; [`RbsmConfig::listed`] does not matter.
+    pub fn new(context: &Context, config: RbsmConfig) -> Result<Self> {
+        Ok(Self { pipeline: pipeline(context, config, Step::Listed)? })
+    }
+
+    /// Writes the visibility of the listed pixels into `output`: the same as [`Rbsm::record`].
+    pub(crate) fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        (list, threads): (Bind<'_>, Threads<'_>),
+        output: &Image,
+    ) -> Result<()> {
+        frame.dispatch(&Pass {
+            name: "revectorize penumbrae",
+            pipeline: &self.pipeline,
+            bind: &[
+                Bind::Buffer(view),
+                Bind::Input(&inputs.depth),
+                Bind::Input(inputs.normal_or_depth()),
+                Bind::Input(&inputs.shadow_map),
+                Bind::Image(output),
+                list,
+            ],
+            push: bytemuck::bytes_of(&push),
+            threads,
+        })
+    }
+}
+
+/// The pass with its pipelines.
+pub struct Rbsm {
+    pass: PixelPass,
+}
+
+impl Rbsm {
+    /// Allocates for a camera image.
+    pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
+        let pass =
+            PixelPass::new(context, "edge pixels", extent, config.listed, |step| pipeline(context, config, step))?;
+        Ok(Self { pass })
+    }
+
+    /// Bytes of device memory that the pass holds.
+    pub fn memory_bytes(&self) -> u64 {
+        self.pass.memory_bytes()
+    }
+
+    /// Writes the visibility of every pixel into `output`.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        output: &Image,
+    ) -> Result<()> {
+        let bind = &[
+            Bind::Buffer(view),
+            Bind::Input(&inputs.depth),
+            Bind::Input(inputs.normal_or_depth()),
+            Bind::Input(&inputs.shadow_map),
+            Bind::Image(output),
+            self.pass.list(),
+        ];
+        self.pass.record(frame, ["revectorize", "revectorize edges"], bind, bytemuck::bytes_of(&push), output)
+    }
+}

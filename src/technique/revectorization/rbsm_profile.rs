@@ -1,0 +1,37 @@
+//! The edge profile: a height over every run of an edge, for all shapes.
+
+use super::rbsm_pass::{ProfileQuality, Revectorization};
+use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SKIP, SLACK};
+use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::{Context, Result};
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "rbsm-profile",
+    title: "Revectorization by edge profiles",
+    paper: "this project",
+    summary: "A height over every run of an edge, by how its ends turn: on average the most accurate hard edge from the same texels.",
+    params: &[QUALITY, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    needs: &[],
+    kind: Kind::RealTime(prepare),
+};
+
+pub(super) const QUALITY: Param = Param::choice(
+    "quality",
+    &["run", "neighbours", "line"],
+    0,
+    "looks along the run itself, along the runs next door too, or lays a line through the edge where runs are short",
+);
+
+/// The word of [`QUALITY`].
+pub(super) fn quality(setup: &Setup) -> ProfileQuality {
+    match setup.params.word("quality") {
+        "run" => ProfileQuality::Run,
+        "neighbours" => ProfileQuality::Neighbours,
+        _ => ProfileQuality::Line,
+    }
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    revectorized::prepare(context, setup, &INFO, Revectorization::Profile(quality(setup)))
+}

@@ -1,0 +1,71 @@
+//! What the RBSM family finds on its way, as pictures.
+
+use super::rbsm_pass::{RbsmConfig, Revectorization, check_max_distance};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
+use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::view::ViewConstants;
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
+use std::sync::Arc;
+
+/// Names of the images of four channels; but for the first they are in the order of listing 2 (left, right, +v, -v) and
+/// 0 where there is no edge.
+///
+/// * `discontinuity`: listing 2's packed form: `(2 left + right)/4`, `(2 (+v) + (-v))/4`, 1 in shadow; then 1.
+/// * `runs`: steps of listing 3 to the end of the run, texels; `MAXDIST` + 1 where it was not reached.
+/// * `ends`: 1 where the run ends at an edge end, -1 where it steps out of the edge or its end was not reached.
+/// * `profile-height`: the edge profile's height over each side of the texel, texels.
+pub const NAMES: [&str; 4] = ["discontinuity", "runs", "ends", "profile-height"];
+
+/// The pass with its images.
+pub struct RbsmView {
+    pipeline: Arc<ComputePipeline>,
+    images: [Image; 4],
+}
+
+impl RbsmView {
+    /// Allocates for a camera image.
+    pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
+        check_max_distance(config.max_distance)?;
+        let quality = match config.revectorization {
+            Revectorization::Profile(quality) => quality as u32,
+            _ => 0,
+        };
+        let constants = [config.fixed_depth.into(), config.max_distance, quality];
+        let pipeline = context.pipeline::<RbsmPush>("pass/rbsm_view.comp", &constants)?;
+        pipeline.check_uniform::<ViewConstants>("view")?;
+        let image =
+            |name| Image::new(context.device(), &ImageDesc::storage(name, vk::Format::R32G32B32A32_SFLOAT, extent));
+        let [d, r, e, h] = NAMES;
+        Ok(Self { pipeline, images: [image(d)?, image(r)?, image(e)?, image(h)?] })
+    }
+
+    /// Names and images.
+    pub fn images(&self) -> Vec<(&'static str, &Image)> {
+        NAMES.into_iter().zip(&self.images).collect()
+    }
+
+    /// Bytes of device memory that the pass holds.
+    pub fn memory_bytes(&self) -> u64 {
+        self.images.iter().map(Image::memory_bytes).sum()
+    }
+
+    /// Fills the images.
+    pub fn record(&self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, push: RbsmPush) -> Result<()> {
+        let [width, height] = self.images[0].extent();
+        let mut bind = vec![
+            Bind::Buffer(view),
+            Bind::Input(&inputs.depth),
+            Bind::Input(inputs.normal_or_depth()),
+            Bind::Input(&inputs.shadow_map),
+        ];
+        bind.extend(self.images.iter().map(Bind::Image));
+        frame.dispatch(&Pass {
+            name: "intermediates",
+            pipeline: &self.pipeline,
+            bind: &bind,
+            push: bytemuck::bytes_of(&push),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+}

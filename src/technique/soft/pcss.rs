@@ -1,0 +1,188 @@
+//! Percentage-closer soft shadows.
+
+use super::classified::{self, ClassifiedPass, MeasuredFilter, SoftPush, check_taps};
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::technique::common::blocker_search::{self, SearchWindow};
+use crate::technique::common::pixels::Step;
+use crate::technique::common::receiver;
+use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::{Info, Kind, Param, Setup, Technique, classes_view, visibility_image};
+use crate::{Context, Frame, ImageRef, Inputs, Result};
+use std::sync::Arc;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "pcss",
+    title: "Percentage-closer soft shadows",
+    paper: "Fernando 2005",
+    summary: "Penumbrae of an area light: their width from the mean distance of what blocks, filtered over that width.",
+    params: &[
+        blocker_search::SEARCH_TAPS,
+        Param::odd("filter_taps", 1, 63, 15, "taps", "taps of the filter along each axis"),
+        blocker_search::SEARCH,
+        Param::choice("taps", &["nearest", "bilinear"], 1, "a tap of the filter tests one texel, or 2 x 2 weighted"),
+        Param::choice(
+            "narrow",
+            &["taps", "box"],
+            1,
+            "windows of no more texels than the filter has taps: taps all the same, or the exact mean of the texels",
+        ),
+        Param { default: 0.25, ..receiver::NORMAL_OFFSET },
+        Param::float(
+            "depth_bias",
+            0.0,
+            16.0,
+            0.5,
+            "texel slopes",
+            "taken off the receiver's depth on top, in slopes of its plane a texel",
+        ),
+        classified::SKIP,
+    ],
+    needs: &[],
+    kind: Kind::RealTime(prepare),
+};
+
+struct SoftShadows {
+    view: ViewBuffer,
+    pcss: Pcss,
+    push: SoftPush,
+    map_size: [u32; 2],
+    visibility: Image,
+    /// To be looked at.
+    classes_view: Option<Image>,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let config = PcssConfig {
+        search_taps: p.int("search_taps"),
+        filter_taps: p.int("filter_taps"),
+        window: blocker_search::search_window(p),
+        bilinear: p.word("taps") == "bilinear",
+        exact_box: p.word("narrow") == "box",
+        listed: p.word("skip") == "auto",
+    };
+    let pcss = Pcss::new(context, setup.extent, setup.map_size, config)?;
+    Ok(Box::new(SoftShadows {
+        view: ViewBuffer::new(context.device())?,
+        classes_view: classes_view(context, setup, pcss.is_listed())?,
+        pcss,
+        push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "pcss visibility", setup)?,
+    }))
+}
+
+impl Technique for SoftShadows {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
+        frame.begin_group(INFO.title);
+        let view = self.view.update(frame, inputs);
+        if let Some(image) = &self.classes_view {
+            self.pcss.record_classes(frame, view, inputs, self.push, image)?;
+        }
+        self.pcss.record(frame, view, inputs, self.push, visibility)?;
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.classes_view.iter().map(|image| ("classes", image)).collect()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let viewed = self.classes_view.as_ref().map_or(0, Image::memory_bytes);
+        self.visibility.memory_bytes() + self.pcss.memory_bytes() + viewed
+    }
+}
+
+/// What of the pass is fixed at its making.
+#[derive(Clone, Copy, Debug)]
+pub struct PcssConfig {
+    /// Taps of the blocker search along each axis: odd, 1 to 63.
+    pub search_taps: u32,
+    /// Taps of the filter along each axis: odd, 1 to 63.
+    pub filter_taps: u32,
+    /// Where blockers are searched.
+    pub window: SearchWindow,
+    /// The filter's taps test 2 x 2 texels, weighted by their place, instead of one.
+    pub bilinear: bool,
+    /// Windows of no more texels than the filter has taps are averaged exactly, texel by texel.
+    pub exact_box: bool,
+    /// Pixels are first classified by the depths under their window; only the others are searched and filtered.
+    pub listed: bool,
+}
+
+fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<ComputePipeline>> {
+    let PcssConfig { search_taps, filter_taps, window, bilinear, exact_box, .. } = config;
+    check_taps(search_taps, filter_taps)?;
+    let narrow = window == SearchWindow::Blockers;
+    let constants = [search_taps, filter_taps, bilinear.into(), exact_box.into(), step as u32, narrow.into()];
+    let pipeline = context.pipeline::<SoftPush>("pass/pcss.comp", &constants)?;
+    pipeline.check_uniform::<ViewConstants>("view")?;
+    Ok(pipeline)
+}
+
+/// The filter alone, over pixels that another pass lists, as wide as it says; of the search nothing matters.
+pub(super) fn measured_filter(context: &Context, config: PcssConfig) -> Result<MeasuredFilter> {
+    Ok(MeasuredFilter::new("filter wide penumbrae", pipeline(context, config, Step::Measured)?))
+}
+
+/// The pass with its pipelines, and what it skips by.
+pub struct Pcss {
+    pass: ClassifiedPass,
+}
+
+impl Pcss {
+    /// Allocates for a camera image and a shadow map.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`] for numbers of taps out of range.
+    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcssConfig) -> Result<Self> {
+        let PcssConfig { window, listed, .. } = config;
+        let pipeline = |step| pipeline(context, config, step);
+        let sizes = [extent, map_size];
+        Ok(Self { pass: ClassifiedPass::new(context, "pcss pixels", sizes, (window, listed), pipeline)? })
+    }
+
+    /// Bytes of images and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        self.pass.memory_bytes()
+    }
+
+    /// Whether pixels are classified before.
+    pub fn is_listed(&self) -> bool {
+        self.pass.is_listed()
+    }
+
+    /// Writes the visibility of every pixel into `output`.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: SoftPush,
+        output: &Image,
+    ) -> Result<()> {
+        let names = ["pcss classify", "pcss"];
+        self.pass.record(frame, view, inputs, (names, bytemuck::bytes_of(&push)), output)
+    }
+
+    /// Writes what the classification says of every pixel into an image of one `f32`: 1 lit, 0 in shadow, 0.5 to be searched
+    /// and filtered. To be looked at; made with `TRANSFER_DST`, and only where pixels are classified.
+    pub fn record_classes(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: SoftPush,
+        classes: &Image,
+    ) -> Result<()> {
+        self.pass.record_classes(frame, view, inputs, ("pcss classes", bytemuck::bytes_of(&push)), classes)
+    }
+}

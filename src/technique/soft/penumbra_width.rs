@@ -1,0 +1,131 @@
+//! The width of an area light's penumbra at every pixel, for filters that work on an image of hard shadows.
+
+use crate::gpu::{Buffer, Image, ImageDesc, shader_struct};
+use crate::technique::common::blocker_search::SearchWindow;
+use crate::technique::common::depth_bounds::DepthBounds;
+use crate::technique::common::hsm::Hsm;
+use crate::technique::common::pixels::{PixelPass, Step};
+use crate::technique::common::view::ViewConstants;
+use crate::{Bind, Context, Error, Frame, Inputs, Result, Threads};
+use ash::vk;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/penumbra_width.comp`.
+    pub struct WidthPush {
+        /// Multiples of what a plane needs.
+        normal_offset: f32,
+        /// Fraction of a texel's slope, along both axes.
+        depth_bias: f32,
+        /// How far the filter that is to come looks, penumbra half-widths: 1 or more.
+        reach: f32,
+    }
+}
+
+/// What of the pass is fixed at its making.
+#[derive(Clone, Copy, Debug)]
+pub struct WidthConfig {
+    /// Taps of the blocker search along each axis: odd, 1 to 63.
+    pub search_taps: u32,
+    /// Where blockers are searched.
+    pub window: SearchWindow,
+    /// Windows of no more texels than taps are averaged exactly, texel by texel.
+    pub exact_box: bool,
+    /// Pixels that can lie in a penumbra are listed, and only those are searched.
+    pub listed: bool,
+}
+
+/// The pass with its images: 12 bytes a pixel, and what it classifies by.
+pub struct PenumbraWidth {
+    pass: PixelPass,
+    hsm: Hsm,
+    bounds: DepthBounds,
+    widths: Image,
+}
+
+impl PenumbraWidth {
+    /// Allocates for a camera image and a shadow map.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a number of taps out of range.
+    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: WidthConfig) -> Result<Self> {
+        let WidthConfig { search_taps, window, exact_box, listed } = config;
+        if search_taps.is_multiple_of(2) || search_taps > 63 {
+            let problem =
+                format!("{search_taps} taps along the side of the search are not possible: an odd number, 1 to 63");
+            return Err(Error::Parameter(problem));
+        }
+        let narrow = window == SearchWindow::Blockers;
+        let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
+            let constants = [search_taps, narrow.into(), exact_box.into(), 0, step as u32];
+            let pipeline = context.pipeline::<WidthPush>("pass/penumbra_width.comp", &constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        })?;
+        let desc = ImageDesc::storage("penumbra width", vk::Format::R32_SFLOAT, extent);
+        let desc = ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc };
+        Ok(Self {
+            pass,
+            hsm: Hsm::new(context, map_size)?,
+            bounds: DepthBounds::new(context, map_size)?,
+            widths: Image::new(context.device(), &desc)?,
+        })
+    }
+
+    /// Bytes of images and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        let images = [&self.widths, self.hsm.bounds(), self.bounds.blocks()];
+        self.pass.memory_bytes() + images.iter().map(|i| i.memory_bytes()).sum::<u64>()
+    }
+
+    /// `R32_SFLOAT`: full width in world units on a receiver parallel to the map; 0 outside of penumbrae.
+    pub fn widths(&self) -> &Image {
+        &self.widths
+    }
+
+    /// The list of the pixels that can have a width, if they are listed: `PixelList` of `glsl/pass/pixel_steps.glsl`.
+    pub(crate) fn list(&self) -> Bind<'_> {
+        self.pass.list()
+    }
+
+    /// A thread for each of these pixels, in groups of 64; or for all.
+    pub(crate) fn threads(&self) -> Threads<'_> {
+        self.pass.threads(self.widths.extent())
+    }
+
+    /// Of a light without size.
+    pub fn clear(&self, frame: &mut Frame<'_>) {
+        frame.fill_image("no penumbrae", &self.widths, 0);
+    }
+
+    /// Whether they are listed.
+    pub(crate) fn is_listed(&self) -> bool {
+        self.pass.is_listed()
+    }
+
+    /// Writes the widths; and where the visibility is known with that, as there is no penumbra, into both other images.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: WidthPush,
+        (shadows, between): (&Image, &Image),
+    ) -> Result<()> {
+        self.hsm.record(frame, inputs)?;
+        self.bounds.record(frame, inputs)?;
+        let bind = &[
+            Bind::Buffer(view),
+            Bind::Input(&inputs.depth),
+            Bind::Input(inputs.normal_or_depth()),
+            Bind::BorderlessMap(&inputs.shadow_map),
+            Bind::Image(&self.widths),
+            self.pass.list(),
+            Bind::Image(self.hsm.bounds()),
+            Bind::Image(self.bounds.blocks()),
+            Bind::Image(shadows),
+            Bind::Image(between),
+        ];
+        let names = ["classify penumbrae", "penumbra width"];
+        self.pass.record(frame, names, bind, bytemuck::bytes_of(&push), &self.widths)
+    }
+}

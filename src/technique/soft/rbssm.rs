@@ -1,0 +1,258 @@
+//! Revectorization-based soft shadow mapping.
+
+use super::classified::{self, ClassifiedPass, MeasuredFilter, check_taps};
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::technique::common::blocker_search::{self, SearchWindow};
+use crate::technique::common::pixels::Step;
+use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::revectorization::rbsm_pass::check_max_distance;
+use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
+use crate::technique::{Info, Kind, Param, Params, Setup, Technique, classes_view, visibility_image};
+use crate::{Context, Error, Frame, ImageRef, Inputs, Result};
+use std::sync::Arc;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "rbssm",
+    title: "Revectorization-based soft shadow mapping",
+    paper: "Macedo, Apolinário, Agüero 2019, algorithms 2 and 3",
+    summary: "Percentage-closer soft shadows whose filter averages revectorized visibility: narrow penumbrae without the map's stairs.",
+    params: &[
+        blocker_search::SEARCH_TAPS,
+        FILTER_TAPS,
+        blocker_search::SEARCH,
+        VISIBILITY,
+        LEAST_WIDTH,
+        MAX_DISTANCE,
+        NORMAL_OFFSET,
+        DEPTH_BIAS,
+        Param::choice(
+            "reuse",
+            &["auto", "off"],
+            0,
+            "find the ends of an edge once for all taps that lie on it, or for each tap: the same image",
+        ),
+        classified::SKIP,
+    ],
+    needs: &[],
+    kind: Kind::RealTime(|context, setup| {
+        let p = &setup.params;
+        prepare(context, setup, &INFO, p.word("reuse") == "auto", p.word("skip") == "auto")
+    }),
+};
+
+pub(super) const FILTER_TAPS: Param =
+    Param::odd("filter_taps", 1, 63, 11, "taps", "taps of the filter along each axis, each a place in the map");
+pub(super) const VISIBILITY: Param = Param::choice(
+    "visibility",
+    &["recovery", "improved"],
+    1,
+    "what is averaged: silhouette recovery (listing 4) as in the paper, or RBSM*, which does not grow the shadow",
+);
+pub(super) const LEAST_WIDTH: Param = Param::float(
+    "least_width",
+    0.0,
+    8.0,
+    1.0,
+    "texels",
+    "the filter is never narrower, unless the light is so small that it has no such penumbra at all: size 0 keeps hard edges",
+);
+
+/// What [`VISIBILITY`] says.
+pub(super) fn visibility(params: &Params) -> RbssmVisibility {
+    match params.word("visibility") {
+        "recovery" => RbssmVisibility::Recovery,
+        _ => RbssmVisibility::Improved,
+    }
+}
+
+struct SoftShadows {
+    info: &'static Info,
+    view: ViewBuffer,
+    rbssm: Rbssm,
+    push: RbsmPush,
+    map_size: [u32; 2],
+    visibility: Image,
+    /// To be looked at.
+    classes_view: Option<Image>,
+}
+
+/// Makes the technique with or without its two accelerations.
+pub(super) fn prepare(
+    context: &Context,
+    setup: &Setup,
+    info: &'static Info,
+    reuse: bool,
+    listed: bool,
+) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let config = RbssmConfig {
+        search_taps: p.int("search_taps"),
+        filter_taps: p.int("filter_taps"),
+        window: blocker_search::search_window(p),
+        visibility: visibility(p),
+        least_width: p.float("least_width"),
+        max_distance: p.int("max_distance"),
+        reuse,
+        listed,
+    };
+    let rbssm = Rbssm::new(context, setup.extent, setup.map_size, config)?;
+    Ok(Box::new(SoftShadows {
+        info,
+        view: ViewBuffer::new(context.device())?,
+        classes_view: classes_view(context, setup, rbssm.is_listed())?,
+        rbssm,
+        push: RbsmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias"), slack: 0.0 },
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "rbssm visibility", setup)?,
+    }))
+}
+
+impl Technique for SoftShadows {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
+        frame.begin_group(self.info.title);
+        let view = self.view.update(frame, inputs);
+        if let Some(image) = &self.classes_view {
+            self.rbssm.record_classes(frame, view, inputs, self.push, image)?;
+        }
+        self.rbssm.record(frame, view, inputs, self.push, visibility)?;
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.classes_view.iter().map(|image| ("classes", image)).collect()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let viewed = self.classes_view.as_ref().map_or(0, Image::memory_bytes);
+        self.visibility.memory_bytes() + self.rbssm.memory_bytes() + viewed
+    }
+}
+
+/// What is averaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RbssmVisibility {
+    /// Listing 4, silhouette recovery.
+    Recovery,
+    /// RBSM*, eq. 7.
+    Improved,
+}
+
+/// What of the pass is fixed at its making.
+#[derive(Clone, Copy, Debug)]
+pub struct RbssmConfig {
+    /// Taps of the blocker search along each axis: odd, 1 to 63.
+    pub search_taps: u32,
+    /// Taps of the filter along each axis: odd, 1 to 63.
+    pub filter_taps: u32,
+    /// Where blockers are searched.
+    pub window: SearchWindow,
+    /// What is averaged.
+    pub visibility: RbssmVisibility,
+    /// The filter is never narrower, texels, unless the light is so small that not even what touches it could cast such a
+    /// penumbra: so one of size 0 keeps its hard edges.
+    pub least_width: f32,
+    /// `MAXDIST`, texels: 1 to 64.
+    pub max_distance: u32,
+    /// Runs are found once for all taps that lie on them.
+    pub reuse: bool,
+    /// Pixels are first classified by the depths under their window; only the others are searched and filtered.
+    pub listed: bool,
+}
+
+fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
+    let RbssmConfig { search_taps, filter_taps, window, visibility, least_width, max_distance, reuse, .. } = config;
+    check_max_distance(max_distance)?;
+    check_taps(search_taps, filter_taps)?;
+    check_least_width(least_width)?;
+    let constants = [
+        // `FIXED` of `glsl/pass/rbsm_receiver.glsl` is not for this pass.
+        0,
+        max_distance,
+        search_taps,
+        filter_taps,
+        step as u32,
+        (visibility == RbssmVisibility::Improved).into(),
+        (window == SearchWindow::Blockers).into(),
+        least_width.to_bits(),
+        reuse.into(),
+    ];
+    let pipeline = context.pipeline::<RbsmPush>("pass/rbssm.comp", &constants)?;
+    pipeline.check_uniform::<ViewConstants>("view")?;
+    Ok(pipeline)
+}
+
+/// Refuses widths that are no texel's business.
+pub(crate) fn check_least_width(least_width: f32) -> Result<()> {
+    match least_width {
+        0.0..=8.0 => Ok(()),
+        w => Err(Error::Parameter(format!("a least width of {w} texels is not possible: 0 to 8"))),
+    }
+}
+
+/// The filter alone, over pixels that another pass lists, as wide as it says; of the search nothing matters.
+pub(super) fn measured_filter(context: &Context, config: RbssmConfig) -> Result<MeasuredFilter> {
+    Ok(MeasuredFilter::new("revectorize and filter narrow penumbrae", pipeline(context, config, Step::Measured)?))
+}
+
+/// The pass with its pipelines, and what it skips by.
+pub struct Rbssm {
+    pass: ClassifiedPass,
+}
+
+impl Rbssm {
+    /// Allocates for a camera image and a shadow map.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for numbers of taps, a width or a distance out of range.
+    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RbssmConfig) -> Result<Self> {
+        let RbssmConfig { window, listed, .. } = config;
+        let pipeline = |step| pipeline(context, config, step);
+        let sizes = [extent, map_size];
+        Ok(Self { pass: ClassifiedPass::new(context, "rbssm pixels", sizes, (window, listed), pipeline)? })
+    }
+
+    /// Bytes of images and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        self.pass.memory_bytes()
+    }
+
+    /// Whether pixels are classified before.
+    pub fn is_listed(&self) -> bool {
+        self.pass.is_listed()
+    }
+
+    /// Writes the visibility of every pixel into `output`.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        output: &Image,
+    ) -> Result<()> {
+        let names = ["rbssm classify", "rbssm"];
+        self.pass.record(frame, view, inputs, (names, bytemuck::bytes_of(&push)), output)
+    }
+
+    /// Writes what the classification says of every pixel into an image of one `f32`: 1 lit, 0 in shadow, 0.5 to be searched
+    /// and filtered. To be looked at; made with `TRANSFER_DST`, and only where pixels are classified.
+    pub fn record_classes(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        classes: &Image,
+    ) -> Result<()> {
+        self.pass.record_classes(frame, view, inputs, ("rbssm classes", bytemuck::bytes_of(&push)), classes)
+    }
+}

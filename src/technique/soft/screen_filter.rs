@@ -1,0 +1,145 @@
+//! The separable cross-bilateral filter over an image of hard shadows, as wide as each pixel's penumbra.
+
+use super::penumbra_width::PenumbraWidth;
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::view::ViewConstants;
+use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use ash::vk;
+use std::sync::Arc;
+
+shader_struct! {
+    /// Push constants of `glsl/pass/screen_filter.comp`.
+    pub struct ScreenFilterPush {
+        /// Of the test for one surface: pixels a pixel off the plane, or a share of the eye depth.
+        tolerance: f32,
+        /// Standard deviation of the Gaussian, penumbra widths.
+        sigma: f32,
+    }
+}
+
+/// Where a Gaussian ends, standard deviations: as in the shader.
+const GAUSSIAN_REACH: f32 = 3.0;
+
+/// Weights of the taps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kernel {
+    /// All alike, over the penumbra's width.
+    Box,
+    /// A Gaussian, cut off at three standard deviations.
+    Gaussian,
+}
+
+impl Kernel {
+    /// How far it looks, penumbra half-widths, but at least one; `sigma` is the Gaussian's standard deviation in widths.
+    pub fn reach(self, sigma: f32) -> f32 {
+        match self {
+            Self::Box => 1.0,
+            Self::Gaussian => (2.0 * GAUSSIAN_REACH * sigma).max(1.0),
+        }
+    }
+}
+
+/// What the filter covers in the image (`glsl/lib/footprint.glsl`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Footprint {
+    /// As if the receiver faced the camera.
+    Screen,
+    /// A square in the receiver's plane.
+    Plane,
+    /// The light's square as it falls onto the receiver's plane.
+    Light,
+}
+
+/// What of the passes is fixed at their making.
+#[derive(Clone, Copy, Debug)]
+pub struct ScreenFilterConfig {
+    /// Weights of the taps.
+    pub kernel: Kernel,
+    /// Shape in the image.
+    pub footprint: Footprint,
+    /// Taps a pass at most: odd, 1 to 63.
+    pub taps: u32,
+    /// How surfaces are told apart.
+    pub surfaces: SurfaceTest,
+    /// The first pass keeps to the pixel's surface too, not the second alone.
+    pub both_bilateral: bool,
+}
+
+/// The two passes and the image between them: 4 bytes a pixel.
+pub struct ScreenFilter {
+    passes: [Arc<ComputePipeline>; 2],
+    between: Image,
+}
+
+impl ScreenFilter {
+    /// Allocates for a camera image; `listed`: only pixels that [`PenumbraWidth`] has listed are filtered.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a number of taps out of range.
+    pub fn new(context: &Context, extent: [u32; 2], config: ScreenFilterConfig, listed: bool) -> Result<Self> {
+        let ScreenFilterConfig { kernel, footprint, taps, surfaces, both_bilateral } = config;
+        if taps.is_multiple_of(2) || taps > 63 {
+            return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
+        }
+        let pass = |second: bool| {
+            let constants = [
+                (surfaces == SurfaceTest::Planes).into(),
+                second.into(),
+                taps,
+                (kernel == Kernel::Gaussian).into(),
+                footprint as u32,
+                (second || both_bilateral).into(),
+                listed.into(),
+            ];
+            let pipeline = context.pipeline::<ScreenFilterPush>("pass/screen_filter.comp", &constants)?;
+            pipeline.check_uniform::<ViewConstants>("view")?;
+            Ok(pipeline)
+        };
+        let desc = ImageDesc::storage("shadows filtered along one side", vk::Format::R32_SFLOAT, extent);
+        Ok(Self { passes: [pass(false)?, pass(true)?], between: Image::new(context.device(), &desc)? })
+    }
+
+    /// Bytes of images.
+    pub fn memory_bytes(&self) -> u64 {
+        self.between.memory_bytes()
+    }
+
+    /// What the first pass writes; [`PenumbraWidth::record`] fills it where that does not work.
+    pub fn between(&self) -> &Image {
+        &self.between
+    }
+
+    /// Filters `visibility`, the hard shadows, where there is a penumbra.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: ScreenFilterPush,
+        (widths, visibility): (&PenumbraWidth, &Image),
+    ) -> Result<()> {
+        let steps = [
+            ("penumbra filter, first side", visibility, &self.between),
+            ("penumbra filter, second side", &self.between, visibility),
+        ];
+        for (pipeline, (name, source, target)) in self.passes.iter().zip(steps) {
+            frame.dispatch(&Pass {
+                name,
+                pipeline,
+                bind: &[
+                    Bind::Buffer(view),
+                    Bind::Input(&inputs.depth),
+                    Bind::Input(inputs.normal_or_depth()),
+                    Bind::Image(source),
+                    Bind::Image(widths.widths()),
+                    Bind::Image(target),
+                    widths.list(),
+                ],
+                push: bytemuck::bytes_of(&push),
+                threads: widths.threads(),
+            })?;
+        }
+        Ok(())
+    }
+}

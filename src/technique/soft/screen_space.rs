@@ -1,0 +1,240 @@
+//! What the techniques share that filter hard shadows in screen space, as wide as an area light's penumbrae: hard shadows,
+//! width of the penumbra by a blocker search in the shadow map, separable cross-bilateral filter.
+
+use super::penumbra_width::{PenumbraWidth, WidthConfig, WidthPush};
+use super::screen_filter::{Footprint, Kernel, ScreenFilter, ScreenFilterConfig, ScreenFilterPush};
+use crate::gpu::{Buffer, Image};
+use crate::technique::common::blocker_search;
+use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::view::ViewBuffer;
+use crate::technique::filtering::sm::{Sm, SmPush};
+use crate::technique::revectorization::rbsm_pass::{Rbsm, RbsmOfList, Revectorization};
+use crate::technique::revectorization::revectorized;
+use crate::technique::{Info, Param, Setup, Technique, visibility_image};
+use crate::view::LightKind;
+use crate::{Context, Frame, ImageRef, Inputs, Result};
+
+pub(super) const SEARCH_TAPS: Param =
+    Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis; 23 in the papers");
+pub(super) const NARROW: Param = Param::choice(
+    "narrow",
+    &["taps", "box"],
+    1,
+    "search windows of no more texels than taps: taps all the same, or the exact mean of the texels",
+);
+pub(super) const SEARCH_BIAS: Param = Param::float(
+    "search_bias",
+    0.0,
+    16.0,
+    0.5,
+    "texel slopes",
+    "taken off the receiver's depth in the blocker search, in slopes of its plane a texel",
+);
+pub(super) const FILTER_TAPS: Param =
+    Param::odd("filter_taps", 1, 63, 23, "taps", "most taps of each of the filter's two passes");
+const FOOTPRINTS: &[&str] = &["screen", "plane", "light"];
+const FOOTPRINT_HELP: &str = "what the filter covers: as wide as if the receiver faced the camera, a square in the receiver's plane, or the light's square as it falls on that plane";
+
+/// `default` is an index.
+pub(super) const fn footprint(default: usize) -> Param {
+    Param::choice("footprint", FOOTPRINTS, default, FOOTPRINT_HELP)
+}
+
+pub(super) const BILATERAL: Param = Param::choice(
+    "bilateral",
+    &["both", "second"],
+    0,
+    "passes of the filter that keep to the pixel's own surface; in the paper the second alone",
+);
+pub(super) const SURFACES: Param = Param::choice(
+    "surfaces",
+    &["plane", "depth"],
+    0,
+    "points are on one surface if near the pixel's plane, or if their eye depths are alike as in the paper",
+);
+pub(super) const EDGE_THRESHOLD: Param = Param::float(
+    "edge_threshold",
+    0.0,
+    8.0,
+    0.0,
+    "see help",
+    "of that test: pixels off the plane a pixel of distance, or a share of the depth; 0: 0.35 and 0.0025",
+);
+pub(super) const SKIP: Param = Param::choice(
+    "skip",
+    &["auto", "off"],
+    0,
+    "pixels that can lie in a penumbra by depth bounds of the map are listed and worked on, or all: the same image",
+);
+
+/// Hard shadows to be filtered.
+pub(super) enum Hard {
+    /// Revectorized: of all pixels, and of listed ones.
+    Revectorized(Rbsm, RbsmOfList, RbsmPush),
+    /// One test a pixel, likewise.
+    Test(Sm, Sm, SmPush),
+}
+
+impl Hard {
+    /// Revectorization by a technique's parameters.
+    pub(super) fn revectorized(context: &Context, setup: &Setup, function: Revectorization) -> Result<Self> {
+        let config = revectorized::config(setup, function, false);
+        let all = Rbsm::new(context, setup.extent, config)?;
+        Ok(Self::Revectorized(all, RbsmOfList::new(context, config)?, revectorized::push(setup)))
+    }
+
+    /// Plain tests by a technique's parameters.
+    pub(super) fn test(context: &Context, setup: &Setup) -> Result<Self> {
+        let p = &setup.params;
+        let push = SmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") };
+        Ok(Self::Test(Sm::new(context)?, Sm::of_list(context)?, push))
+    }
+
+    /// Of every pixel.
+    fn record(&self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, output: &Image) -> Result<()> {
+        match self {
+            Self::Revectorized(all, _, push) => all.record(frame, view, inputs, *push, output),
+            Self::Test(all, _, push) => all.record(frame, view, inputs, *push, output),
+        }
+    }
+
+    /// Of those that can lie in a penumbra.
+    fn record_list(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        width: &PenumbraWidth,
+        output: &Image,
+    ) -> Result<()> {
+        let list = (width.list(), width.threads());
+        match self {
+            Self::Revectorized(_, listed, push) => listed.record(frame, view, inputs, *push, list, output),
+            Self::Test(_, listed, push) => listed.record_list(frame, view, inputs, *push, list, output),
+        }
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        match self {
+            Self::Revectorized(all, ..) => all.memory_bytes(),
+            Self::Test(..) => 0,
+        }
+    }
+}
+
+struct ScreenSpace {
+    info: &'static Info,
+    view: ViewBuffer,
+    hard: Hard,
+    width: PenumbraWidth,
+    filter: ScreenFilter,
+    search: WidthPush,
+    push: ScreenFilterPush,
+    map_size: [u32; 2],
+    visibility: Image,
+    /// To be looked at.
+    hard_view: Option<Image>,
+}
+
+/// Makes a technique over the given hard shadows; `sigma` is the Gaussian's, penumbra widths.
+pub(super) fn prepare(
+    context: &Context,
+    setup: &Setup,
+    info: &'static Info,
+    hard: Hard,
+    (kernel, sigma): (Kernel, f32),
+) -> Result<Box<dyn Technique>> {
+    let p = &setup.params;
+    let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
+    let tolerance = match p.float("edge_threshold") {
+        0.0 => surfaces.usual_tolerance(),
+        given => given,
+    };
+    let width = WidthConfig {
+        search_taps: p.int("search_taps"),
+        window: blocker_search::search_window(p),
+        exact_box: p.word("narrow") == "box",
+        listed: p.word("skip") == "auto",
+    };
+    let filter = ScreenFilterConfig {
+        kernel,
+        footprint: match p.word("footprint") {
+            "screen" => Footprint::Screen,
+            "plane" => Footprint::Plane,
+            _ => Footprint::Light,
+        },
+        taps: p.int("filter_taps"),
+        surfaces,
+        both_bilateral: p.word("bilateral") == "both",
+    };
+    let width = PenumbraWidth::new(context, setup.extent, setup.map_size, width)?;
+    Ok(Box::new(ScreenSpace {
+        info,
+        view: ViewBuffer::new(context.device())?,
+        hard,
+        filter: ScreenFilter::new(context, setup.extent, filter, width.is_listed())?,
+        width,
+        search: WidthPush {
+            normal_offset: p.float("normal_offset"),
+            depth_bias: p.float("search_bias"),
+            reach: kernel.reach(sigma),
+        },
+        push: ScreenFilterPush { tolerance, sigma },
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), "screen-space soft shadows", setup)?,
+        hard_view: match setup.intermediates {
+            true => Some(visibility_image(context.device(), "hard shadows", setup)?),
+            false => None,
+        },
+    }))
+}
+
+impl Technique for ScreenSpace {
+    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        let visibility = &self.visibility;
+        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
+        frame.begin_group(self.info.title);
+        let view = self.view.update(frame, inputs);
+        if let Some(image) = &self.hard_view {
+            frame.mark_passes(", shown");
+            self.hard.record(frame, view, inputs, image)?;
+            frame.mark_passes("");
+        }
+        let has_size = match inputs.light[0].kind {
+            LightKind::Spot { size } => size > 0.0,
+            LightKind::Directional { angle } => angle > 0.0,
+        };
+        let listed = has_size && self.width.is_listed();
+        if !listed {
+            self.hard.record(frame, view, inputs, visibility)?;
+        }
+        if has_size {
+            self.width.record(frame, view, inputs, self.search, (visibility, self.filter.between()))?;
+        } else if self.hard_view.is_some() {
+            self.width.clear(frame);
+        }
+        if listed {
+            self.hard.record_list(frame, view, inputs, &self.width, visibility)?;
+        }
+        if has_size {
+            self.filter.record(frame, view, inputs, self.push, (&self.width, visibility))?;
+        }
+        frame.end_group();
+        Ok(visibility.as_ref())
+    }
+
+    fn output(&self) -> &Image {
+        &self.visibility
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        let Some(hard) = &self.hard_view else { return vec![] };
+        vec![("hard", hard), ("width", self.width.widths())]
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let images = self.visibility.memory_bytes() + self.hard_view.as_ref().map_or(0, Image::memory_bytes);
+        images + self.hard.memory_bytes() + self.width.memory_bytes() + self.filter.memory_bytes()
+    }
+}

@@ -1,0 +1,45 @@
+//! Screen-space anisotropic blurred soft shadows.
+
+use super::screen_filter::Kernel;
+use super::screen_space::{self, Hard};
+use crate::technique::common::blocker_search;
+use crate::technique::common::receiver;
+use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::{Context, Result};
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "ssabss",
+    title: "Screen-space anisotropic blurred soft shadows",
+    paper: "Zheng, Saito 2011",
+    summary: "Penumbrae of an area light: hard shadow tests blurred in the image by a Gaussian in the receiver's plane.",
+    params: &[
+        screen_space::SEARCH_TAPS,
+        blocker_search::SEARCH,
+        screen_space::NARROW,
+        screen_space::SEARCH_BIAS,
+        screen_space::FILTER_TAPS,
+        Param::float(
+            "sigma",
+            0.0,
+            1.0,
+            0.29,
+            "penumbrae",
+            "standard deviation of the Gaussian, as a share of the penumbra; 0.29 is that of a box as wide",
+        ),
+        screen_space::footprint(2),
+        screen_space::BILATERAL,
+        screen_space::SURFACES,
+        screen_space::EDGE_THRESHOLD,
+        receiver::NORMAL_OFFSET,
+        Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth in the shadow test"),
+        screen_space::SKIP,
+    ],
+    needs: &[],
+    kind: Kind::RealTime(prepare),
+};
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let hard = Hard::test(context, setup)?;
+    screen_space::prepare(context, setup, &INFO, hard, (Kernel::Gaussian, setup.params.float("sigma")))
+}

@@ -1,0 +1,52 @@
+//! Screen-space revectorization-based soft shadow mapping.
+
+use super::screen_filter::Kernel;
+use super::screen_space::{self, Hard};
+use crate::technique::common::blocker_search;
+use crate::technique::revectorization::rbsm_pass::{ProfileQuality, Revectorization};
+use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
+use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::{Context, Result};
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "ssrbssm",
+    title: "Screen-space revectorization-based soft shadow mapping",
+    paper: "Macedo, Apolinário, Agüero 2019, section 5",
+    summary: "Penumbrae of an area light: revectorized hard shadows blurred in the image, as wide as what blocks makes them.",
+    params: &[
+        Param::choice(
+            "visibility",
+            &["filtered", "star", "profile"],
+            1,
+            "hard shadows that are blurred: listing 5 as in the paper, RBSM*, or edge profiles",
+        ),
+        screen_space::SEARCH_TAPS,
+        blocker_search::SEARCH,
+        screen_space::NARROW,
+        screen_space::SEARCH_BIAS,
+        screen_space::FILTER_TAPS,
+        screen_space::footprint(2),
+        screen_space::BILATERAL,
+        screen_space::SURFACES,
+        screen_space::EDGE_THRESHOLD,
+        RECEIVER,
+        MAX_DISTANCE,
+        NORMAL_OFFSET,
+        DEPTH_BIAS,
+        SLACK,
+        screen_space::SKIP,
+    ],
+    needs: &[],
+    kind: Kind::RealTime(prepare),
+};
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+    let revectorization = match setup.params.word("visibility") {
+        "star" => Revectorization::Star,
+        "profile" => Revectorization::Profile(ProfileQuality::Line),
+        _ => Revectorization::Filtered,
+    };
+    let hard = Hard::revectorized(context, setup, revectorization)?;
+    screen_space::prepare(context, setup, &INFO, hard, (Kernel::Box, 0.0))
+}
