@@ -10,7 +10,7 @@ use shaderc::{
 
 use super::tree::{Tree, stage};
 
-/// The compiler lists files as `glsl/pass/name.comp`, the way they are found from the package's root.
+/// The compiler lists files as `glsl/room/name.comp`, the way they are found from the package's root.
 const PREFIX: &str = "glsl/";
 
 /// SPIR-V bytes of `shader`; the error is the compiler's own, with file and line.

@@ -13,6 +13,10 @@ const STAGES: [&str; 15] = [
     "hlsl",
 ];
 
+/// The folders of the library's own shaders; `src/technique` and `src/reference` have the same.
+pub const ROOMS: [&str; 7] =
+    ["common", "filtering", "revectorization", "distance_transform", "penumbra", "soft", "caster_edges"];
+
 /// A folder of GLSL. Paths inside it are relative to it and use `/` on every system.
 pub struct Tree {
     root: PathBuf,
@@ -24,7 +28,7 @@ impl Tree {
         Self { root: root.into() }
     }
 
-    /// Every shader, sorted: `pass/*.comp`, `raster/*.{vert,frag,geom}`, `example/*.comp` and `test/*` of any of these stages.
+    /// Every shader, sorted: `*.{comp,vert,frag,geom}` of the [`ROOMS`] and of `test/`, and `example/*.comp`.
     pub fn shaders(&self) -> Result<Vec<String>, String> {
         let mut files = Vec::new();
         walk(&self.root, "", &mut files).map_err(|e| format!("glsl/: {e}"))?;
@@ -32,15 +36,17 @@ impl Tree {
         for file in &files {
             let (folder, name) = file.split_once('/').unwrap_or(("", file));
             let placed = match folder {
-                "pass" | "example" => stage(name) == Some("comp"),
-                "raster" => matches!(stage(name), Some("vert" | "frag" | "geom")),
-                "test" => matches!(stage(name), Some("comp" | "vert" | "frag" | "geom")),
+                "example" => stage(name) == Some("comp"),
+                _ if folder == "test" || ROOMS.contains(&folder) => {
+                    matches!(stage(name), Some("comp" | "vert" | "frag" | "geom"))
+                }
                 _ => false,
             };
             if !placed || name.contains('/') {
                 return Err(format!(
-                    "glsl/{file}: not a place for this shader; compute shaders are glsl/pass/*.comp, others \
-                     glsl/raster/*.{{vert,frag,geom}}, examples glsl/example/*.comp, those of tests glsl/test/*, and includes end in .glsl"
+                    "glsl/{file}: not a place for this shader; shaders are glsl/<room>/*.{{comp,vert,frag,geom}}, where \
+                     the rooms are {}, examples glsl/example/*.comp, those of tests glsl/test/*, and includes end in .glsl",
+                    ROOMS.join(", ")
                 ));
             }
         }

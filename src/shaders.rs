@@ -7,7 +7,7 @@ include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 /// One compiled shader; its entry point is `main`.
 #[derive(Clone, Copy)]
 pub struct Shader {
-    /// Path of its source under `glsl/`, such as `pass/sm.comp`.
+    /// Path of its source under `glsl/`, such as `filtering/sm.comp`.
     pub name: &'static str,
     /// The module's bytes: SPIR-V 1.5 for Vulkan 1.3, with names.
     pub spirv: &'static [u8],
@@ -70,8 +70,8 @@ mod tests {
 
     #[test]
     fn an_unknown_shader_is_named() {
-        let problem = find("pass/no-such.comp").err().unwrap().to_string();
-        assert!(problem.contains("pass/no-such.comp"), "{problem}");
+        let problem = find("filtering/no-such.comp").err().unwrap().to_string();
+        assert!(problem.contains("filtering/no-such.comp"), "{problem}");
     }
 
     #[test]

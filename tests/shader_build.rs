@@ -31,10 +31,13 @@ impl Package {
     /// One shader with two includes, of which one includes the other.
     fn usual() -> Self {
         Self::new(&[
-            ("glsl/pass/sm.comp", "#version 460\n#include \"lib/a.glsl\"\n#include \"lib/b.glsl\"\nvoid main() {}\n"),
+            (
+                "glsl/filtering/sm.comp",
+                "#version 460\n#include \"lib/a.glsl\"\n#include \"lib/b.glsl\"\nvoid main() {}\n",
+            ),
             ("glsl/lib/a.glsl", "#include \"b.glsl\"\nfloat a;\n"),
             ("glsl/lib/b.glsl", "float b;\n"),
-            ("glsl/raster/depth.vert", "#version 460\nvoid main() {}\n"),
+            ("glsl/soft/depth.vert", "#version 460\nvoid main() {}\n"),
         ])
     }
 
@@ -88,17 +91,15 @@ fn fake(tree: &Tree, shader: &str) -> Result<Vec<u8>, String> {
 fn shaders_are_listed_sorted_and_includes_are_not() {
     let package = Package::usual();
     package.put("glsl/README.md", "");
-    package.put("glsl/pass/shared.glsl", "");
-    package.put("glsl/pass/.sm.comp.swp", "");
-    package.put("glsl/raster/depth.frag", "");
-    assert_eq!(package.tree().shaders().unwrap(), ["pass/sm.comp", "raster/depth.frag", "raster/depth.vert"]);
+    package.put("glsl/filtering/shared.glsl", "");
+    package.put("glsl/filtering/.sm.comp.swp", "");
+    package.put("glsl/soft/depth.frag", "");
+    assert_eq!(package.tree().shaders().unwrap(), ["filtering/sm.comp", "soft/depth.frag", "soft/depth.vert"]);
 }
 
 #[test]
 fn a_shader_in_the_wrong_place_is_an_error() {
-    for path in
-        ["lib/a.comp", "pass/a.frag", "raster/a.comp", "pass/deep/a.comp", "a.comp", "raster/a.mesh", "example/a.frag"]
-    {
+    for path in ["lib/a.comp", "pass/a.comp", "soft/deep/a.comp", "a.comp", "soft/a.mesh", "example/a.frag"] {
         let package = Package::new(&[(&format!("glsl/{path}"), "")]);
         let problem = package.run(Mode::Use, None).unwrap_err();
         assert!(problem.contains(path), "{problem}");
@@ -113,40 +114,40 @@ fn a_missing_shader_folder_is_an_error() {
 #[test]
 fn the_hash_follows_every_source_and_no_other_file() {
     let package = Package::usual();
-    let (sm, depth) = (package.hash("pass/sm.comp"), package.hash("raster/depth.vert"));
+    let (sm, depth) = (package.hash("filtering/sm.comp"), package.hash("soft/depth.vert"));
     assert_eq!(sm.len(), 64);
     package.put("glsl/lib/unused.glsl", "float c;\n");
-    assert_eq!(package.hash("pass/sm.comp"), sm);
-    for path in ["glsl/lib/b.glsl", "glsl/lib/a.glsl", "glsl/pass/sm.comp"] {
+    assert_eq!(package.hash("filtering/sm.comp"), sm);
+    for path in ["glsl/lib/b.glsl", "glsl/lib/a.glsl", "glsl/filtering/sm.comp"] {
         let text = fs::read_to_string(package.path(path)).unwrap();
         package.put(path, format!("{text}//\n"));
-        assert_ne!(package.hash("pass/sm.comp"), sm, "{path}");
+        assert_ne!(package.hash("filtering/sm.comp"), sm, "{path}");
         package.put(path, text);
-        assert_eq!(package.hash("pass/sm.comp"), sm, "{path}");
+        assert_eq!(package.hash("filtering/sm.comp"), sm, "{path}");
     }
-    assert_eq!(package.hash("raster/depth.vert"), depth);
-    assert_eq!(Package::usual().hash("pass/sm.comp"), sm, "the folder's own name must not count");
+    assert_eq!(package.hash("soft/depth.vert"), depth);
+    assert_eq!(Package::usual().hash("filtering/sm.comp"), sm, "the folder's own name must not count");
 }
 
 #[test]
 fn line_ends_do_not_change_the_hash() {
     let (unix, dos) = (Package::usual(), Package::usual());
-    for path in ["glsl/pass/sm.comp", "glsl/lib/a.glsl", "glsl/lib/b.glsl"] {
+    for path in ["glsl/filtering/sm.comp", "glsl/lib/a.glsl", "glsl/lib/b.glsl"] {
         let text = fs::read_to_string(dos.path(path)).unwrap();
         dos.put(path, text.replace('\n', "\r\n"));
     }
-    assert_eq!(unix.hash("pass/sm.comp"), dos.hash("pass/sm.comp"));
+    assert_eq!(unix.hash("filtering/sm.comp"), dos.hash("filtering/sm.comp"));
 }
 
 #[test]
 fn an_include_is_sought_next_to_the_file_first() {
     let package = Package::usual();
-    let before = package.hash("pass/sm.comp");
-    package.put("glsl/pass/lib/b.glsl", "float b;\n");
-    assert_eq!(package.tree().resolve("pass/sm.comp", "lib/b.glsl").unwrap(), "pass/lib/b.glsl");
-    assert_eq!(package.tree().resolve("pass/sm.comp", "./lib/../lib/a.glsl").unwrap(), "lib/a.glsl");
-    assert_eq!(package.tree().resolve("pass/sm.comp", "../lib/b.glsl").unwrap(), "lib/b.glsl");
-    assert_ne!(package.hash("pass/sm.comp"), before, "same text, other file");
+    let before = package.hash("filtering/sm.comp");
+    package.put("glsl/filtering/lib/b.glsl", "float b;\n");
+    assert_eq!(package.tree().resolve("filtering/sm.comp", "lib/b.glsl").unwrap(), "filtering/lib/b.glsl");
+    assert_eq!(package.tree().resolve("filtering/sm.comp", "./lib/../lib/a.glsl").unwrap(), "lib/a.glsl");
+    assert_eq!(package.tree().resolve("filtering/sm.comp", "../lib/b.glsl").unwrap(), "lib/b.glsl");
+    assert_ne!(package.hash("filtering/sm.comp"), before, "same text, other file");
 }
 
 #[test]
@@ -155,7 +156,7 @@ fn an_include_never_leaves_the_tree() {
     package.put("outside.glsl", "");
     let absolute = package.path("outside.glsl");
     for name in ["../../outside.glsl", "../outside.glsl", absolute.to_str().unwrap()] {
-        assert!(package.tree().resolve("pass/sm.comp", name).is_err(), "{name}");
+        assert!(package.tree().resolve("filtering/sm.comp", name).is_err(), "{name}");
     }
 }
 
@@ -164,7 +165,7 @@ fn a_missing_include_names_shader_file_line_and_include() {
     let package = Package::usual();
     package.put("glsl/lib/b.glsl", "\n#include \"gone.glsl\"\n");
     let problem = package.run(Mode::Use, None).unwrap_err();
-    for part in ["glsl/pass/sm.comp", "glsl/lib/b.glsl:2", "gone.glsl"] {
+    for part in ["glsl/filtering/sm.comp", "glsl/lib/b.glsl:2", "gone.glsl"] {
         assert!(problem.contains(part), "{part}: {problem}");
     }
 }
@@ -174,7 +175,10 @@ fn a_cycle_names_its_files() {
     let package = Package::usual();
     package.put("glsl/lib/b.glsl", "#include \"lib/a.glsl\"\n");
     let problem = package.run(Mode::Use, None).unwrap_err();
-    assert!(problem.contains("cyclic include: pass/sm.comp -> lib/a.glsl -> lib/b.glsl -> lib/a.glsl"), "{problem}");
+    assert!(
+        problem.contains("cyclic include: filtering/sm.comp -> lib/a.glsl -> lib/b.glsl -> lib/a.glsl"),
+        "{problem}"
+    );
 }
 
 #[test]
@@ -183,12 +187,12 @@ fn only_real_include_directives_count() {
     let text =
         "/* \n#include \"gone.glsl\"\n*/\n// #include \"gone.glsl\"\n # include \"lib//b.glsl\" // why\nint x; /**/\n";
     package.put("glsl/lib/a.glsl", text);
-    let before = package.hash("pass/sm.comp");
+    let before = package.hash("filtering/sm.comp");
     package.put("glsl/lib/a.glsl", "/* */ #include \"lib/b.glsl\"\n");
-    assert_ne!(package.hash("pass/sm.comp"), before);
+    assert_ne!(package.hash("filtering/sm.comp"), before);
     for directive in ["#include <lib/b.glsl>", "#include NAME", "#include \"lib/b.glsl"] {
         package.put("glsl/lib/a.glsl", directive);
-        let problem = package.tree().hash("pass/sm.comp").unwrap_err();
+        let problem = package.tree().hash("filtering/sm.comp").unwrap_err();
         assert!(problem.contains("glsl/lib/a.glsl:1") && problem.contains("in quotes"), "{problem}");
     }
 }
@@ -201,13 +205,13 @@ fn without_a_compiler_a_stale_module_stops_the_build_and_names_the_remedy() {
 
     package.write();
     let plan = package.run(Mode::Use, None).unwrap();
-    assert_eq!(plan.modules, [("pass/sm.comp".to_owned(), false), ("raster/depth.vert".to_owned(), false)]);
+    assert_eq!(plan.modules, [("filtering/sm.comp".to_owned(), false), ("soft/depth.vert".to_owned(), false)]);
     assert!(plan.warnings.is_empty());
 
     package.put("glsl/lib/b.glsl", "float changed;\n");
     let problem = package.run(Mode::Use, None).unwrap_err();
     assert_eq!(problem.lines().count(), 1, "{problem}");
-    for part in ["glsl/pass/sm.comp", "compiled from other sources", "make spv", "--features shaderc"] {
+    for part in ["glsl/filtering/sm.comp", "compiled from other sources", "make spv", "--features shaderc"] {
         assert!(problem.contains(part), "{part}: {problem}");
     }
 }
@@ -216,10 +220,10 @@ fn without_a_compiler_a_stale_module_stops_the_build_and_names_the_remedy() {
 fn a_damaged_or_missing_module_counts_as_stale() {
     let package = Package::usual();
     package.write();
-    package.put("spv/pass/sm.comp.spv", "no module at all, long enough");
-    assert!(package.run(Mode::Use, None).unwrap_err().contains("spv/pass/sm.comp.spv: not a SPIR-V module"));
-    fs::remove_file(package.path("spv/pass/sm.comp.spv")).unwrap();
-    assert!(package.run(Mode::Use, None).unwrap_err().contains("spv/pass/sm.comp.spv"));
+    package.put("spv/filtering/sm.comp.spv", "no module at all, long enough");
+    assert!(package.run(Mode::Use, None).unwrap_err().contains("spv/filtering/sm.comp.spv: not a SPIR-V module"));
+    fs::remove_file(package.path("spv/filtering/sm.comp.spv")).unwrap();
+    assert!(package.run(Mode::Use, None).unwrap_err().contains("spv/filtering/sm.comp.spv"));
     package.put("spv/HASHES", "<<<<<<< HEAD\n");
     assert!(package.run(Mode::Use, None).unwrap_err().contains("spv/HASHES:1"));
 }
@@ -236,15 +240,15 @@ fn with_a_compiler_only_stale_modules_are_compiled_and_spv_stays_untouched() {
         fake(tree, shader)
     };
     let plan = package.run(Mode::Use, Some(&compile)).unwrap();
-    assert_eq!(*compiled.borrow(), ["pass/sm.comp"]);
-    assert_eq!(plan.modules, [("pass/sm.comp".to_owned(), true), ("raster/depth.vert".to_owned(), false)]);
+    assert_eq!(*compiled.borrow(), ["filtering/sm.comp"]);
+    assert_eq!(plan.modules, [("filtering/sm.comp".to_owned(), true), ("soft/depth.vert".to_owned(), false)]);
     assert_eq!(plan.warnings.len(), 1);
-    assert!(package.path("out/spv/pass/sm.comp.spv").is_file());
+    assert!(package.path("out/spv/filtering/sm.comp.spv").is_file());
     assert_eq!(fs::read(package.path("spv/HASHES")).unwrap(), hashes);
 
     let table = spv::table(&plan);
-    assert!(table.contains(r#"concat!(env!("OUT_DIR"), "/spv/pass/sm.comp.spv")"#), "{table}");
-    assert!(table.contains(r#"concat!(env!("CARGO_MANIFEST_DIR"), "/spv/raster/depth.vert.spv")"#), "{table}");
+    assert!(table.contains(r#"concat!(env!("OUT_DIR"), "/spv/filtering/sm.comp.spv")"#), "{table}");
+    assert!(table.contains(r#"concat!(env!("CARGO_MANIFEST_DIR"), "/spv/soft/depth.vert.spv")"#), "{table}");
 }
 
 #[test]
@@ -257,7 +261,7 @@ fn an_example_is_compiled_and_checked_but_not_embedded() {
     let plan = package.run(Mode::Check, Some(&fake)).unwrap();
     let table = spv::table(&plan);
     assert!(plan.modules.iter().any(|m| m.0 == "example/own.comp"));
-    assert!(table.contains("pass/sm.comp") && !table.contains("example"), "{table}");
+    assert!(table.contains("filtering/sm.comp") && !table.contains("example"), "{table}");
     package.put("glsl/lib/b.glsl", "syntax error\n");
     assert!(package.run(Mode::Use, None).unwrap_err().contains("glsl/example/own.comp"));
 }
@@ -265,13 +269,13 @@ fn an_example_is_compiled_and_checked_but_not_embedded() {
 #[test]
 fn writing_refreshes_everything_and_removes_orphans() {
     let package = Package::usual();
-    package.put("spv/pass/old.comp.spv", "old");
+    package.put("spv/filtering/old.comp.spv", "old");
     package.write();
-    assert_eq!(package.spv_files(), ["HASHES", "pass/sm.comp.spv", "raster/depth.vert.spv"]);
+    assert_eq!(package.spv_files(), ["HASHES", "filtering/sm.comp.spv", "soft/depth.vert.spv"]);
     let expected = format!(
-        "{}  pass/sm.comp.spv\n{}  raster/depth.vert.spv\n",
-        package.hash("pass/sm.comp"),
-        package.hash("raster/depth.vert")
+        "{}  filtering/sm.comp.spv\n{}  soft/depth.vert.spv\n",
+        package.hash("filtering/sm.comp"),
+        package.hash("soft/depth.vert")
     );
     assert_eq!(fs::read_to_string(package.path("spv/HASHES")).unwrap(), expected);
     package.run(Mode::Check, Some(&fake)).unwrap();
@@ -282,10 +286,10 @@ fn a_shader_that_does_not_compile_leaves_spv_alone() {
     let package = Package::usual();
     package.write();
     let hashes = fs::read(package.path("spv/HASHES")).unwrap();
-    package.put("glsl/pass/sm.comp", "#version 460\n\nsyntax error\n");
+    package.put("glsl/filtering/sm.comp", "#version 460\n\nsyntax error\n");
     for mode in [Mode::Use, Mode::Write, Mode::Check] {
         let problem = package.run(mode, Some(&fake)).unwrap_err();
-        assert!(problem.contains("glsl/pass/sm.comp:3: error"), "{problem}");
+        assert!(problem.contains("glsl/filtering/sm.comp:3: error"), "{problem}");
         assert_eq!(fs::read(package.path("spv/HASHES")).unwrap(), hashes);
     }
 }
@@ -295,18 +299,18 @@ fn checking_lists_every_difference() {
     let package = Package::usual();
     package.write();
     // Committed bytes that the sources do not give, under a hash that still fits.
-    let mut bytes = fs::read(package.path("spv/raster/depth.vert.spv")).unwrap();
+    let mut bytes = fs::read(package.path("spv/soft/depth.vert.spv")).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
-    package.put("spv/raster/depth.vert.spv", bytes);
+    package.put("spv/soft/depth.vert.spv", bytes);
     package.run(Mode::Use, None).unwrap();
     // A stale hash over bytes that still fit: only an include's comment changed.
     package.put("glsl/lib/b.glsl", "float b; // comment\n");
-    package.put("spv/pass/orphan.comp.spv", "");
+    package.put("spv/filtering/orphan.comp.spv", "");
     let problem = package.run(Mode::Check, Some(&fake)).unwrap_err();
     for part in [
-        "spv/HASHES: the line of pass/sm.comp.spv",
-        "spv/raster/depth.vert.spv: differs",
-        "spv/pass/orphan.comp.spv: no shader",
+        "spv/HASHES: the line of filtering/sm.comp.spv",
+        "spv/soft/depth.vert.spv: differs",
+        "spv/filtering/orphan.comp.spv: no shader",
         "make spv",
     ] {
         assert!(problem.contains(part), "{part}: {problem}");

@@ -6,7 +6,7 @@ use crate::{Bind, Context, Error, Result};
 use ash::vk;
 use glam::DVec4;
 
-/// Triangles, or edges, that a workgroup works on: `CHUNK` of `glsl/pass/casters.glsl`.
+/// Triangles, or edges, that a workgroup works on: `CHUNK` of `glsl/caster_edges/casters.glsl`.
 pub const CHUNK: u32 = 64;
 
 /// A triangle mesh that casts, in its own space.
@@ -95,7 +95,7 @@ pub enum Vertices {
 }
 
 shader_struct! {
-    /// `CasterInstance` of `glsl/pass/casters.glsl`.
+    /// `CasterInstance` of `glsl/caster_edges/casters.glsl`.
     pub struct CasterInstance {
         first_triangle: u32,
         triangles: u32,

@@ -16,7 +16,7 @@ pub struct ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// Makes the pipeline of a shader (`pass/sm.comp`) whose push constants are `P` (`()` for none).
+    /// Makes the pipeline of a shader (`filtering/sm.comp`) whose push constants are `P` (`()` for none).
     ///
     /// `constants` are the values of the specialization constants 0, 1, 2 ... in order.
     pub fn new<P: ShaderStruct>(device: &Arc<Device>, shader: &str, constants: &[u32]) -> Result<Self> {

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/accumulate.comp`.
+//! Mirror of `glsl/common/accumulate.comp`.
 
 /// Share of the samples in which each pixel is lit; every sample holds one visibility a pixel.
 ///

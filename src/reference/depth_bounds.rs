@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/depth_bounds.comp`.
+//! Mirror of `glsl/common/depth_bounds.comp`.
 
 use crate::technique::common::depth_bounds::BLOCKS;
 use glam::{DVec2, dvec2};

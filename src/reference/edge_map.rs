@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/edge_map.comp` (and of `raster/edge_map.*`, which make the same map): by brute force, all edges of every
+//! Mirror of `glsl/caster_edges/edge_map.comp` (and of `caster_edges/edge_map.*`, which make the same map): by brute force, all edges of every
 //! cell.
 
 use super::edge_segments::Segment;
@@ -34,7 +34,7 @@ pub const DISTANCE_DOUBT: f64 = 1e-4;
 pub const DEPTH_DOUBT: f64 = 2.0 * DEPTH_ULPS;
 
 /// The colour, channels 0 to 1, of a cell whose nearest edge is `segment` at `distance` texels, of `farthest` at most, in
-/// `glsl/pass/edge_ids.comp`.
+/// `glsl/caster_edges/edge_ids.comp`.
 pub fn id_color(segment: u32, distance: f64, farthest: f64) -> [f64; 3] {
     let mut h = segment;
     for (shift, factor) in [(16, 0x7FEB_352Du32), (15, 0x846C_A68B)] {

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/edge_tiles.comp`, `edge_seeds.comp`, `edge_place.comp` and `marked_tiles.comp`: the shadow edges in an
+//! Mirror of `glsl/penumbra/edge_tiles.comp`, `edge_seeds.comp`, `edge_place.comp` and `marked_tiles.comp`: the shadow edges in an
 //! image of hard shadows, and the tiles in their reach.
 
 use super::rbsm;

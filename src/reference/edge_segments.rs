@@ -1,4 +1,4 @@
-//! Mirror of `glsl/lib/edge_segment.glsl`, `glsl/pass/edge_segments.comp` and `map_edge.glsl`: silhouette edges as segments in
+//! Mirror of `glsl/lib/edge_segment.glsl`, `glsl/caster_edges/edge_segments.comp` and `map_edge.glsl`: silhouette edges as segments in
 //! the plane of the shadow map, and what is asked of them there.
 
 use super::view::{DEPTH_ULPS, Decision};

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/edsm.comp`, `edsm_distance.glsl` and `edsm_border.glsl`: edge distance shadow mapping.
+//! Mirror of `glsl/caster_edges/edsm.comp`, `edsm_distance.glsl` and `edsm_border.glsl`: edge distance shadow mapping.
 
 use super::edge_segments::{PLACE_ERROR, Segment};
 use super::map_receiver::{MapReceiver, receive};

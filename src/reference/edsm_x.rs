@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/edsm_x.comp` and of its rule, `edge_rule.glsl`, from the edges that the GPU's own map names.
+//! Mirror of `glsl/caster_edges/edsm_x.comp` and of its rule, `edge_rule.glsl`, from the edges that the GPU's own map names.
 //!
 //! A pixel is worked out at its point and, because a crossing has no margin of its own, at points around it as far off as single
 //! precision may have moved it: where any of them decides otherwise the pixel is in doubt.

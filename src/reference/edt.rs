@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/edt_*.comp`: the nearest seed of every pixel on integers, by trying.
+//! Mirror of `glsl/distance_transform/edt_*.comp`: the nearest seed of every pixel on integers, by trying.
 //!
 //! All passes of a transform work towards the one result that [`nearest`] defines, so they share it as their mirror.
 

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/hsm.comp` and of `hsmBounds` in `hsm.glsl`: exact, since smallest and largest are not rounded.
+//! Mirror of `glsl/common/hsm.comp` and of `hsmBounds` in `hsm.glsl`: exact, since smallest and largest are not rounded.
 
 /// One level of the hierarchical shadow map.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/map_receiver.glsl`: a pixel is decided without the map, or has a place, a depth and a plane in it.
+//! Mirror of `glsl/common/map_receiver.glsl`: a pixel is decided without the map, or has a place, a depth and a plane in it.
 
 use super::view::{DEPTH_ULPS, Decision, LightPoint, Plane, Receiver, Verdict, View};
 

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/mean_filter.comp`, both axes.
+//! Mirror of `glsl/penumbra/mean_filter.comp`, both axes.
 
 use super::edge_seeds::{Apart, near_plane, same_depth};
 use super::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, View};

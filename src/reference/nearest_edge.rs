@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`: what they search for, by trying all
+//! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`: what they search for, by trying all
 //! seeds; and the intensity of a penumbra of fixed width.
 
 pub mod soft;

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/pcf.comp` and `pcf_classify.comp`.
+//! Mirror of `glsl/filtering/pcf.comp` and `pcf_classify.comp`.
 
 use super::depth_bounds;
 use super::map_receiver::{MapReceiver, OpenReceiver, receive};

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/pcss.comp`.
+//! Mirror of `glsl/soft/pcss.comp`.
 
 use super::area_light::AreaLight;
 use super::hsm::Hsm;

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/penumbra_width.comp`.
+//! Mirror of `glsl/soft/penumbra_width.comp`.
 
 use super::area_light::AreaLight;
 use super::hsm::Hsm;

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/rbsm.comp`: the functions of [`super::revectorize`] over the tests on a receiver's plane.
+//! Mirror of `glsl/revectorization/rbsm.comp`: the functions of [`super::revectorize`] over the tests on a receiver's plane.
 
 use super::map_receiver::{MapReceiver, OpenReceiver, receive, receive_point};
 use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/rbssm.comp`: every tap for itself.
+//! Mirror of `glsl/soft/rbssm.comp`: every tap for itself.
 
 use super::area_light::AreaLight;
 use super::hsm::Hsm;

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/rpcf.comp`: the mean of a function over texel offsets, each sample for itself.
+//! Mirror of `glsl/revectorization/rpcf.comp`: the mean of a function over texel offsets, each sample for itself.
 
 use super::map_receiver::{MapReceiver, receive};
 use super::rbsm::{PLACE_ROUNDING, Settings, Tests};

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/screen_filter.comp`, both passes.
+//! Mirror of `glsl/soft/screen_filter.comp`, both passes.
 //!
 //! The footprint is found by another way than the shader's: by where view rays meet the plane, and where points of the plane
 //! are seen.

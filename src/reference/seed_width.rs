@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/seed_width.comp`: the penumbra's width at every seed.
+//! Mirror of `glsl/penumbra/seed_width.comp`: the penumbra's width at every seed.
 
 use super::area_light::AreaLight;
 use super::edge_seeds::Seed;

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/shade.comp`.
+//! Mirror of `glsl/common/shade.comp`.
 
 use super::view::{FrameData, View};
 use crate::scene::ShadePush;

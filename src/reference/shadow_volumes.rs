@@ -147,7 +147,7 @@ fn crosses(p: DVec3, d: DVec3, endless: bool, t: &[DVec3; 3], off: f64) -> Cross
     }
 }
 
-/// Mirror of `glsl/pass/shadow_volumes.comp`, from the counts as the GPU has them; `masked`: the shadow map's test with this
+/// Mirror of `glsl/caster_edges/shadow_volumes.comp`, from the counts as the GPU has them; `masked`: the shadow map's test with this
 /// normal offset decides where no volume does.
 ///
 /// # Errors
@@ -185,7 +185,7 @@ pub fn visibility(data: &FrameData<'_>, counts: &[f32], masked: Option<f32>) -> 
 /// A `VkDrawIndirectCommand`: vertices, copies, first vertex, first copy.
 pub type DrawArguments = [u32; 4];
 
-/// Mirror of `glsl/pass/volume_draws.comp`: a draw for each instance, from how many silhouette edges each has, in order, and
+/// Mirror of `glsl/caster_edges/volume_draws.comp`: a draw for each instance, from how many silhouette edges each has, in order, and
 /// whether it is counted by shells. `copies` is the largest weight of any edge, 1 where weights are blended.
 pub fn draws(edges: &[u32], shells: &[bool], copies: u32) -> Vec<DrawArguments> {
     let mut first = 0;

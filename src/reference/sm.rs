@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/sm.comp` and `glsl/pass/shadow_map_test.glsl`.
+//! Mirror of `glsl/filtering/sm.comp` and `glsl/common/shadow_map_test.glsl`.
 
 use super::view::{DEPTH_ULPS, FrameData, Mirror, ROUNDING, Verdict, View, shadow_test};
 use crate::Result;

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/soft_receiver.glsl`, `blockers.glsl`, `soft_filter.glsl` and of `searchWindow` and `classify` in
+//! Mirror of `glsl/common/soft_receiver.glsl`, `blockers.glsl`, `soft_filter.glsl` and of `searchWindow` and `classify` in
 //! `hsm.glsl`.
 //!
 //! Places, widths and distances go with the bound of what rounding may have changed in them. Where a tap's place or its

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/soft_auto.comp` and of what works on its lists: composed of the mirrors of these passes.
+//! Mirror of `glsl/soft/soft_auto.comp` and of what works on its lists: composed of the mirrors of these passes.
 //!
 //! Where the shader decides a pixel by its filter's window, the filter itself comes to the same.
 

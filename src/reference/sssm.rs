@@ -1,4 +1,4 @@
-//! Mirror of `glsl/pass/sssm.comp`, `sssm_points.comp`, `sssm_cell.glsl` and `sssm_quadrant.glsl`: shadow silhouette maps.
+//! Mirror of `glsl/caster_edges/sssm.comp`, `sssm_points.comp`, `sssm_cell.glsl` and `sssm_quadrant.glsl`: shadow silhouette maps.
 
 use super::edge_segments::{PLACE_ERROR, Segment};
 use super::map_receiver::{MapReceiver, receive};

@@ -5,7 +5,7 @@ use crate::view::{CameraView, LightView};
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
-/// What a draw needs of an instance: `Instance` of `glsl/raster/instance.glsl`, scalar layout.
+/// What a draw needs of an instance: `Instance` of `glsl/common/instance.glsl`, scalar layout.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct GpuInstance {

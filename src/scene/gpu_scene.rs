@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use ash::vk;
 
 shader_struct! {
-    /// Push constants of the raster shaders: `glsl/raster/material.glsl`.
+    /// Push constants of the raster shaders: `glsl/common/material.glsl`.
     pub struct MaterialPush {
         base_color: [f32; 4],
         alpha_cutoff: f32,

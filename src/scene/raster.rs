@@ -106,7 +106,7 @@ impl ShadowMap {
         let desc = ImageDesc { array: true, ..ImageDesc::attachment("shadow map", vk::Format::D32_SFLOAT, size) };
         let state = RasterState {
             name: "shadow map",
-            vertex: "raster/depth.vert",
+            vertex: "common/depth.vert",
             attributes: &[POSITION],
             depth: Some(DepthState::new(desc.format, vk::CompareOp::LESS)),
             bias: [options.constant_bias, options.slope_bias],
@@ -115,8 +115,8 @@ impl ShadowMap {
         };
         let masked = RasterState {
             name: "shadow map, masked",
-            vertex: "raster/depth_masked.vert",
-            fragment: Some("raster/depth_masked.frag"),
+            vertex: "common/depth_masked.vert",
+            fragment: Some("common/depth_masked.frag"),
             attributes: &[POSITION, UV, COLOR],
             ..state.clone()
         };
@@ -180,8 +180,8 @@ impl GBuffer {
         let pipeline = |is_masked: bool| {
             let state = RasterState {
                 name: if is_masked { "g-buffer, masked" } else { "g-buffer" },
-                vertex: "raster/gbuffer.vert",
-                fragment: Some("raster/gbuffer.frag"),
+                vertex: "common/gbuffer.vert",
+                fragment: Some("common/gbuffer.frag"),
                 attributes: &[POSITION, UV, COLOR, NORMAL],
                 colors: &colors,
                 depth: Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::GREATER)),

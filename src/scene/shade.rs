@@ -9,7 +9,7 @@ use ash::vk;
 use std::sync::Arc;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/shade.comp`.
+    /// Push constants of `glsl/common/shade.comp`.
     pub struct ShadePush {
         light_color: [f32; 3],
         ambient: f32,
@@ -66,7 +66,7 @@ impl Shade {
     /// Allocates for a scene and a light.
     pub fn new(host: &Host, size: [u32; 2], scene: &Scene, light: &Light, options: &ShadeOptions) -> Result<Self> {
         let context = host.context();
-        let pipeline = context.pipeline::<ShadePush>("pass/shade.comp", &[])?;
+        let pipeline = context.pipeline::<ShadePush>("common/shade.comp", &[])?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         let desc = ImageDesc::storage("picture", vk::Format::R8G8B8A8_UNORM, size);
         Ok(Self {

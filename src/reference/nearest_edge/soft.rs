@@ -1,4 +1,4 @@
-//! The search where every seed has a penumbra width of its own (`SOFT` of `glsl/pass/nearest_edge.glsl`).
+//! The search where every seed has a penumbra width of its own (`SOFT` of `glsl/penumbra/nearest_edge.glsl`).
 
 use super::{Link, Nearest, on_surface};
 use crate::reference::FrameData;
@@ -39,7 +39,7 @@ impl Settings {
 /// A seed with the penumbra's width and the cosine that it was given.
 pub type WideSeed = (Seed, [f32; 2]);
 
-/// `ROUNDED` of `glsl/pass/nearest_edge.glsl`.
+/// `ROUNDED` of `glsl/penumbra/nearest_edge.glsl`.
 const ROUNDED: f64 = 0.5;
 
 /// A distance as it is measured, in world units, and the bound of its error.
@@ -188,10 +188,10 @@ pub struct Beyond {
     pub doubt: f64,
 }
 
-/// `EDGE_PIXELS` of `glsl/pass/nearest_edge.comp`.
+/// `EDGE_PIXELS` of `glsl/penumbra/nearest_edge.comp`.
 const EDGE_PIXELS: f64 = 1.5;
 
-/// `beyondEdge` of `glsl/pass/nearest_edge.comp`, of every pixel with a label, at a distance that is the given share of the
+/// `beyondEdge` of `glsl/penumbra/nearest_edge.comp`, of every pixel with a label, at a distance that is the given share of the
 /// penumbra's width.
 ///
 /// # Errors

@@ -16,7 +16,7 @@ use ash::vk;
 use std::sync::Arc;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/edge_map.comp` and `glsl/raster/edge_map.*`.
+    /// Push constants of `glsl/caster_edges/edge_map.comp` and `glsl/caster_edges/edge_map.*`.
     pub struct EdgeMapPush {
         map_size: [i32; 2],
         reach: f32,
@@ -24,7 +24,7 @@ shader_struct! {
 }
 
 shader_struct! {
-    /// Push constants of `glsl/pass/edge_ids.comp`.
+    /// Push constants of `glsl/caster_edges/edge_ids.comp`.
     pub struct EdgeIdsPush {
         map_size: [i32; 2],
         slots: u32,
@@ -123,7 +123,9 @@ impl EdgeMap {
             |name, size| Buffer::new(context.device(), &BufferDesc { name, size, usage, memory: MemoryKind::Gpu });
         let constants = [config.slots, config.kill.into(), config.spill, split.into()];
         let writer = match config.generation {
-            Generation::Compute => Writer::Walk(context.pipeline::<EdgeMapPush>("pass/edge_map.comp", &constants)?),
+            Generation::Compute => {
+                Writer::Walk(context.pipeline::<EdgeMapPush>("caster_edges/edge_map.comp", &constants)?)
+            }
             Generation::Raster => {
                 let features = context.features();
                 if !(features.dynamic_rendering && features.fragment_stores) {
@@ -133,8 +135,8 @@ impl EdgeMap {
                 }
                 Writer::Quads(context.raster_pipeline::<EdgeMapPush>(&RasterState {
                     name: "edge ids",
-                    vertex: "raster/edge_map.vert",
-                    fragment: Some("raster/edge_map.frag"),
+                    vertex: "caster_edges/edge_map.vert",
+                    fragment: Some("caster_edges/edge_map.frag"),
                     constants: &constants,
                     ..RasterState::default()
                 })?)
@@ -264,7 +266,7 @@ impl EdgeIds {
     pub fn new(context: &Context, map: &EdgeMap) -> Result<Self> {
         let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, cells_of(map.map_size));
         Ok(Self {
-            pipeline: context.pipeline::<EdgeIdsPush>("pass/edge_ids.comp", &[])?,
+            pipeline: context.pipeline::<EdgeIdsPush>("caster_edges/edge_ids.comp", &[])?,
             image: Image::new(context.device(), &desc)?,
         })
     }

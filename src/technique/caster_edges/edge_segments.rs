@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub const SEGMENT: u64 = 44;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/edge_segments.comp`.
+    /// Push constants of `glsl/caster_edges/edge_segments.comp`.
     pub struct EdgeSegmentsPush {
         map_size: [f32; 2],
         margin: f32,
@@ -48,7 +48,7 @@ impl EdgeSegments {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
         let desc = BufferDesc { name: "segments of edges", size, usage, memory: MemoryKind::Gpu };
         Ok(Self {
-            pipeline: context.pipeline::<EdgeSegmentsPush>("pass/edge_segments.comp", &[])?,
+            pipeline: context.pipeline::<EdgeSegmentsPush>("caster_edges/edge_segments.comp", &[])?,
             segments: Buffer::new(context.device(), &desc)?,
         })
     }

@@ -63,7 +63,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
 }
 
 shader_struct! {
-    /// Push constants of `glsl/raster/edsm.vert` and `.frag`.
+    /// Push constants of `glsl/caster_edges/edsm.vert` and `.frag`.
     pub struct EdgeQuadPush {
         map_size: [u32; 2],
         half_width: f32,
@@ -108,8 +108,8 @@ impl EdgeDistances {
             edges: MapEdges::new(context, technique, casters, config.half_width + 2.0)?,
             pipeline: context.raster_pipeline::<EdgeQuadPush>(&RasterState {
                 name: "edge distances",
-                vertex: "raster/edsm.vert",
-                fragment: Some("raster/edsm.frag"),
+                vertex: "caster_edges/edsm.vert",
+                fragment: Some("caster_edges/edsm.frag"),
                 colors: &[format],
                 depth: Some(DepthState::new(depth, vk::CompareOp::LESS)),
                 constants: &[config.cosine.into(), config.kill.into()],
@@ -198,5 +198,5 @@ pub enum BorderKernel {
 /// borders in texels; 0 for hard ones.
 pub fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
     let constants = [0, picture.into(), (0.5 * border).to_bits(), kernel as u32];
-    MapLookup::new(context, "edge distance lookup", "pass/edsm.comp", &constants)
+    MapLookup::new(context, "edge distance lookup", "caster_edges/edsm.comp", &constants)
 }

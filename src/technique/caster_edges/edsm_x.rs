@@ -84,7 +84,7 @@ pub const INFO: Info = Info {
 };
 
 shader_struct! {
-    /// Push constants of `glsl/pass/edsm_x.comp`.
+    /// Push constants of `glsl/caster_edges/edsm_x.comp`.
     pub struct EdsmXPush {
         edge_bias: f32,
         depth_bias: f32,
@@ -125,7 +125,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
         let constants =
             [slots, mixed_only.into(), border_kernel(p) as u32, setup.intermediates.into(), step as u32, split, soft];
-        let pipeline = context.pipeline::<EdsmXPush>("pass/edsm_x.comp", &constants)?;
+        let pipeline = context.pipeline::<EdsmXPush>("caster_edges/edsm_x.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(pipeline)
     };

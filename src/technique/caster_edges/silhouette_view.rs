@@ -11,7 +11,7 @@ use ash::vk;
 use std::sync::Arc;
 
 shader_struct! {
-    /// Push constants of `glsl/raster/silhouette.glsl`.
+    /// Push constants of `glsl/caster_edges/silhouette.glsl`.
     pub struct SilhouetteViewPush {
         stride: u32,
         seen: u32,
@@ -43,8 +43,8 @@ impl SilhouetteView {
         Ok(Self {
             pipeline: context.raster_pipeline::<SilhouetteViewPush>(&RasterState {
                 name: "silhouettes, seen",
-                vertex: "raster/silhouette.vert",
-                fragment: Some("raster/silhouette.frag"),
+                vertex: "caster_edges/silhouette.vert",
+                fragment: Some("caster_edges/silhouette.frag"),
                 topology: vk::PrimitiveTopology::LINE_LIST,
                 colors: &[FORMAT],
                 ..RasterState::default()

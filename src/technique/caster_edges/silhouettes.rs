@@ -10,7 +10,7 @@ use ash::vk;
 use glam::{DAffine3, DVec4};
 use std::sync::Arc;
 
-/// Bytes of `SilhouetteHeader` of `glsl/pass/silhouettes.glsl`.
+/// Bytes of `SilhouetteHeader` of `glsl/caster_edges/silhouettes.glsl`.
 const HEADER: u64 = 16 * 4;
 /// Offset in the header of the number of edges.
 pub(crate) const COUNT: u64 = 12;
@@ -21,7 +21,7 @@ pub(crate) const QUADS: u64 = 9 * 4;
 /// Bytes of an edge in the list.
 const EDGE: u64 = 20;
 
-/// So many workgroups of [`CHUNK`] threads, numbered by `chunkIndex` of `glsl/pass/casters.glsl`: along x up to its
+/// So many workgroups of [`CHUNK`] threads, numbered by `chunkIndex` of `glsl/caster_edges/casters.glsl`: along x up to its
 /// `MAX_GROUPS_X`, then along y.
 pub(super) fn chunks(count: u32) -> Threads<'static> {
     const MAX_GROUPS_X: u32 = 65535;
@@ -37,7 +37,7 @@ shader_struct! {
 }
 
 shader_struct! {
-    /// `CasterLight` of `glsl/pass/casters.glsl`.
+    /// `CasterLight` of `glsl/caster_edges/casters.glsl`.
     pub struct CasterLight {
         clip_from_object: [[f32; 4]; 4],
         light: [f32; 4],
@@ -109,12 +109,13 @@ impl Silhouettes {
         };
         let none = vk::BufferUsageFlags::empty();
         let update = vk::BufferUsageFlags::TRANSFER_DST;
-        let edges_step =
-            |write: bool| context.pipeline::<CasterPush>("pass/silhouette_edges.comp", &[write.into(), shells.into()]);
+        let edges_step = |write: bool| {
+            context.pipeline::<CasterPush>("caster_edges/silhouette_edges.comp", &[write.into(), shells.into()])
+        };
         Ok(Self {
-            facing_bits: context.pipeline::<CasterPush>("pass/facing.comp", &[])?,
+            facing_bits: context.pipeline::<CasterPush>("caster_edges/facing.comp", &[])?,
             count: edges_step(false)?,
-            offsets_scan: context.pipeline::<CasterPush>("pass/silhouette_offsets.comp", &[])?,
+            offsets_scan: context.pipeline::<CasterPush>("caster_edges/silhouette_offsets.comp", &[])?,
             write: edges_step(true)?,
             lights: buffer("casters' lights", u64::from(counts.instances) * size_of::<CasterLight>() as u64, update)?,
             facing: buffer("facing bits", u64::from(counts.triangle_chunks) * 8, none)?,
@@ -203,12 +204,12 @@ impl Silhouettes {
         &self.casters
     }
 
-    /// The list: 20 bytes an edge, `SilhouetteEdge` of `glsl/pass/casters.glsl`.
+    /// The list: 20 bytes an edge, `SilhouetteEdge` of `glsl/caster_edges/casters.glsl`.
     pub fn edges(&self) -> &Buffer {
         &self.edges
     }
 
-    /// What stands before the list: `SilhouetteHeader` of `glsl/pass/silhouettes.glsl`.
+    /// What stands before the list: `SilhouetteHeader` of `glsl/caster_edges/silhouettes.glsl`.
     pub fn header(&self) -> &Buffer {
         &self.header
     }

@@ -75,7 +75,7 @@ pub struct SilhouettePoints {
 
 /// Edges that reach this far around the map are kept, texels.
 const MARGIN: f32 = 16.0;
-/// What a cell without an edge holds: its middle, `CELL_MIDDLE` of `glsl/pass/sssm_cell.glsl`.
+/// What a cell without an edge holds: its middle, `CELL_MIDDLE` of `glsl/caster_edges/sssm_cell.glsl`.
 const MIDDLE: u32 = 0x8000_8000;
 
 impl SilhouettePoints {
@@ -97,7 +97,7 @@ impl SilhouettePoints {
             let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
             Buffer::new(device, &BufferDesc { name, size: 4 * cells, usage, memory: MemoryKind::Gpu })
         };
-        let step = |step: u32| context.pipeline::<()>("pass/sssm_points.comp", &[step, kill.into()]);
+        let step = |step: u32| context.pipeline::<()>("caster_edges/sssm_points.comp", &[step, kill.into()]);
         let format = vk::Format::R32_UINT;
         let maker = match by {
             PointsBy::Compute => Maker::Compute {
@@ -108,8 +108,8 @@ impl SilhouettePoints {
             PointsBy::Raster => Maker::Raster {
                 pipeline: context.raster_pipeline::<MapSizePush>(&RasterState {
                     name: "silhouette points",
-                    vertex: "raster/sssm.vert",
-                    fragment: Some("raster/sssm.frag"),
+                    vertex: "caster_edges/sssm.vert",
+                    fragment: Some("caster_edges/sssm.frag"),
                     colors: &[format],
                     depth: Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::LESS)),
                     constants: &[kill.into()],
@@ -221,5 +221,5 @@ impl HeldMap for SilhouettePoints {
 
 /// The lookup: of the visibility, or with `picture` of a picture of the points over it.
 pub fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
-    MapLookup::new(context, "silhouette lookup", "pass/sssm.comp", &[0, picture.into()])
+    MapLookup::new(context, "silhouette lookup", "caster_edges/sssm.comp", &[0, picture.into()])
 }

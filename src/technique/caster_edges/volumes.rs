@@ -17,7 +17,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 shader_struct! {
-    /// Push constants of `glsl/raster/volume.glsl`.
+    /// Push constants of `glsl/caster_edges/volume.glsl`.
     pub struct VolumePush {
         stride: u32,
         facing: u32,
@@ -28,7 +28,7 @@ shader_struct! {
 }
 
 shader_struct! {
-    /// `VolumeCamera` of `glsl/pass/volumes.glsl`.
+    /// `VolumeCamera` of `glsl/caster_edges/volumes.glsl`.
     pub struct VolumeCamera {
         clip_from_object: [[f32; 4]; 4],
         shells: u32,
@@ -44,7 +44,7 @@ impl VolumeCamera {
 }
 
 shader_struct! {
-    /// Push constants of `glsl/pass/volume_draws.comp`.
+    /// Push constants of `glsl/caster_edges/volume_draws.comp`.
     pub struct VolumeDrawsPush {
         instance_count: u32,
         chunk_count: u32,
@@ -52,7 +52,7 @@ shader_struct! {
 }
 
 shader_struct! {
-    /// Push constants of `glsl/pass/shadow_volumes.comp`.
+    /// Push constants of `glsl/caster_edges/shadow_volumes.comp`.
     pub struct ShadowVolumesPush {
         normal_offset: f32,
     }
@@ -160,27 +160,28 @@ impl ShadowVolumes {
         let state = RasterState {
             depth: Some(depth),
             stencil: (!blended).then_some(wrap),
-            fragment: blended.then_some("raster/volume_count.frag"),
+            fragment: blended.then_some("caster_edges/volume_count.frag"),
             colors: if blended { &[COUNT] } else { &[] },
             blend: Blend::Add,
             depth_clamp: true,
             ..RasterState::default()
         };
         let caps = |name, bias| {
-            let state = RasterState { name, vertex: "raster/volume_cap.vert", bias, ..state.clone() };
+            let state = RasterState { name, vertex: "caster_edges/volume_cap.vert", bias, ..state.clone() };
             context.raster_pipeline::<VolumePush>(&state)
         };
         let bias = if settings.cap_bias > 0.0 { [CAP_STEPS, settings.cap_bias] } else { [0.0; 2] };
         let (sides, far) = match settings.path {
             Path::Compute => {
-                let side = RasterState { name: "volume sides", vertex: "raster/volume_side.vert", ..state.clone() };
+                let side =
+                    RasterState { name: "volume sides", vertex: "caster_edges/volume_side.vert", ..state.clone() };
                 (context.raster_pipeline::<VolumePush>(&side)?, Some(caps("volume far caps", [0.0; 2])?))
             }
             Path::Geometry => {
                 let state = RasterState {
                     name: "volume sides and far caps",
-                    vertex: "raster/volume.vert",
-                    geometry: Some("raster/volume.geom"),
+                    vertex: "caster_edges/volume.vert",
+                    geometry: Some("caster_edges/volume.geom"),
                     ..state.clone()
                 };
                 (context.raster_pipeline::<VolumePush>(&state)?, None)
@@ -188,14 +189,14 @@ impl ShadowVolumes {
         };
         let copy = RasterState {
             name: "camera depth, copied",
-            vertex: "raster/fullscreen.vert",
-            fragment: Some("raster/depth_copy.frag"),
+            vertex: "caster_edges/fullscreen.vert",
+            fragment: Some("caster_edges/depth_copy.frag"),
             depth: Some(DepthState::new(DEPTH, vk::CompareOp::ALWAYS)),
             ..RasterState::default()
         };
         let masked = settings.masked && casters.masked();
         let resolve = context.pipeline::<ShadowVolumesPush>(
-            "pass/shadow_volumes.comp",
+            "caster_edges/shadow_volumes.comp",
             &[blended.into(), masked.into(), keep_count.into()],
         )?;
         resolve.check_uniform::<ViewConstants>("view")?;
@@ -212,7 +213,7 @@ impl ShadowVolumes {
             near: caps("volume near caps", bias)?,
             sides,
             far,
-            ranges: context.pipeline::<VolumeDrawsPush>("pass/volume_draws.comp", &[blended.into()])?,
+            ranges: context.pipeline::<VolumeDrawsPush>("caster_edges/volume_draws.comp", &[blended.into()])?,
             resolve,
             cameras: buffer(
                 "casters' cameras",

@@ -6,7 +6,7 @@ use ash::vk;
 use std::sync::Arc;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/accumulate.comp`.
+    /// Push constants of `glsl/common/accumulate.comp`.
     pub struct AccumulatePush {
         size: [u32; 2],
         index: u32,
@@ -24,7 +24,7 @@ impl Accumulate {
     /// Allocates for a camera image.
     pub fn new(context: &Context, extent: [u32; 2]) -> Result<Self> {
         Ok(Self {
-            pipeline: context.pipeline::<AccumulatePush>("pass/accumulate.comp", &[])?,
+            pipeline: context.pipeline::<AccumulatePush>("common/accumulate.comp", &[])?,
             lit_count: Image::new(context.device(), &ImageDesc::storage("lit count", vk::Format::R32_UINT, extent))?,
         })
     }

@@ -2,7 +2,7 @@
 
 use crate::technique::{Param, Params};
 
-/// Where blockers are searched: `searchWindow` of `glsl/pass/hsm.glsl`.
+/// Where blockers are searched: `searchWindow` of `glsl/common/hsm.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchWindow {
     /// In the papers' window, which the light's near plane cuts out of the pyramid between receiver and light.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub const BLOCKS: [u32; 4] = [8, 16, 32, 64];
 
 shader_struct! {
-    /// Push constants of `glsl/pass/depth_bounds.comp`.
+    /// Push constants of `glsl/common/depth_bounds.comp`.
     pub struct DepthBoundsPush {
         map_size: [i32; 2],
         layer: i32,
@@ -34,7 +34,7 @@ impl DepthBounds {
             ..ImageDesc::storage("shadow-map depth bounds", vk::Format::R32G32B32A32_SFLOAT, extent)
         };
         Ok(Self {
-            pipeline: context.pipeline::<DepthBoundsPush>("pass/depth_bounds.comp", &[])?,
+            pipeline: context.pipeline::<DepthBoundsPush>("common/depth_bounds.comp", &[])?,
             blocks: Image::new(context.device(), &desc)?,
             kept: Kept::default(),
         })

@@ -12,7 +12,7 @@ const AT_ONCE: u32 = 5;
 const TEXELS_A_THREAD: u32 = 4;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/hsm.comp`.
+    /// Push constants of `glsl/common/hsm.comp`.
     pub struct HsmPush {
         map_size: [i32; 2],
         layer: i32,
@@ -45,7 +45,7 @@ impl Hsm {
             mips: levels,
             ..ImageDesc::storage("hierarchical shadow map", vk::Format::R32G32_SFLOAT, extent)
         };
-        let pipeline = |from_map: bool| context.pipeline::<HsmPush>("pass/hsm.comp", &[from_map.into()]);
+        let pipeline = |from_map: bool| context.pipeline::<HsmPush>("common/hsm.comp", &[from_map.into()]);
         Ok(Self {
             from_map: pipeline(true)?,
             from_finer: if levels > AT_ONCE { Some(pipeline(false)?) } else { None },

@@ -20,7 +20,7 @@ const HEADER: u64 = 20;
 /// Offset of the count of tiles.
 const TILES: u64 = 16;
 
-/// What the specialization constant `STEP` of `glsl/pass/pixel_list.glsl` says.
+/// What the specialization constant `STEP` of `glsl/revectorization/pixel_list.glsl` says.
 #[derive(Clone, Copy)]
 pub(crate) enum Step {
     AtOnce,
@@ -39,7 +39,7 @@ pub struct PixelPass {
     tiles_total: u32,
 }
 
-/// Pixels that one pass lists for another: `PixelList` of `glsl/pass/pixel_steps.glsl`, 4 bytes a pixel.
+/// Pixels that one pass lists for another: `PixelList` of `glsl/common/pixel_steps.glsl`, 4 bytes a pixel.
 pub(crate) struct PixelList {
     buffer: Buffer,
     tiles_total: u32,

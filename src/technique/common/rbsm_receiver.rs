@@ -5,7 +5,7 @@ use crate::gpu::shader_struct;
 use crate::technique::{Param, Setup};
 
 shader_struct! {
-    /// Push constants of the revectorization passes (`glsl/pass/rbsm_receiver.glsl`).
+    /// Push constants of the revectorization passes (`glsl/common/rbsm_receiver.glsl`).
     pub struct RbsmPush {
         /// Multiples of what a plane needs.
         normal_offset: f32,

@@ -23,7 +23,7 @@ pub(crate) fn indirect_list(device: &Arc<Device>, name: &str, header: u64, entri
     Buffer::new(device, &BufferDesc { name, size: header + 4 * entries, usage, memory: MemoryKind::Gpu })
 }
 
-/// The list; `glsl/pass/tiles.glsl` has the other side.
+/// The list; `glsl/common/tiles.glsl` has the other side.
 pub struct TileList {
     buffer: Buffer,
     total: u32,

@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub const MAX_LAYERS: usize = 6;
 
 shader_struct! {
-    /// `ViewBlock` of `glsl/pass/view.glsl`. Everything is relative to the camera: composed in `f64`,
+    /// `ViewBlock` of `glsl/common/view.glsl`. Everything is relative to the camera: composed in `f64`,
     /// rounded last.
     pub struct ViewConstants {
         view_from_clip: [[f32; 4]; 4],
@@ -85,7 +85,7 @@ fn pixel_size(camera: &CameraView, extent: [u32; 2]) -> ([f32; 2], f32) {
     ([finest as f32, 0.0], (1.0 + farthest).sqrt() as f32)
 }
 
-/// `light_area` of `glsl/pass/view.glsl`: half-size factors along the map's axes (uv) and in the world, and the depth
+/// `light_area` of `glsl/common/view.glsl`: half-size factors along the map's axes (uv) and in the world, and the depth
 /// offset of `glsl/lib/area_light.glsl`.
 fn light_area(light: &LightView) -> [f32; 4] {
     let p = &light.clip_from_view;

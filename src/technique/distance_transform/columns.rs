@@ -26,8 +26,8 @@ impl Columns {
         let blocks = height.div_ceil(32);
         let row_bands = row_bands.clamp(1, blocks);
         Ok(Self {
-            join: context.pipeline::<EdtPush>("pass/edt_columns.comp", &[])?,
-            live: context.pipeline::<EdtPush>("pass/edt_live.comp", &[])?,
+            join: context.pipeline::<EdtPush>("distance_transform/edt_columns.comp", &[])?,
+            live: context.pipeline::<EdtPush>("distance_transform/edt_live.comp", &[])?,
             push: EdtPush { span: blocks.div_ceil(row_bands), ..push },
             row_bands,
             columns: Image::new(context.device(), &ImageDesc::storage("edt columns", FORMAT, [width, blocks]))?,

@@ -36,7 +36,7 @@ pub const MAX_SIDE: u32 = 65535;
 const UNBOUNDED: u32 = MAX_SIDE - 1;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/edt_*.comp`; `glsl/pass/edt.glsl` says what they are.
+    /// Push constants of `glsl/distance_transform/edt_*.comp`; `edt.glsl` says what they are.
     pub struct EdtPush {
         size: [u32; 2],
         radius: u32,

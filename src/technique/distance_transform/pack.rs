@@ -29,10 +29,10 @@ impl Pack {
         }
         let (slot, shader) = match mask.format {
             vk::Format::R8_UINT | vk::Format::R16_UINT | vk::Format::R32_UINT => {
-                (&mut self.uint, "pass/edt_pack_uint.comp")
+                (&mut self.uint, "distance_transform/edt_pack_uint.comp")
             }
             vk::Format::R8_UNORM | vk::Format::R16_UNORM | vk::Format::R16_SFLOAT | vk::Format::R32_SFLOAT => {
-                (&mut self.unorm, "pass/edt_pack.comp")
+                (&mut self.unorm, "distance_transform/edt_pack.comp")
             }
             format => return wrong(format!("{format:?} is no single-channel format of numbers; R8_UNORM is")),
         };
@@ -63,7 +63,7 @@ impl Pack {
         }
         let pipeline = match &mut self.bytes {
             Some(pipeline) => pipeline,
-            slot => slot.insert(frame.context().pipeline::<EdtPush>("pass/edt_pack_bytes.comp", &[])?),
+            slot => slot.insert(frame.context().pipeline::<EdtPush>("distance_transform/edt_pack_bytes.comp", &[])?),
         };
         frame.dispatch(&Pass {
             name: "edt pack",

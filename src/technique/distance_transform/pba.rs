@@ -49,13 +49,13 @@ impl Pba {
         let push = EdtPush { span, bands: width.div_ceil(span), ..push };
         let merge = match push.bands {
             1 => None,
-            _ => Some(context.pipeline::<EdtPush>("pass/edt_pba_merge.comp", &[])?),
+            _ => Some(context.pipeline::<EdtPush>("distance_transform/edt_pba_merge.comp", &[])?),
         };
         Ok(Self {
             columns: Columns::new(context, push, bands.rows)?,
-            bands: context.pipeline::<EdtPush>("pass/edt_pba_bands.comp", &[])?,
+            bands: context.pipeline::<EdtPush>("distance_transform/edt_pba_bands.comp", &[])?,
             merge,
-            color: context.pipeline::<EdtPush>("pass/edt_pba_color.comp", &[])?,
+            color: context.pipeline::<EdtPush>("distance_transform/edt_pba_color.comp", &[])?,
             push,
             pixel_bands: bands.pixels.clamp(1, width),
             sites: storage(context, "edt sites", pixels, 8)?,

@@ -52,7 +52,7 @@ impl Row {
         let padded = u64::from(width.next_multiple_of(4)) * u64::from(height);
         Ok(Self {
             columns: Columns::new(context, push, if is_cpu { 1 } else { height.div_ceil(256) })?,
-            pipeline: context.pipeline::<EdtPush>("pass/edt_row.comp", &[own_sites])?,
+            pipeline: context.pipeline::<EdtPush>("distance_transform/edt_row.comp", &[own_sites])?,
             push: EdtPush { span, ..push },
             groups,
             items: width.div_ceil(span) * height,

@@ -27,7 +27,7 @@ impl Tile {
             )));
         }
         Ok(Self {
-            pipeline: context.pipeline::<EdtPush>("pass/edt_tile.comp", &[])?,
+            pipeline: context.pipeline::<EdtPush>("distance_transform/edt_tile.comp", &[])?,
             push,
             active: storage(context, "edt active tiles", 1, 4)?,
         })

@@ -94,7 +94,7 @@ impl Technique for PercentageCloser {
 }
 
 shader_struct! {
-    /// Push constants of `glsl/pass/pcf.comp` and `pcf_classify.comp`.
+    /// Push constants of `glsl/filtering/pcf.comp` and `pcf_classify.comp`.
     pub struct PcfPush {
         /// Multiples of what a plane needs.
         normal_offset: f32,
@@ -141,10 +141,10 @@ impl Pcf {
         let PcfConfig { width, gather, skip } = config;
         let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
         let constants = [width, gather.into(), listed.into(), bounded.into()];
-        let filter = context.pipeline::<PcfPush>("pass/pcf.comp", &constants)?;
+        let filter = context.pipeline::<PcfPush>("filtering/pcf.comp", &constants)?;
         filter.check_uniform::<ViewConstants>("view")?;
         let classify = match listed {
-            true => Some(context.pipeline::<PcfPush>("pass/pcf_classify.comp", &[width])?),
+            true => Some(context.pipeline::<PcfPush>("filtering/pcf_classify.comp", &[width])?),
             false => None,
         };
         if let Some(classify) = &classify {

@@ -64,7 +64,7 @@ impl Technique for ShadowMapping {
 }
 
 shader_struct! {
-    /// Push constants of `glsl/pass/sm.comp`.
+    /// Push constants of `glsl/filtering/sm.comp`.
     pub struct SmPush {
         /// Multiples of what a plane needs.
         normal_offset: f32,
@@ -92,7 +92,7 @@ impl Sm {
     }
 
     fn with_step(context: &Context, step: Step) -> Result<Self> {
-        let pipeline = context.pipeline::<SmPush>("pass/sm.comp", &[0, 0, 0, 0, step as u32])?;
+        let pipeline = context.pipeline::<SmPush>("filtering/sm.comp", &[0, 0, 0, 0, step as u32])?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(Self { pipeline, no_list: no_list(context)? })
     }

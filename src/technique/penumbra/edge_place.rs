@@ -24,7 +24,7 @@ impl EdgePlace {
         check_max_distance(hard.max_distance)?;
         let [function, quality] = hard.revectorization.constants();
         let constants = [hard.fixed_depth.into(), hard.max_distance, function, quality, STEPS];
-        let pipeline = context.pipeline::<RbsmPush>("pass/edge_place.comp", &constants)?;
+        let pipeline = context.pipeline::<RbsmPush>("penumbra/edge_place.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(Self { pipeline })
     }

@@ -20,7 +20,7 @@ const PIXEL_HEADER: u64 = 16;
 const MARKS: u32 = 8;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/marked_tiles.comp`.
+    /// Push constants of `glsl/penumbra/marked_tiles.comp`.
     pub struct MarkedTilesPush {
         tiles: [u32; 2],
     }
@@ -98,9 +98,9 @@ impl EdgeSeeds {
         let (name, size, memory) = ("tiles near an edge, marked", 8 * blocks[0] * blocks[1], MemoryKind::Gpu);
         let format = vk::Format::R32G32B32A32_UINT;
         Ok(Self {
-            detect: pipeline("pass/edge_tiles.comp", &constants[..1])?,
-            pixels: pipeline("pass/edge_pixels.comp", &constants[..3])?,
-            find: pipeline("pass/edge_seeds.comp", &constants)?,
+            detect: pipeline("penumbra/edge_tiles.comp", &constants[..1])?,
+            pixels: pipeline("penumbra/edge_pixels.comp", &constants[..3])?,
+            find: pipeline("penumbra/edge_seeds.comp", &constants)?,
             place: match points {
                 EdgePoints::Traced(hard) => Some(EdgePlace::new(context, hard)?),
                 _ => None,
@@ -110,7 +110,7 @@ impl EdgeSeeds {
                 None => None,
             },
             no_widths: scratch(context, "no penumbra widths", vk::Format::R32G32_SFLOAT, extent, false)?,
-            list: context.pipeline::<MarkedTilesPush>("pass/marked_tiles.comp", &[(!skip).into()])?,
+            list: context.pipeline::<MarkedTilesPush>("penumbra/marked_tiles.comp", &[(!skip).into()])?,
             edges: TileList::new(device, "tiles with an edge", extent)?,
             edge_pixels: indirect_list(device, "pixels at an edge", PIXEL_HEADER, pixels)?,
             seeds: Image::new(device, &ImageDesc::storage("shadow-edge seeds", format, extent))?,

@@ -25,7 +25,7 @@ impl MeanFilter {
         let pass = |vertical: bool| {
             let planes = config.surfaces == SurfaceTest::Planes;
             let constants = [planes.into(), vertical.into(), taps, config.widths.is_some().into()];
-            let pipeline = context.pipeline::<PenumbraPush>("pass/mean_filter.comp", &constants)?;
+            let pipeline = context.pipeline::<PenumbraPush>("penumbra/mean_filter.comp", &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         };

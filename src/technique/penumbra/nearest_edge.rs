@@ -21,7 +21,7 @@ pub enum Nearest {
     Pixel,
 }
 
-/// Sides of the blocks of pixels that the search goes over first: `BLOCK` and `QUAD` of `glsl/pass/nearest_edge.glsl`.
+/// Sides of the blocks of pixels that the search goes over first: `BLOCK` and `QUAD` of `glsl/penumbra/nearest_edge.glsl`.
 const BLOCK: u32 = 4;
 const QUAD: u32 = 2;
 /// Blocks between neighbours, a pass each.
@@ -82,7 +82,8 @@ impl NearestEdge {
             Ok(pipeline)
         };
         let [soft, meet, metric, line_taps] = WidthConfig::constants(config.widths);
-        let block = |first: bool| pipeline("pass/nearest_block.comp", &[planes, first.into(), 0, soft, meet, metric]);
+        let block =
+            |first: bool| pipeline("penumbra/nearest_block.comp", &[planes, first.into(), 0, soft, meet, metric]);
         let labels_of_blocks = |side| {
             let extent = if world { extent.map(|n| n.div_ceil(side)) } else { [1, 1] };
             let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
@@ -95,12 +96,12 @@ impl NearestEdge {
                 Nearest::World => Some(Coarse {
                     first: block(true)?,
                     others: block(false)?,
-                    quads: pipeline("pass/nearest_quad.comp", &[planes, 0, 0, soft, meet, metric])?,
+                    quads: pipeline("penumbra/nearest_quad.comp", &[planes, 0, 0, soft, meet, metric])?,
                 }),
                 Nearest::Pixel => None,
             },
             finish: pipeline(
-                "pass/nearest_edge.comp",
+                "penumbra/nearest_edge.comp",
                 &[planes, world.into(), viewed.into(), soft, meet, metric, line_taps],
             )?,
             block_labels: [labels_of_blocks(BLOCK)?, labels_of_blocks(BLOCK)?],

@@ -46,7 +46,7 @@ pub struct WidthConfig {
 }
 
 impl WidthConfig {
-    /// Specialization constants of `glsl/pass/nearest_edge.glsl` from `SOFT` on, and `LINE_TAPS`.
+    /// Specialization constants of `glsl/penumbra/nearest_edge.glsl` from `SOFT` on, and `LINE_TAPS`.
     pub(crate) fn constants(config: Option<Self>) -> [u32; 4] {
         config
             .map_or([0; 4], |c| [1, (c.meet == Meet::Nearest).into(), (c.metric == Metric::Light).into(), c.line_taps])
@@ -95,7 +95,7 @@ impl SeedWidth {
             (metric == Metric::Light).into(),
             (meet == Meet::Nearest).into(),
         ];
-        let pipeline = context.pipeline::<PenumbraPush>("pass/seed_width.comp", &constants)?;
+        let pipeline = context.pipeline::<PenumbraPush>("penumbra/seed_width.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(Self {
             pipeline,

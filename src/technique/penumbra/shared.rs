@@ -5,8 +5,8 @@ use crate::{Context, Result};
 use ash::vk;
 
 shader_struct! {
-    /// Push constants of the passes that make penumbrae (`glsl/pass/edge_seeds.glsl`). With [`EdgeConfig::widths`](super::edge_seeds::EdgeConfig::widths) each
-    /// seed's own width is the unit of lengths.
+    /// Push constants of the passes that make penumbrae (`glsl/penumbra/edge_seeds.glsl`). With
+    /// [`EdgeConfig::widths`](super::edge_seeds::EdgeConfig::widths) each seed's own width is the unit of lengths.
     pub struct PenumbraPush {
         /// Full width of the penumbra, world units; 1 where seeds have their own.
         penumbra: f32,

@@ -57,8 +57,8 @@ impl Revectorization {
 
     fn shader(self) -> &'static str {
         match self {
-            Self::Branches(_) => "pass/rbsm_branches.comp",
-            _ => "pass/rbsm.comp",
+            Self::Branches(_) => "revectorization/rbsm_branches.comp",
+            _ => "revectorization/rbsm.comp",
         }
     }
 }

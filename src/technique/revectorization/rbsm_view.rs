@@ -32,7 +32,7 @@ impl RbsmView {
             _ => 0,
         };
         let constants = [config.fixed_depth.into(), config.max_distance, quality];
-        let pipeline = context.pipeline::<RbsmPush>("pass/rbsm_view.comp", &constants)?;
+        let pipeline = context.pipeline::<RbsmPush>("revectorization/rbsm_view.comp", &constants)?;
         pipeline.check_uniform::<ViewConstants>("view")?;
         let image =
             |name| Image::new(context.device(), &ImageDesc::storage(name, vk::Format::R32G32B32A32_SFLOAT, extent));

@@ -138,7 +138,7 @@ impl Rpcf {
         }
         let pass = PixelPass::new(context, "rpcf pixels", extent, listed, |step| {
             let constants = [fixed_depth.into(), max_distance, width, visibility as u32, step as u32, bounded.into()];
-            let pipeline = context.pipeline::<RbsmPush>("pass/rpcf.comp", &constants)?;
+            let pipeline = context.pipeline::<RbsmPush>("revectorization/rpcf.comp", &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         })?;

@@ -123,7 +123,7 @@ fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<Com
     check_taps(search_taps, filter_taps)?;
     let narrow = window == SearchWindow::Blockers;
     let constants = [search_taps, filter_taps, bilinear.into(), exact_box.into(), step as u32, narrow.into()];
-    let pipeline = context.pipeline::<SoftPush>("pass/pcss.comp", &constants)?;
+    let pipeline = context.pipeline::<SoftPush>("soft/pcss.comp", &constants)?;
     pipeline.check_uniform::<ViewConstants>("view")?;
     Ok(pipeline)
 }

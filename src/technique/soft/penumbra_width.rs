@@ -10,7 +10,7 @@ use crate::{Bind, Context, Error, Frame, Inputs, Result, Threads};
 use ash::vk;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/penumbra_width.comp`.
+    /// Push constants of `glsl/soft/penumbra_width.comp`.
     pub struct WidthPush {
         /// Multiples of what a plane needs.
         normal_offset: f32,
@@ -57,7 +57,7 @@ impl PenumbraWidth {
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
             let constants = [search_taps, narrow.into(), exact_box.into(), 0, step as u32];
-            let pipeline = context.pipeline::<WidthPush>("pass/penumbra_width.comp", &constants)?;
+            let pipeline = context.pipeline::<WidthPush>("soft/penumbra_width.comp", &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         })?;
@@ -82,7 +82,7 @@ impl PenumbraWidth {
         &self.widths
     }
 
-    /// The list of the pixels that can have a width, if they are listed: `PixelList` of `glsl/pass/pixel_steps.glsl`.
+    /// The list of the pixels that can have a width, if they are listed: `PixelList` of `glsl/common/pixel_steps.glsl`.
     pub(crate) fn list(&self) -> Bind<'_> {
         self.pass.list()
     }

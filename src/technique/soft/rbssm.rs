@@ -174,7 +174,7 @@ fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<Co
     check_taps(search_taps, filter_taps)?;
     check_least_width(least_width)?;
     let constants = [
-        // `FIXED` of `glsl/pass/rbsm_receiver.glsl` is not for this pass.
+        // `FIXED` of `glsl/common/rbsm_receiver.glsl` is not for this pass.
         0,
         max_distance,
         search_taps,
@@ -185,7 +185,7 @@ fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<Co
         least_width.to_bits(),
         reuse.into(),
     ];
-    let pipeline = context.pipeline::<RbsmPush>("pass/rbssm.comp", &constants)?;
+    let pipeline = context.pipeline::<RbsmPush>("soft/rbssm.comp", &constants)?;
     pipeline.check_uniform::<ViewConstants>("view")?;
     Ok(pipeline)
 }

@@ -9,7 +9,7 @@ use ash::vk;
 use std::sync::Arc;
 
 shader_struct! {
-    /// Push constants of `glsl/pass/screen_filter.comp`.
+    /// Push constants of `glsl/soft/screen_filter.comp`.
     pub struct ScreenFilterPush {
         /// Of the test for one surface: pixels a pixel off the plane, or a share of the eye depth.
         tolerance: f32,
@@ -92,7 +92,7 @@ impl ScreenFilter {
                 (second || both_bilateral).into(),
                 listed.into(),
             ];
-            let pipeline = context.pipeline::<ScreenFilterPush>("pass/screen_filter.comp", &constants)?;
+            let pipeline = context.pipeline::<ScreenFilterPush>("soft/screen_filter.comp", &constants)?;
             pipeline.check_uniform::<ViewConstants>("view")?;
             Ok(pipeline)
         };

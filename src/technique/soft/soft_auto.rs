@@ -311,7 +311,7 @@ impl SoftAuto {
 
 fn pipeline(context: &Context, config: SoftAutoConfig, step: Step) -> Result<Arc<ComputePipeline>> {
     let constants = [
-        // `FIXED` of `glsl/pass/rbsm_receiver.glsl` is not for this pass.
+        // `FIXED` of `glsl/common/rbsm_receiver.glsl` is not for this pass.
         0,
         config.search_taps,
         config.classify.into(),
@@ -322,7 +322,7 @@ fn pipeline(context: &Context, config: SoftAutoConfig, step: Step) -> Result<Arc
         config.kernel_texels.to_bits(),
         config.thin_distance.to_bits(),
     ];
-    let pipeline = context.pipeline::<RbsmPush>("pass/soft_auto.comp", &constants)?;
+    let pipeline = context.pipeline::<RbsmPush>("soft/soft_auto.comp", &constants)?;
     pipeline.check_uniform::<ViewConstants>("view")?;
     Ok(pipeline)
 }

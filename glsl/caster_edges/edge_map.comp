@@ -1,0 +1,43 @@
+#version 460
+// Writes silhouette edges into a map of edge ids by compute: 16 threads walk along an edge, a column of cells at a time.
+// caster_edges/edge_map.vert, .frag do the same by quads; both make the same map.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "casters.glsl"
+#include "edge_map.glsl"
+#include "silhouettes.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(binding = 6, scalar) readonly buffer Header { SilhouetteHeader header; };
+
+layout(push_constant, scalar) uniform Push {
+  ivec2 map_size;
+  float reach; // texels before an edge's end or side at which a cell learns of it; 0: where it is entered
+} push;
+
+const uint WALKERS = 16; // an edge
+
+void walk(uint index, uint walker) {
+  EdgeSegment e = segments[index];
+  if ((e.flags & SEGMENT_VALID) == 0) return;
+  vec2 d = e.b - e.a;
+  // Along the longer axis; across it a square's corners are off the line by at most 1 + slope of its half side.
+  bool steep = abs(d.y) > abs(d.x);
+  vec2 a = steep ? e.a.yx : e.a, b = steep ? e.b.yx : e.b;
+  float half_side = 0.5 + push.reach, slope = a.x != b.x ? (b.y - a.y) / (b.x - a.x) : 0.0;
+  float across = half_side * (1.0 + abs(slope)) + 1e-3;
+  ivec2 last_cell = (steep ? push.map_size.yx : push.map_size) - 1;
+  float low = min(a.x, b.x), high = max(a.x, b.x);
+  int first = max(int(ceil(low - half_side - 1e-3)), 1), last = min(int(floor(high + half_side + 1e-3)), last_cell.x);
+  for (int x = first + int(walker); x <= last; x += int(WALKERS)) {
+    float y = a.y + slope * (clamp(float(x), low, high) - a.x);
+    int from = max(int(ceil(y - across)), 1), to = min(int(floor(y + across)), last_cell.y);
+    for (int i = from; i <= to; ++i) insertEdge(index, e, steep ? ivec2(i, x) : ivec2(x, i), push.map_size, push.reach);
+  }
+}
+
+void main() {
+  uint index = 4 * chunkIndex(gl_WorkGroupID) + gl_LocalInvocationIndex / WALKERS;
+  if (index < header.count) walk(index, gl_LocalInvocationIndex % WALKERS);
+}

@@ -1,0 +1,26 @@
+#version 460
+// Shadow mapping: one test a pixel against the texel that its point falls into.
+#extension GL_GOOGLE_include_directive : require
+#include "common/shadow_map_test.glsl"
+#include "common/pixel_steps.glsl" // all pixels at once, or those of a list that another pass makes
+
+layout(binding = 3) uniform sampler2DArray shadow_map;
+
+layout(push_constant, scalar) uniform Push {
+  float normal_offset; // multiples of what a plane needs
+  float depth_bias;    // depth units on top
+} push;
+
+float testAt(ivec2 pixel) {
+  Receiver r = receiverAt(pixel);
+  if (!r.surface) return 1.0;
+  if (dot(r.normal, towardsLight(r.position, 0)) <= 0.0) return 0.0;
+  LightPoint l = lightSpace(r.position, 0);
+  if (!l.inside) return 1.0;
+  return shadowMapTest(shadow_map, r, l, push.normal_offset, push.depth_bias);
+}
+
+bool visibilityAt(ivec2 pixel, out float v) {
+  v = testAt(pixel);
+  return true;
+}

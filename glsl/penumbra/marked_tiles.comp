@@ -1,0 +1,48 @@
+#version 460
+// Lists the tiles that edge_seeds.comp has marked, or all of them.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "common/tiles.glsl"
+
+layout(constant_id = 0) const bool ALL = false; // skip nothing
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 0, scalar) readonly buffer Marks { uint marks[]; };
+layout(binding = 1, scalar) buffer TileList {
+  uint groups[3];
+  uint count;
+  uint tiles[];
+} list;
+
+// For 4 blocks and 16 quads of pixels a tile, 64 threads a group.
+layout(binding = 2, scalar) buffer BlockGroups { uint block_groups[3]; };
+layout(binding = 3, scalar) buffer QuadGroups { uint quad_groups[3]; };
+
+layout(push_constant, scalar) uniform Push {
+  uvec2 tiles; // along both axes
+} push;
+
+shared uint open;
+shared uint first;
+
+void main() {
+  uvec2 tile = gl_GlobalInvocationID.xy;
+  // A workgroup is a block of marks.
+  uint block = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, bit = gl_LocalInvocationIndex;
+  bool marked = ALL || (marks[2 * block + (bit >> 5)] >> (bit & 31) & 1u) != 0;
+  bool wanted = marked && all(lessThan(tile, push.tiles));
+  if (gl_LocalInvocationIndex == 0) open = 0;
+  barrier();
+  uint index;
+  if (wanted) index = atomicAdd(open, 1);
+  barrier();
+  if (gl_LocalInvocationIndex == 0 && open > 0) {
+    first = atomicAdd(list.count, open);
+    atomicMax(list.groups[0], min(first + open, MAX_TILE_GROUPS));
+    atomicMax(block_groups[0], min((first + open + 15) / 16, MAX_TILE_GROUPS));
+    atomicMax(quad_groups[0], min((first + open + 3) / 4, MAX_TILE_GROUPS));
+  }
+  barrier();
+  if (wanted) list.tiles[first + index] = packTile(tile);
+}

@@ -1,0 +1,78 @@
+#version 460
+// The width of the penumbra at every seed, by a blocker search there alone, and the tiles that it may reach: Macedo,
+// Apolinario (2017), algorithm 1, with the formulas of percentage-closer soft shadows.
+//
+// Departures: what blockers.glsl says of the search. The width is that on a receiver parallel to the map; the paper
+// measures distances along the surface all the same, as if every receiver were. ALONG_LIGHT takes them to such a plane
+// instead, along the light's rays, so a penumbra on a tilted receiver is as much longer as it should be, and by the light's
+// own shape, for which see nearest_edge.glsl.
+#extension GL_GOOGLE_include_directive : require
+#include "common/blockers.glsl"
+#include "edge_marks.glsl"
+#include "common/hsm.glsl"
+
+layout(constant_id = 1) const int SEARCH_TAPS = 9;            // by axis
+layout(constant_id = 2) const bool NEAREST_BLOCKER = true;    // search only as far as the nearest blocker allows
+layout(constant_id = 3) const bool ALONG_LIGHT = false;
+layout(constant_id = 4) const bool KEEP_CONTACTS = false;     // seeds without a penumbra stay seeds
+
+layout(local_size_x = 64) in;
+
+layout(binding = 3) uniform sampler2DArray shadow_map;
+layout(binding = 4, scalar) readonly buffer PixelList {
+  uint groups[3];
+  uint count;
+  uint pixels[];
+} list;
+layout(binding = 5) uniform usampler2D seeds;
+layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; };
+// At seeds: full width, world units, or 0; and the least that a length on the surface shrinks by when it is measured.
+layout(binding = 8) writeonly uniform image2D widths;
+layout(binding = 9) uniform sampler2D hsm; // read if NEAREST_BLOCKER
+
+// Half-width of the narrowest window, texels: a revectorized edge may run a texel off the blocker that casts it.
+const float NARROWEST_SEARCH = 1.5;
+// A width of fewer pixels is none.
+const float NARROWEST_WIDTH = 1e-3;
+// Towards the light's horizon penumbrae get no longer than by the inverse of this.
+const float LEAST_COSINE = 0.1;
+// The measure of nearest_edge.glsl is no less than this of a length: along the diagonal of the light's square.
+const float DIAGONAL = 0.804737;
+
+float widthAt(ivec2 pixel) {
+  AreaLight a = areaLight();
+  SoftReceiver r;
+  float decided;
+  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, decided)) return 0.0;
+  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / vec2(view.map_size));
+  // Taps at the window's rim: what casts the edge may be no nearer.
+  float to_rim = float(SEARCH_TAPS) / float(max(SEARCH_TAPS - 1, 1));
+  precise vec2 taps = search * to_rim;
+  Blockers b = findBlockers(shadow_map, r, a, taps, SEARCH_TAPS);
+  return b.count > 0 ? push.beta * penumbraWidth(a, r.z, b.z) : 0.0;
+}
+
+void workOn(ivec2 pixel) {
+  uint word = pixel.x + view.size.x * (pixel.y / 32), bit = 1u << (pixel.y & 31);
+  if ((seed_bits[word] & bit) == 0) return;
+  uvec4 seed = texelFetch(seeds, pixel, 0);
+  vec3 point = seedPoint(seed);
+  float width = widthAt(pixel);
+  if (!(width >= NARROWEST_WIDTH * pixelWidth(point))) width = 0.0;
+  float cosine = ALONG_LIGHT ? DIAGONAL * max(dot(seedNormal(seed), towardsLight(point, 0)), LEAST_COSINE) : 1.0;
+  imageStore(widths, pixel, vec4(width, cosine, 0.0, 0.0));
+  if (width == 0.0) {
+    if (!KEEP_CONTACTS) atomicAnd(seed_bits[word], ~bit);
+    return;
+  }
+  // The filter reads half its width beyond what it changes.
+  ivec2 first, last;
+  float reach = (penumbraReach() + 0.5 * push.filter_width) * width / cosine;
+  tilesInReach(pixel, reach, eyeDepth(point), first, last);
+  mark(first, last);
+}
+
+void main() {
+  uint threads = 64 * gl_NumWorkGroups.x;
+  for (uint i = gl_GlobalInvocationID.x; i < list.count; i += threads) workOn(unpackTile(list.pixels[i]));
+}

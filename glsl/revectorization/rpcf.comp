@@ -1,0 +1,85 @@
+#version 460
+// Percentage-closer filtering of revectorized visibility; see lib/rpcf.glsl. Pixels whose kernel, with the ring around it,
+// lies on one side of the shadow are decided by its tests, or without them by the depth bounds of the map's blocks.
+#extension GL_GOOGLE_include_directive : require
+layout(constant_id = 1) const int MAX_DISTANCE = 16;
+#define MAXDIST MAX_DISTANCE
+layout(constant_id = 2) const int WIDTH = 7; // odd
+#define RPCF_WIDTH WIDTH
+#include "pixel_list.glsl"
+#include "lib/rpcf.glsl"
+#include "common/pcf_bounds.glsl"
+
+layout(constant_id = 3) const int FUNCTION = 0; // listing 5, RBSM*, the edge profile
+layout(constant_id = 5) const bool BOUNDED = false;
+
+layout(binding = 6) uniform sampler2D blocks; // depth_bounds.comp; read only if BOUNDED
+
+// Whether all tests of the kernel and its ring agree, and of the row and the column after these, which make it even.
+bool isUniform(ShadowPoint p, out float v) {
+  ivec2 first = p.texel - WIDTH / 2 - 1;
+  uint all_ones = 15u, any_ones = 0u;
+  for (int j = 0; j < WIDTH + 2; j += 2) {
+    for (int i = 0; i < WIDTH + 2; i += 2) {
+      uint tests = shadowTest2x2(p, first + ivec2(i, j));
+      all_ones &= tests;
+      any_ones |= tests;
+    }
+  }
+  v = any_ones == 0u ? 0.0 : 1.0;
+  return any_ones == 0u || all_ones == 15u;
+}
+
+// Tests of the kernel and its ring as bits.
+void testKernel(ShadowPoint p) {
+  ivec2 first = p.texel - WIDTH / 2 - 1;
+  uint left = 0u, right = 0u;
+  for (int j = 0; j < WIDTH + 2; j += 2) {
+    // Bit i is the ring's column i; column 32, the ring's last of the widest kernel, apart.
+    uint upper = 0u, lower = 0u;
+    uvec2 last = uvec2(0u);
+    for (int i = 0; i < WIDTH + 2; i += 2) {
+      uint tests = shadowTest2x2(p, first + ivec2(i, j));
+      if (i < 32) {
+        upper |= (tests & 3u) << i;
+        lower |= tests >> 2 << i;
+      } else {
+        last = uvec2(tests, tests >> 2) & 1u;
+      }
+    }
+    if (WIDTH < 31) last = uvec2(upper >> (WIDTH + 1), lower >> (WIDTH + 1)) & 1u;
+    for (int k = 0; k < 2 && j + k < WIDTH + 2; ++k) {
+      uint bits = k == 0 ? upper : lower, row = bits >> 1 & lineBits(WIDTH);
+      window_rows[j + k] = row;
+      int at = j + k - 1;
+      if (at >= 0 && at < WIDTH) {
+        left |= (bits & 1u) << at;
+        right |= (k == 0 ? last.x : last.y) << at;
+      }
+    }
+  }
+  window_columns[0] = left;
+  window_columns[WIDTH + 1] = right;
+}
+
+bool decide(ShadowPoint p, out float v) {
+  if (BOUNDED) {
+    // The kernel and its ring as a kernel of percentage-closer filtering of one texel less.
+    ivec2 first = p.texel - WIDTH / 2 - 1;
+    PcfKernel kernel = PcfKernel(first, vec2(0.0), p.z + dot(vec2(first - p.texel), p.dz), p.dz);
+    int decision = decideKernel(blocks, kernel, float(WIDTH + 1) * p.slack, WIDTH + 1, ivec2(view.map_size));
+    v = float(decision);
+    if (decision != UNDECIDED) return true;
+  }
+  return isUniform(p, v);
+}
+
+float workOut(ShadowPoint p) {
+  testKernel(p);
+  for (int i = 0; i < WIDTH; ++i) {
+    uint column = 0u;
+    for (int j = 0; j < WIDTH; ++j) column |= (window_rows[j + 1] >> i & 1u) << j;
+    window_columns[i + 1] = column;
+  }
+  return rpcfMean(p, FUNCTION);
+}

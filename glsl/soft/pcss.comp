@@ -1,0 +1,60 @@
+#version 460
+// Percentage-closer soft shadows: Fernando (2005). Blockers are searched for, their mean distance gives the width of the
+// penumbra, and shadow tests are averaged over that width. Pixels whose whole search window is lit or in shadow by the
+// hierarchical shadow map need neither: the same image, bit for bit.
+//
+// As in the papers, taps lie at the centres of the window's cells: where the outermost ones do not reach yet, a penumbra's
+// lit rim is cut off, at up to half a tap's share. Taps that reach the rim were tried: they give blockers far from the
+// receiver too much weight, and more error on each of five scenes.
+//
+// Departures: what blockers.glsl says of the search; a window without blockers is lit, but one of which every tap found one
+// is filtered all the same, since light may fall through a gap between taps.
+#extension GL_GOOGLE_include_directive : require
+#include "common/blockers.glsl"
+#include "common/hsm.glsl"
+#include "soft_filter.glsl"
+#include "common/pixel_steps.glsl"
+
+layout(constant_id = 0) const int SEARCH_TAPS = 9;      // by axis
+layout(constant_id = 1) const int FILTER_TAPS = 15;     // by axis
+layout(constant_id = 2) const bool BILINEAR = true;     // taps of the filter: one texel, or 2 x 2 weighted
+layout(constant_id = 3) const bool BOX = true;          // windows of up to FILTER_TAPS texels: the exact mean
+layout(constant_id = 5) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker allows
+
+layout(binding = 3) uniform sampler2DArray shadow_map;
+layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or STEP is LIST
+layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if STEP is LIST
+layout(binding = 8) uniform sampler2D half_widths; // soft_auto.comp: of the filter, texels; read if STEP is MEASURED
+
+layout(push_constant, scalar) uniform Push {
+  float normal_offset; // multiples of what a plane needs
+  float depth_bias;    // fraction of a texel's slope, along both axes
+} push;
+
+float filterAny(SoftReceiver r, vec2 half_texels) {
+  bool box = BOX && all(lessThanEqual(2.0 * half_texels, vec2(FILTER_TAPS)));
+  float v;
+  if (box) v = filterBox(shadow_map, r, half_texels);
+  else v = filterTaps(shadow_map, r, half_texels, FILTER_TAPS, BILINEAR);
+  return v;
+}
+
+bool visibilityAt(ivec2 pixel, out float v) {
+  AreaLight a = areaLight();
+  SoftReceiver r;
+  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  if (STEP == MEASURED) {
+    v = filterAny(r, texelFetch(half_widths, pixel, 0).xy);
+    return true;
+  }
+  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / vec2(view.map_size));
+  if (STEP == LIST) {
+    int found = classify(hsm, blocks, r, search, 0.5);
+    v = float(found);
+    return found != HSM_PENUMBRA;
+  }
+  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS);
+  v = 1.0;
+  if (b.count > 0) v = filterAny(r, softHalfTexels(r, a, b.z, search));
+  return true;
+}

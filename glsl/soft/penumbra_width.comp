@@ -1,0 +1,83 @@
+#version 460
+// Width of the penumbra that an area light casts at every pixel, world units: 0 where there is none. Macedo, Apolinario, Aguero
+// (2019), eq. 6 and 7, for filters that work on the image of hard shadows.
+//
+// Pixels whose whole search window is lit, or in shadow, by the hierarchical shadow map have no penumbra, however wide the one
+// would be that their blockers cast; their visibility is known with that.
+#extension GL_GOOGLE_include_directive : require
+#include "common/blockers.glsl"
+#include "common/hsm.glsl"
+#include "common/pixel_steps.glsl" // its image of visibility is that of widths
+
+layout(constant_id = 0) const int TAPS = 23;               // of the search, by axis
+layout(constant_id = 1) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker allows
+layout(constant_id = 2) const bool BOX = true;             // windows of up to TAPS texels: the exact mean
+
+layout(binding = 3) uniform sampler2DArray shadow_map;
+layout(binding = 6) uniform sampler2D hsm;    // hsm.comp
+layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp
+// Written where the visibility is known: the result, and what the filter's first pass leaves of it.
+layout(binding = 8) writeonly uniform image2D shadows;
+layout(binding = 9) writeonly uniform image2D between;
+
+layout(push_constant, scalar) uniform Push {
+  float normal_offset; // multiples of what a plane needs
+  float depth_bias;    // fraction of a texel's slope, along both axes
+  float reach;         // of the filter that is to come, penumbra half-widths: so far there must be a width, 1 or more
+} push;
+
+// Half-width of the narrowest window, texels: what revectorization draws of an edge lies within a texel of it.
+const float NARROWEST_SEARCH = 1.0;
+
+// findBlockers with infinitely many taps: every texel once, with its share of the window, four a gather.
+Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
+  precise vec2 low = r.at - half_texels, high = r.at + half_texels;
+  ivec2 first = ivec2(floor(low)), last = ivec2(floor(high));
+  precise float sum = 0.0, weight = 0.0;
+  for (int y = first.y; y <= last.y; y += 2) {
+    precise vec2 height = max(min(vec2(y, y + 1) + 1.0, high.y) - max(vec2(y, y + 1), low.y), 0.0);
+    for (int x = first.x; x <= last.x; x += 2) {
+      // At the common corner of the four no rounding can pick another block.
+      vec4 stored = textureGather(shadow_map, vec3(vec2(x + 1, y + 1) / vec2(view.map_size), 0.0));
+      vec4 reference = softReference2x2(r, ivec2(x, y));
+      precise vec2 width = max(min(vec2(x, x + 1) + 1.0, high.x) - max(vec2(x, x + 1), low.x), 0.0);
+      precise vec4 share = width.xyyx * height.yyxx * vec4(greaterThan(min(reference, vec4(1.0)), stored));
+      precise vec4 z = a.depth_scale > 0.0 ? a.depth_scale / max(a.depth_offset - stored, vec4(1e-7)) : stored * a.depth_offset;
+      sum += dot(share, z);
+      weight += dot(share, vec4(1.0));
+    }
+  }
+  precise float z = sum / max(weight, 1e-30);
+  return Blockers(z, weight > 0.0 ? 1 : 0);
+}
+
+// Whether the pixel's visibility is known; otherwise it has the given search window.
+bool decide(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 search, out float v) {
+  search = vec2(0.0);
+  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER, push.reach), NARROWEST_SEARCH / vec2(view.map_size));
+  if (STEP == LISTED) return false;
+  int found = classify(hsm, blocks, r, search, 0.5);
+  v = float(found);
+  return found != HSM_PENUMBRA;
+}
+
+bool visibilityAt(ivec2 pixel, out float width) {
+  AreaLight a = areaLight();
+  SoftReceiver r;
+  precise vec2 search;
+  float v;
+  width = 0.0;
+  if (decide(pixel, a, r, search, v)) {
+    imageStore(shadows, pixel, vec4(v));
+    imageStore(between, pixel, vec4(v));
+    return true;
+  }
+  if (STEP == LIST) return false;
+  vec2 texels = windowTexels(search);
+  Blockers b;
+  if (BOX && all(lessThanEqual(2.0 * texels, vec2(TAPS)))) b = findBlockersBox(r, a, texels);
+  else b = findBlockers(shadow_map, r, a, search, TAPS);
+  if (b.count > 0) width = penumbraWidth(a, r.z, b.z);
+  return true;
+}

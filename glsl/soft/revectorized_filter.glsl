@@ -1,0 +1,241 @@
+// The mean of revectorized visibility over a window of any width: [CGF] Macedo, Apolinario, Aguero, "Revectorization-based soft
+// shadow mapping" (2019), algorithm 3.
+//
+// A tap of the filter is a place in the map, not a texel: n x n of them lie at the centres of the window's cells, and each
+// is lit or in shadow by the edge as it runs through its texel. So a window narrower than a texel sees the straightened
+// edge, and one without width is the hard technique. Taps that are several texels apart each find the edge in their own
+// texel; of the texels between they know nothing.
+//
+// Departure from the paper: runs are found for texels, not taps, and the paper's reuse along a kernel row is corrected
+// (followTaps).
+#ifndef EDGESHADE_REVECTORIZED_FILTER
+#define EDGESHADE_REVECTORIZED_FILTER
+#include "common/rbsm_receiver.glsl"
+#include "common/soft_receiver.glsl"
+#include "lib/rbsm_star.glsl"
+// With the ring around it a window of bits is 32 texels wide.
+#define WINDOW_MOST 30
+#include "lib/texel_window.glsl"
+
+layout(constant_id = 3) const int FILTER_TAPS = 11; // by axis
+layout(constant_id = 5) const bool STAR = true;     // RBSM*, otherwise listing 4
+layout(constant_id = 8) const bool REUSE = true;    // find each run once
+
+// Place of tap (i, j) in the map, texels.
+vec2 tapPlace(SoftReceiver r, vec2 half_texels, ivec2 tap) {
+  precise vec2 place = r.at + ((2.0 * vec2(tap) + 1.0) / float(FILTER_TAPS) - 1.0) * half_texels;
+  return place;
+}
+
+vec2 fractionOf(vec2 place) { return clamp(place - floor(place), vec2(1e-7), vec2(1.0 - 6e-8)); }
+
+// Visibility at a place in a texel with an edge, from its discontinuity and the ends of its runs.
+float edgeVisibility(vec3 d, vec4 t, vec2 fraction) {
+  vec4 nrd = normalizeFragmentDistanceToSE(fragmentDistance(t, fraction));
+  return STAR ? computeRBSMStarVisibility(d, nrd) : computeRBSMVisibility(d, nrd, true);
+}
+
+// Whether a texel's edge is to be followed: listing 4 leaves shadow alone.
+bool hasEdge(float s, vec3 d) { return (STAR || s == 1.0) && (d.x > 0.0 || d.y > 0.0); }
+
+// The point, in the texel of a tap, with the tests there.
+ShadowPoint tapPoint(ShadowPoint p, vec2 place, out float s, out vec3 d) {
+  p.texel = ivec2(floor(place));
+  p.fraction = fractionOf(place);
+  vec4 N;
+  s = testNeighbourhood(p, N);
+  d = packDiscontinuity(N, s);
+  return p;
+}
+
+// Lit taps, each for itself.
+float filterTaps(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
+  float lit = 0.0;
+  for (int j = 0; j < FILTER_TAPS; ++j) {
+    for (int i = 0; i < FILTER_TAPS; ++i) {
+      float s;
+      vec3 d;
+      ShadowPoint q = tapPoint(p, tapPlace(r, half_texels, ivec2(i, j)), s, d);
+      lit += hasEdge(s, d) ? edgeVisibility(d, traverseAll(q, d), q.fraction) : s;
+    }
+  }
+  return lit;
+}
+
+int lowestBit(uvec2 bits) { return bits.x != 0u ? findLSB(bits.x) : 32 + findLSB(bits.y); }
+uvec2 withoutLowest(uvec2 bits) { return bits.x != 0u ? uvec2(bits.x & bits.x - 1u, bits.y) : uvec2(0u, bits.y & bits.y - 1u); }
+uvec2 oneBit(int i) { return i < 32 ? uvec2(1u << i, 0u) : uvec2(0u, 1u << (i - 32)); }
+
+// A run along a kernel row, as a texel of it sees it.
+struct RowRun {
+  ivec2 texel;
+  vec3 d;
+  vec2 t; // signed distances to its left and right ends, listing 3
+};
+
+// Algorithm 3 with its lines 10 to 17 corrected: `texels` farther right on the same run, its left end is farther and its
+// right end nearer by as many, whatever they are. The paper adds a length in uv to distances in texels, and its two branches
+// are right only where one end alone is an edge's. False where the run does not reach so far, has other sides, or is not
+// known to its end. An end out of MAXDIST is none, as when followed.
+bool sameRun(RowRun run, ivec2 texel, vec3 d, out vec2 t) {
+  ivec2 on = texel - run.texel;
+  float by = float(on.x);
+  t = vec2(abs(run.t.x) + by, abs(run.t.y) - by);
+  t = vec2(t.x > float(MAXDIST) ? -float(MAXDIST + 1) : sign(run.t.x) * t.x, sign(run.t.y) * t.y);
+  return on.y == 0 && on.x >= 0 && d.yz == run.d.yz && abs(run.t.y) <= float(MAXDIST) && abs(run.t.y) - by >= 1.0;
+}
+
+// Lit taps of a window wider than bits hold: all are tested first, then those at edges followed, so that all threads walk
+// together; runs that a tap shares with the one before it are not followed again.
+float followTaps(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
+  float lit = 0.0;
+  // Taps at edges: a bit a column, and a bit a row that has any.
+  uvec2 open[FILTER_TAPS];
+  uvec2 open_rows = uvec2(0u);
+  for (int j = 0; j < FILTER_TAPS; ++j) {
+    uvec2 row = uvec2(0u);
+    for (int i = 0; i < FILTER_TAPS; ++i) {
+      float s;
+      vec3 d;
+      tapPoint(p, tapPlace(r, half_texels, ivec2(i, j)), s, d);
+      if (hasEdge(s, d)) row |= oneBit(i);
+      else lit += s;
+    }
+    open[j] = row;
+    if (row != uvec2(0u)) open_rows |= oneBit(j);
+  }
+  RowRun run = RowRun(ivec2(-0x10000), vec3(0.0), vec2(0.0));
+  while (open_rows != uvec2(0u)) {
+    int j = lowestBit(open_rows), i = lowestBit(open[j]);
+    open[j] = withoutLowest(open[j]);
+    if (open[j] == uvec2(0u)) open_rows = withoutLowest(open_rows);
+    float s;
+    vec3 d;
+    ShadowPoint q = tapPoint(p, tapPlace(r, half_texels, ivec2(i, j)), s, d);
+    vec4 t;
+    bool same = sameRun(run, q.texel, d, t.xy);
+    for (int k = same ? 2 : 0; k < 4; ++k) t[k] = traverseShadowSilhouette(q, d, SIDES[k]);
+    run = RowRun(q.texel, d, t.xy);
+    lit += edgeVisibility(d, t, q.fraction);
+  }
+  return lit;
+}
+
+// Texels that taps lie in, of a window from `first`: by column, and by row, the first tap and how many.
+int column_taps[WINDOW_MOST], row_taps[WINDOW_MOST];
+const int COUNT_UNIT = 64;
+
+// Bits of the columns, and of the rows, that have taps.
+uvec2 assignTaps(SoftReceiver r, vec2 half_texels, ivec2 first) {
+  ivec2 before = ivec2(-1);
+  uvec2 tapped = uvec2(0u);
+  for (int i = 0; i < FILTER_TAPS; ++i) {
+    ivec2 at = ivec2(floor(tapPlace(r, half_texels, ivec2(i)))) - first;
+    column_taps[at.x] = at.x == before.x ? column_taps[at.x] + COUNT_UNIT : i + COUNT_UNIT;
+    row_taps[at.y] = at.y == before.y ? row_taps[at.y] + COUNT_UNIT : i + COUNT_UNIT;
+    tapped |= uvec2(1u) << uvec2(at);
+    before = at;
+  }
+  return tapped;
+}
+
+// Tests of the window and its ring as bits.
+void testWindow(ShadowPoint p, ivec2 first, ivec2 size) {
+  for (int i = 0; i < size.x + 2; ++i) window_columns[i] = 0u;
+  for (int j = 0; j < size.y + 2; j += 2) {
+    // Bit i is the ring's column i.
+    uint upper = 0u, lower = 0u;
+    for (int i = 0; i < size.x + 2; i += 2) {
+      uint tests = shadowTest2x2(p, first - 1 + ivec2(i, j));
+      upper |= (tests & 3u) << i;
+      lower |= tests >> 2 << i;
+      window_columns[i] |= (tests & 1u | tests >> 1 & 2u) << j;
+      window_columns[i + 1] |= (tests >> 1 & 1u | tests >> 2 & 2u) << j;
+    }
+    window_rows[j] = upper >> 1 & lineBits(size.x);
+    window_rows[j + 1] = lower >> 1 & lineBits(size.x);
+  }
+  for (int i = 0; i < size.x + 2; ++i) window_columns[i] = window_columns[i] >> 1 & lineBits(size.y);
+}
+
+// Lit taps in a texel with an edge.
+float tapsInTexel(SoftReceiver r, vec2 half_texels, ivec2 texel, vec3 d, vec4 t) {
+  int columns = column_taps[texel.x], rows = row_taps[texel.y];
+  ivec2 from = ivec2(columns, rows) & (COUNT_UNIT - 1), count = ivec2(columns, rows) / COUNT_UNIT;
+  float lit = 0.0;
+  ivec2 tap = ivec2(0);
+  for (int k = count.x * count.y; k > 0; --k) {
+    lit += edgeVisibility(d, t, fractionOf(tapPlace(r, half_texels, from + tap)));
+    tap = tap.x + 1 == count.x ? ivec2(0, tap.y + 1) : ivec2(tap.x + 1, tap.y);
+  }
+  return lit;
+}
+
+// Lit taps of a window from `first`, each texel's edges followed once.
+float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first, ivec2 size) {
+  uvec2 tapped = assignTaps(r, half_texels, first);
+  testWindow(p, first, size);
+  followBeyond(p, first, size);
+  float lit = 0.0;
+  // Texels with an edge and taps: a bit a column, and a bit a row that has any.
+  uint open[WINDOW_MOST], later[WINDOW_MOST];
+  uint open_rows = 0u, later_rows = 0u;
+  for (uint rows = tapped.y; rows != 0u; rows &= rows - 1u) {
+    int y = findLSB(rows);
+    uint left, right, tests = window_rows[y + 1], edges = edgeBits(y, size, left, right);
+    int uniform_lit = 0;
+    for (uint columns = tests & ~edges & tapped.x; columns != 0u; columns &= columns - 1u) {
+      uniform_lit += column_taps[findLSB(columns)] / COUNT_UNIT;
+    }
+    lit += float(uniform_lit * (row_taps[y] / COUNT_UNIT));
+    open[y] = edges & tapped.x & (STAR ? ~0u : tests);
+    later[y] = 0u;
+    if (open[y] != 0u) open_rows |= 1u << y;
+  }
+  while (open_rows != 0u) {
+    ivec2 texel;
+    texel.y = findLSB(open_rows);
+    uint columns = open[texel.y];
+    texel.x = findLSB(columns);
+    open[texel.y] = columns & columns - 1u;
+    if ((columns & columns - 1u) == 0u) open_rows &= open_rows - 1u;
+    vec3 d;
+    vec4 t;
+    if (traverseInWindow(texel, size, d, t)) {
+      lit += tapsInTexel(r, half_texels, texel, d, t);
+    } else {
+      later[texel.y] |= 1u << texel.x;
+      later_rows |= 1u << texel.y;
+    }
+  }
+  // Few texels, each followed for itself; in a loop of its own, since a loop in the one above would cost all of its rounds.
+  while (later_rows != 0u) {
+    ivec2 texel;
+    texel.y = findLSB(later_rows);
+    uint columns = later[texel.y];
+    texel.x = findLSB(columns);
+    later[texel.y] = columns & columns - 1u;
+    if ((columns & columns - 1u) == 0u) later_rows &= later_rows - 1u;
+    float s;
+    vec3 d;
+    ShadowPoint q = tapPoint(p, vec2(first + texel) + 0.5, s, d);
+    lit += tapsInTexel(r, half_texels, texel, d, traverseAll(q, d));
+  }
+  return lit;
+}
+
+// Mean of the taps over a half-width in texels.
+float filterRevectorized(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
+  ivec2 first = ivec2(floor(tapPlace(r, half_texels, ivec2(0))));
+  ivec2 last = ivec2(floor(tapPlace(r, half_texels, ivec2(FILTER_TAPS - 1))));
+  ivec2 size = last - first + 1;
+  float lit;
+  if (!REUSE) lit = filterTaps(p, r, half_texels);
+  else if (all(lessThanEqual(size, ivec2(WINDOW_MOST)))) lit = filterWindow(p, r, half_texels, first, size);
+  else lit = followTaps(p, r, half_texels);
+  // A sum of ones: exact, so that all ways to it give the same image.
+  precise float v = lit / float(FILTER_TAPS * FILTER_TAPS);
+  return v;
+}
+
+#endif
