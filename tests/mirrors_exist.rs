@@ -1,89 +1,94 @@
-//! Every file of `glsl/pass` has a CPU mirror of its own stem, or a stated one.
+//! Every shader of a pass, and every file that such shaders include, has a CPU mirror in its room.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-/// Shader stem, and the stem of the mirror that covers it (`None`: exempt); the reasons are in `src/reference/mod.rs`.
-const COVERED: &[(&str, Option<&str>)] = &[
-    ("blockers", Some("soft")),
-    ("casters", Some("silhouettes")),
-    ("edge_blockers", Some("rbssm")),
-    ("edge_cells", Some("edge_map")),
-    ("edge_ids", Some("edge_map")),
-    ("edge_list", Some("rbsm")),
-    ("edge_marks", Some("edge_seeds")),
-    ("edge_pixels", Some("edge_seeds")),
-    ("edge_place", Some("edge_seeds")),
-    ("edge_rule", Some("edsm_x")),
-    ("edge_tiles", Some("edge_seeds")),
-    ("edsm_border", Some("edsm")),
-    ("edsm_distance", Some("edsm")),
-    ("edt_columns", Some("edt")),
-    ("edt_envelope", Some("edt")),
-    ("edt_live", Some("edt")),
-    ("edt_pack", Some("edt")),
-    ("edt_pack_bytes", Some("edt")),
-    ("edt_pack_uint", Some("edt")),
-    ("edt_pba_bands", Some("edt")),
-    ("edt_pba_color", Some("edt")),
-    ("edt_pba_merge", Some("edt")),
-    ("edt_row", Some("edt")),
-    ("edt_tile", Some("edt")),
-    ("facing", Some("silhouettes")),
-    ("map_edge", Some("edge_segments")),
-    ("marked_tiles", Some("edge_seeds")),
-    ("nearest_block", Some("nearest_edge")),
-    ("nearest_quad", Some("nearest_edge")),
-    ("pcf_bounds", Some("pcf")),
-    ("pcf_classify", Some("pcf")),
-    ("pcf_receiver", Some("pcf")),
-    ("pixel_list", Some("rbsm")),
-    ("pixel_steps", Some("rbsm")),
-    ("rbsm_branches", Some("rbsm")),
-    ("rbsm_function", Some("rbsm")),
-    ("rbsm_receiver", Some("rbsm")),
-    ("rbsm_view", Some("rbsm")),
-    ("rbsm_visibility", Some("rbsm")),
-    ("receiver", Some("view")),
-    ("revectorized_filter", Some("rbssm")),
-    ("seed_format", Some("edge_seeds")),
-    ("shadow_map_test", Some("sm")),
-    ("silhouette_edges", Some("silhouettes")),
-    ("silhouette_offsets", Some("silhouettes")),
-    ("soft_filter", Some("soft")),
-    ("soft_receiver", Some("soft")),
-    ("sssm_cell", Some("sssm")),
-    ("sssm_points", Some("sssm")),
-    ("sssm_quadrant", Some("sssm")),
-    ("tiles", None),
-    ("volume_draws", Some("shadow_volumes")),
-    ("volumes", Some("shadow_volumes")),
+#[path = "../build/tree.rs"]
+#[allow(dead_code)]
+mod tree;
+
+/// Includes of raster shaders alone, which no mirror covers: what they draw is compared with ray-traced truth.
+const RASTER: [&str; 6] = [
+    "caster_edges/edge_quad.glsl",
+    "caster_edges/silhouette.glsl",
+    "caster_edges/volume.glsl",
+    "caster_edges/volume_triangle.glsl",
+    "common/instance.glsl",
+    "common/material.glsl",
 ];
 
-/// Stems that no mirror covers.
-fn uncovered(stems: &[String], has_mirror: impl Fn(&str) -> bool) -> Vec<String> {
-    let covered = |stem: &str| match COVERED.iter().find(|c| c.0 == stem) {
-        Some((_, Some(mirror))) => has_mirror(mirror),
-        Some((_, None)) => true,
-        None => has_mirror(stem),
-    };
-    stems.iter().filter(|s| !covered(s)).cloned().collect()
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Names of the files in a folder, sorted.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// What the mirrors of a room cover: stems of their files, and the shaders that the heads of these files name in backticks.
+struct Covered {
+    stems: BTreeSet<String>,
+    named: BTreeSet<String>,
+}
+
+impl Covered {
+    fn of(room: &str) -> Self {
+        let folder = root().join("src/reference").join(room);
+        let (mut stems, mut named) = (BTreeSet::new(), BTreeSet::new());
+        for name in names(&folder) {
+            let Some(stem) = name.strip_suffix(".rs") else { continue };
+            let text = std::fs::read_to_string(folder.join(&name)).unwrap();
+            if stem != "mod" {
+                stems.insert(stem.to_owned());
+            }
+            for line in text.lines().take_while(|l| l.starts_with("//!")) {
+                // Every second piece lies between backticks.
+                for name in line.split('`').skip(1).step_by(2) {
+                    let name = name.strip_prefix(&format!("glsl/{room}/")).unwrap_or(name);
+                    if name.ends_with(".comp") || name.ends_with(".glsl") {
+                        named.insert(name.to_owned());
+                    }
+                }
+            }
+        }
+        Self { stems, named }
+    }
+
+    fn covers(&self, shader: &str) -> bool {
+        let stem = shader.rsplit_once('.').map_or(shader, |s| s.0);
+        self.stems.contains(stem) || self.named.iter().any(|pattern| matches(pattern, shader))
+    }
+}
+
+/// `*` in a pattern stands for anything.
+fn matches(pattern: &str, name: &str) -> bool {
+    match pattern.split_once('*') {
+        Some((before, after)) => name.starts_with(before) && name.ends_with(after),
+        None => pattern == name,
+    }
 }
 
 #[test]
-fn every_pass_has_a_mirror() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let has_mirror = |stem: &str| root.join("src/reference").join(format!("{stem}.rs")).is_file();
-    let files = std::fs::read_dir(root.join("glsl/pass")).expect("glsl/pass");
-    let stem = |path: &Path| path.file_stem().and_then(|s| s.to_str()).expect("a name").to_owned();
-    let mut stems: Vec<_> = files.map(|f| stem(&f.expect("glsl/pass").path())).collect();
-    assert!(stems.len() > COVERED.len());
-    assert_eq!(
-        uncovered(&stems, has_mirror),
-        [""; 0],
-        "write src/reference/<stem>.rs, or state which mirror covers it"
-    );
-    // No line of the table is left over, and a new shader is noticed.
-    assert!(COVERED.iter().all(|c| stems.iter().any(|s| s == c.0)));
-    stems.push("new_pass".into());
-    assert_eq!(uncovered(&stems, has_mirror), ["new_pass"]);
+fn every_shader_has_a_mirror_in_its_room() {
+    for room in tree::ROOMS {
+        let shaders = names(&root().join("glsl").join(room));
+        let covered = Covered::of(room);
+        for shader in shaders.iter().filter(|s| s.ends_with(".comp") || s.ends_with(".glsl")) {
+            let is_raster = RASTER.contains(&format!("{room}/{shader}").as_str());
+            assert!(
+                covered.covers(shader) != is_raster,
+                "glsl/{room}/{shader}: write src/reference/{room}/<stem>.rs, or name the shader in the head of the \
+                 mirror that covers it; files of raster shaders alone are listed in this test"
+            );
+        }
+        // No name is left over, and a new shader is noticed.
+        for name in covered.named.iter().filter(|n| !n.contains('/')) {
+            assert!(shaders.iter().any(|s| matches(name, s)), "src/reference/{room} names {name}, which is not there");
+        }
+        assert!(!covered.covers("new_pass.comp"), "{room}");
+    }
 }

@@ -1,7 +1,7 @@
 //! The study of the visibility functions: our shapes give the figures that the functions are known for.
 
-use edgeshade::reference::revectorize::{Function, Quality};
-use edgeshade::reference::shapes::study::{Method, Options, Row, study};
+use edgeshade::reference::revectorization::revectorize::{Function, Quality};
+use edgeshade::reference::revectorization::shapes::study::{Method, Options, Row, study};
 
 /// Mismatch area per texel of silhouette at a largest distance of 16 texels, over and under, of an independent
 /// implementation with other shapes of the same classes.

@@ -8,7 +8,7 @@ use super::{Outcome, close, view};
 use edgeshade::error::unknown;
 use edgeshade::host::Host;
 use edgeshade::picture::{NOT_JUDGED, Picture, PngMask, read_png_mask, write_atomic, write_exr, write_png};
-use edgeshade::reference::edt::{Mask, nearest_fast, squared_distance};
+use edgeshade::reference::distance_transform::edt::{Mask, nearest_fast, squared_distance};
 use edgeshade::table::{Table, number};
 use edgeshade::technique::distance_transform::{Edt, EdtConfig, EdtMethod, MAX_SIDE, NO_SEED};
 use edgeshade::timing::{FrameTiming, Timings};

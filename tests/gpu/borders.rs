@@ -7,9 +7,9 @@ use crate::made::{self, cuboid, moved, perspective, plane, spot};
 use crate::mirrors::compare;
 use crate::properties::hits;
 use crate::revectorize::{FILTERED, FUNCTIONS, settings, tolerance};
-use edgeshade::reference::rbsm::{self, Settings};
-use edgeshade::reference::revectorize::Function;
-use edgeshade::reference::rpcf;
+use edgeshade::reference::revectorization::rbsm::{self, Settings};
+use edgeshade::reference::revectorization::revectorize::Function;
+use edgeshade::reference::revectorization::rpcf;
 use glam::{DAffine3, DVec3, dvec3};
 
 /// Technique, its settings, what it is of, and the width that is averaged over.

@@ -3,7 +3,7 @@
 use crate::common::{desc, every_nth, every_shipped, prepare, renderer, with_gpu};
 use crate::noise::{EdgePoint, FlatReceiver, MAP, Noise, edge_point, place, visibility_of};
 use edgeshade::host::Host;
-use edgeshade::reference::revectorize::{Side, filtered_visibility, silhouette_visibility};
+use edgeshade::reference::revectorization::revectorize::{Side, filtered_visibility, silhouette_visibility};
 use edgeshade::technique::{OutputFormat, Params, Setup, find, prepare as prepare_technique};
 use edgeshade::{Inputs, NormalEncoding};
 use std::collections::BTreeMap;

@@ -2,9 +2,11 @@
 
 use edgeshade::gpu::Image;
 use edgeshade::host::{Host, HostDesc};
-use edgeshade::reference::edge_seeds::Points;
-use edgeshade::reference::revectorize::Function;
-use edgeshade::reference::{FrameData, edge_seeds, rbsm};
+use edgeshade::reference::FrameData;
+use edgeshade::reference::penumbra::edge_seeds;
+use edgeshade::reference::penumbra::edge_seeds::Points;
+use edgeshade::reference::revectorization::rbsm;
+use edgeshade::reference::revectorization::revectorize::Function;
 use edgeshade::scene::{Camera, Light, RenderDesc, Renderer, Scene, fit, load_bytes, shipped};
 use edgeshade::technique::common::blocker_search::SearchWindow;
 use edgeshade::technique::common::surface::SurfaceTest;

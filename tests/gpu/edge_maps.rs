@@ -7,9 +7,8 @@ mod straight;
 
 use edgeshade::casters::Casters;
 use edgeshade::host::Host;
-use edgeshade::reference::edge_segments::{Segment, StoredSegment};
-use edgeshade::reference::rbsm;
-use edgeshade::reference::revectorize::Function;
+use edgeshade::reference::caster_edges::edge_segments::{Segment, StoredSegment};
+use edgeshade::reference::common::rbsm_receiver::ReceiverSettings;
 use edgeshade::scene::Renderer;
 use edgeshade::technique::caster_edges::edsm::{BorderKernel, DistanceConfig, EdgeDistances};
 use edgeshade::technique::caster_edges::map_edges::MapEdges;
@@ -84,12 +83,10 @@ fn edges(host: &Host, edges: &MapEdges) -> Vec<Segment> {
 }
 
 /// What a technique does with its receivers, for the mirrors.
-fn receiver_settings(id: &str) -> rbsm::Settings {
+fn receiver_settings(id: &str) -> ReceiverSettings {
     let p = Params::new(find(id).unwrap());
-    rbsm::Settings {
-        function: Function::Silhouette,
+    ReceiverSettings {
         fixed_depth: false,
-        max_distance: 16,
         normal_offset: p.float("normal_offset"),
         depth_bias: p.float("depth_bias"),
         slack: p.float("slack"),

@@ -4,7 +4,7 @@ use crate::common::*;
 use crate::edsm_x::{config, edges};
 use crate::made::{cuboid, moved, perspective, plane, scene, spot};
 use edgeshade::host::Host;
-use edgeshade::reference::edge_map::id_color;
+use edgeshade::reference::caster_edges::edge_map::id_color;
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
 use edgeshade::technique::caster_edges::edge_map::{Generation, LEAST_REACH};
 use glam::{DVec2, DVec3, dvec2, dvec3};

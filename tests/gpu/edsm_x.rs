@@ -4,9 +4,9 @@ use crate::common::*;
 use edgeshade::casters::Casters;
 use edgeshade::gpu::Buffer;
 use edgeshade::host::Host;
-use edgeshade::reference::edge_map;
-use edgeshade::reference::edge_segments::{Segment, StoredSegment};
-use edgeshade::reference::edsm_x;
+use edgeshade::reference::caster_edges::edge_map;
+use edgeshade::reference::caster_edges::edge_segments::{Segment, StoredSegment};
+use edgeshade::reference::caster_edges::edsm_x;
 use edgeshade::reference::ray_traced::{RayScene, hard};
 use edgeshade::scene::{Renderer, Scene};
 use edgeshade::technique::caster_edges::edge_map::{EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
@@ -346,7 +346,7 @@ fn a_million_triangles_in_a_texel() {
 #[test]
 fn silhouettes_equal_their_mirror() {
     use edgeshade::casters::topology::Topology;
-    use edgeshade::reference::silhouettes::{Facing, facing, silhouettes};
+    use edgeshade::reference::caster_edges::silhouettes::{Facing, facing, silhouettes};
     use edgeshade::technique::caster_edges::silhouettes::CasterLight;
     with_gpu(|host| {
         let (mut edges_in_all, mut doubtful_in_all) = (0, 0);

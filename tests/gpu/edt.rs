@@ -4,7 +4,7 @@ use crate::common::with_gpu;
 use ash::vk;
 use edgeshade::gpu::{Buffer, Image, ImageDesc};
 use edgeshade::host::Host;
-use edgeshade::reference::edt::{Mask, nearest, nearest_fast, squared_distance};
+use edgeshade::reference::distance_transform::edt::{Mask, nearest, nearest_fast, squared_distance};
 use edgeshade::technique::distance_transform::{Bands, Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS, NO_SEED};
 use edgeshade::{Frame, Handoff};
 

@@ -6,7 +6,7 @@ use ash::vk;
 use edgeshade::gpu::{Image, ImageDesc};
 use edgeshade::host::Host;
 use edgeshade::reference::FrameData;
-use edgeshade::reference::revectorize::{Function, Texels, prepare};
+use edgeshade::reference::revectorization::revectorize::{Function, Texels, prepare};
 use edgeshade::technique::common::view::ViewConstants;
 use edgeshade::technique::{self, OutputFormat, Params, Setup};
 use edgeshade::view::{CameraView, LightView};

@@ -5,7 +5,7 @@ use crate::noise::{IMAGE, MAP, Noise, ZOOM, edge_point, place};
 use ash::vk;
 use edgeshade::gpu::{Image, ImageDesc};
 use edgeshade::host::Host;
-use edgeshade::reference::revectorize::silhouette_visibility;
+use edgeshade::reference::revectorization::revectorize::silhouette_visibility;
 use glam::{DVec2, Mat4, dvec2};
 
 const SPIRV: &[u8] = include_bytes!("../../spv/example/foreign.comp.spv");

@@ -3,8 +3,10 @@
 use crate::common::{Shot, assert_same_bits, desc, differing, every_nth, every_shipped, frame, prepare, renderer};
 use crate::common::{shipped_scene, visibility, with_gpu};
 use edgeshade::host::Host;
-use edgeshade::reference::pcf::Settings;
-use edgeshade::reference::{Mirror, pcf, shade, sm};
+use edgeshade::reference::Mirror;
+use edgeshade::reference::common::shade;
+use edgeshade::reference::filtering::pcf::Settings;
+use edgeshade::reference::filtering::{pcf, sm};
 use edgeshade::scene::{RenderDesc, Renderer, Scene, ShadeOptions, ShadePush};
 use edgeshade::technique::find;
 

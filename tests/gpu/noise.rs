@@ -3,7 +3,9 @@
 use ash::vk;
 use edgeshade::gpu::{Image, ImageDesc};
 use edgeshade::host::Host;
-use edgeshade::reference::revectorize::{Discontinuity, discontinuity, distance_to_edge, normalized, traverse_all};
+use edgeshade::reference::revectorization::revectorize::{
+    Discontinuity, discontinuity, distance_to_edge, normalized, traverse_all,
+};
 use edgeshade::technique::Technique;
 use edgeshade::view::{CameraView, LightView};
 use edgeshade::{Frame, Handoff, Inputs};

@@ -10,9 +10,10 @@ use crate::common::{
 };
 use crate::mirrors::compare;
 use edgeshade::host::Host;
-use edgeshade::reference::edge_seeds::{self, Seed};
-use edgeshade::reference::nearest_edge::{self, Nearest, Settings};
-use edgeshade::reference::{FrameData, mean_filter};
+use edgeshade::reference::FrameData;
+use edgeshade::reference::penumbra::edge_seeds::{self, Seed};
+use edgeshade::reference::penumbra::mean_filter;
+use edgeshade::reference::penumbra::nearest_edge::{self, Nearest, Settings};
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
 use edgeshade::technique::distance_transform::NO_SEED;
 use edgeshade::technique::penumbra::fixed_width::penumbra_width;

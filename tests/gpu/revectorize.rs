@@ -5,9 +5,10 @@ use crate::common::{
     visibility, with_gpu,
 };
 use crate::mirrors::{Agreement, compare, default_of, lit_renderer};
-use edgeshade::reference::rbsm::{self, Settings};
-use edgeshade::reference::revectorize::{Function, Quality};
-use edgeshade::reference::{Mirror, rpcf};
+use edgeshade::reference::Mirror;
+use edgeshade::reference::revectorization::rbsm::{self, Settings};
+use edgeshade::reference::revectorization::revectorize::{Function, Quality};
+use edgeshade::reference::revectorization::rpcf;
 use edgeshade::scene::RenderDesc;
 
 const SIZE: [u32; 2] = [256, 144];

@@ -7,8 +7,8 @@ use crate::common::{
 };
 use crate::mirrors::compare;
 use edgeshade::host::Host;
-use edgeshade::reference::penumbra_width::{self, Width};
-use edgeshade::reference::screen_filter;
+use edgeshade::reference::soft::penumbra_width::{self, Width};
+use edgeshade::reference::soft::screen_filter;
 use edgeshade::scene::{LightShape, RenderDesc, Renderer, Scene};
 use edgeshade::technique::common::blocker_search::SearchWindow;
 use edgeshade::technique::common::surface::SurfaceTest;

@@ -5,11 +5,11 @@ use crate::common::with_gpu;
 use crate::flat::{Expected, Flat, PLACE_ERROR, Window, expected};
 use crate::mirrors::compare;
 use crate::revectorize::{FILTERED, FUNCTIONS, settings, tolerance};
-use edgeshade::reference::rbsm::{self, Settings};
-use edgeshade::reference::revectorize::Function;
-use edgeshade::reference::rpcf;
-use edgeshade::reference::shapes::study::{Method, Options, of_shape};
-use edgeshade::reference::shapes::{Class, Shape, TILE};
+use edgeshade::reference::revectorization::rbsm::{self, Settings};
+use edgeshade::reference::revectorization::revectorize::Function;
+use edgeshade::reference::revectorization::rpcf;
+use edgeshade::reference::revectorization::shapes::study::{Method, Options, of_shape};
+use edgeshade::reference::revectorization::shapes::{Class, Shape, TILE};
 use glam::dvec2;
 
 /// Texels of the map around the study's tile.
@@ -26,7 +26,7 @@ fn window(from: u32, texels: u32, zoom: u32, rise: [f64; 2]) -> Window {
 
 /// The shape in the map.
 fn placed(shape: &Shape) -> impl Fn([i64; 2]) -> bool {
-    move |texel| edgeshade::reference::revectorize::Texels::lit(shape, texel.map(|t| t - MARGIN))
+    move |texel| edgeshade::reference::revectorization::revectorize::Texels::lit(shape, texel.map(|t| t - MARGIN))
 }
 
 /// Panics unless the image is right, and a pixel planted into it is not.

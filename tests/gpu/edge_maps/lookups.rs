@@ -4,7 +4,7 @@ use super::{KERNELS, config, distances, maps, receiver_settings};
 use crate::common::{Shot, desc, renderer, shipped_scene, visibility, with_gpu};
 use crate::made::{spot, still_life};
 use crate::mirrors::compare;
-use edgeshade::reference::{edsm, sssm};
+use edgeshade::reference::caster_edges::{edsm, sssm};
 use edgeshade::scene::Scene;
 use edgeshade::technique::caster_edges::edsm::{BorderKernel, DistanceConfig};
 use glam::{DVec3, dvec3};

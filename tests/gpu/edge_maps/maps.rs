@@ -6,9 +6,9 @@ use crate::made::{self, cuboid, mesh, moved, perspective, plane, sphere, spot, s
 use crate::passes::Random;
 use edgeshade::casters::topology::Topology;
 use edgeshade::host::Host;
-use edgeshade::reference::edge_segments::{Segment, clip_from_object};
-use edgeshade::reference::silhouettes::{Facing, facing, silhouettes};
-use edgeshade::reference::{edsm, sssm};
+use edgeshade::reference::caster_edges::edge_segments::{Segment, clip_from_object};
+use edgeshade::reference::caster_edges::silhouettes::{Facing, facing, silhouettes};
+use edgeshade::reference::caster_edges::{edsm, sssm};
 use edgeshade::scene::{Light, RenderDesc, Renderer, Scene};
 use edgeshade::technique::{Params, find};
 use edgeshade::view::LightKind;

@@ -4,7 +4,7 @@ use super::KERNELS;
 use crate::common::{desc, renderer, visibility, with_gpu};
 use crate::made::{self, mesh, moved, perspective, plane, sun};
 use edgeshade::host::Host;
-use edgeshade::reference::edsm::border;
+use edgeshade::reference::caster_edges::edsm::border;
 use edgeshade::scene::{Renderer, Scene};
 use edgeshade::view::{CameraView, LightView, look_along, look_at};
 use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};

@@ -9,8 +9,9 @@ use crate::common::{renderer, search_window, shipped_scene, visibility, with_gpu
 use crate::mirrors::compare;
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
-use edgeshade::reference::soft_auto::{self, Settings};
-use edgeshade::reference::{Mirror, rbssm};
+use edgeshade::reference::Mirror;
+use edgeshade::reference::soft::rbssm;
+use edgeshade::reference::soft::soft_auto::{self, Settings};
 use edgeshade::scene::RenderDesc;
 use edgeshade::technique::soft::rbssm::RbssmVisibility;
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};

@@ -3,8 +3,9 @@
 use super::{enlarged, pcss as pcss_tests, rbssm as rbssm_tests};
 use crate::common::{Shot, desc, prepare, renderer, shipped_scene, with_gpu};
 use edgeshade::host::Host;
-use edgeshade::reference::pcss::{Class, Classified, MapClasses};
-use edgeshade::reference::{FrameData, pcss, rbssm};
+use edgeshade::reference::FrameData;
+use edgeshade::reference::soft::pcss::{Class, Classified, MapClasses};
+use edgeshade::reference::soft::{pcss, rbssm};
 use edgeshade::scene::{RenderDesc, Renderer};
 
 type Set = &'static [(&'static str, &'static str)];

@@ -5,7 +5,7 @@ use crate::made;
 use crate::passes::{Random, read_mip};
 use ash::vk;
 use edgeshade::gpu::ImageDesc;
-use edgeshade::reference::hsm;
+use edgeshade::reference::common::hsm;
 use edgeshade::scene::{RenderDesc, fit, light_view};
 use edgeshade::technique::common::hsm::Hsm;
 use edgeshade::{Frame, Handoff, Inputs};

@@ -7,8 +7,9 @@ use crate::common::{search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::{Agreement, compare};
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
-use edgeshade::reference::pcss::Settings;
-use edgeshade::reference::{Mirror, pcss};
+use edgeshade::reference::Mirror;
+use edgeshade::reference::soft::pcss;
+use edgeshade::reference::soft::pcss::Settings;
 use edgeshade::technique::{Params, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];

@@ -8,7 +8,7 @@ use crate::mirrors::compare;
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
 use edgeshade::reference::Mirror;
-use edgeshade::reference::rbssm::{self, Settings};
+use edgeshade::reference::soft::rbssm::{self, Settings};
 use edgeshade::scene::RenderDesc;
 use edgeshade::technique::soft::rbssm::RbssmVisibility;
 use edgeshade::technique::{Params, Technique, find};

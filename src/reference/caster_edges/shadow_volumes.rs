@@ -1,0 +1,306 @@
+//! Mirror of the shadow volumes: how many occluders stand between a point and the light, by looking at all of them.
+//!
+//! Nothing here knows of edges, caps or stencils: what z-fail counts is by construction the number of triangles (in a closed
+//! mesh: of triangles that face the light) on the way to the light.
+
+use super::silhouettes::Facing;
+use crate::Result;
+use crate::casters::topology::Topology;
+use crate::reference::common::shadow_map_test;
+use crate::reference::common::view::{FrameData, Mirror, Receiver, Verdict, View};
+use crate::view::{CameraView, LightKind, LightView};
+use glam::{DAffine3, DVec3, DVec4, Vec3};
+
+/// An instance that casts.
+#[derive(Clone, Copy, Debug)]
+pub struct Caster<'a> {
+    /// Object-space positions.
+    pub positions: &'a [[f32; 3]],
+    /// Their triangles.
+    pub topology: &'a Topology,
+    /// Where it stands.
+    pub world_from_object: DAffine3,
+    /// Only what faces the light counts: a closed mesh, counted by shells.
+    pub shells: bool,
+}
+
+/// How many volumes a pixel's point lies in; more than one answer where it lies too near to a boundary to tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Count {
+    /// Least of the answers. Of a volume thinner than can be told, one side may count and the other not: -1 as well.
+    pub least: i32,
+    /// Largest of them.
+    pub most: i32,
+}
+
+/// How far a pixel's point may lie off, in pixels of the image: vertices are rounded to 1/256.
+const OFF: f64 = 1.0 / 64.0;
+/// Cosine to the light below which a surface may lie in the side of a volume, as well as it can be told.
+const ALONG: f64 = 1e-3;
+
+/// Counts of every pixel, nothing for the sky.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn counts(
+    data: &FrameData<'_>,
+    camera: &CameraView,
+    light: &LightView,
+    casters: &[Caster<'_>],
+) -> Result<Vec<Option<Count>>> {
+    let view = View::new(data)?;
+    let seen = Seen::new(camera, light, casters);
+    Ok(view.every_pixel(|pixel| view.receiver(pixel).map(|r| seen.count(&view, &r))))
+}
+
+/// Occluders in camera view space, with the light.
+struct Seen {
+    triangles: Vec<[DVec3; 3]>,
+    light: DVec4,
+}
+
+impl Seen {
+    fn new(camera: &CameraView, light: &LightView, casters: &[Caster<'_>]) -> Self {
+        let rotation = camera.world_from_view.matrix3.transpose();
+        let origin = camera.world_from_view.translation;
+        let light = match light.kind {
+            LightKind::Spot { .. } => (rotation * (light.world_from_view.translation - origin)).extend(1.0),
+            LightKind::Directional { .. } => (rotation * -light.direction()).extend(0.0),
+        };
+        let mut triangles = vec![];
+        for c in casters {
+            let t = &c.world_from_object;
+            let at = |v: u32| {
+                let p = Vec3::from(c.positions[v as usize]).as_dvec3();
+                rotation * (t.matrix3 * p + (t.translation - origin))
+            };
+            // A transform that mirrors turns the outer side's winding round.
+            let outer = if t.matrix3.determinant() < 0.0 { -1 } else { 1 };
+            let all = c.topology.triangles.iter().map(|corners| corners.map(at));
+            triangles.extend(all.filter(|&corners| !c.shells || Facing::of(corners, light).sign() == outer));
+        }
+        Self { triangles, light }
+    }
+
+    fn count(&self, view: &View<'_>, r: &Receiver) -> Count {
+        // A surface along the light may lie in a side of its own volume, or of its neighbours'.
+        if r.normal.dot(view.towards_light(r.position, r.position_error).0).abs() < ALONG {
+            return Count { least: i32::MIN, most: i32::MAX };
+        }
+        // A grazing view stretches a pixel over the surface.
+        let slant = 1.0 / r.normal.dot(view.ray(r.position)).abs().max(1e-2);
+        let off = view.pixel_width(r.position, DVec3::ZERO).0 * slant * OFF;
+        // The surface itself must not count against the side that is seen.
+        let above = r.normal * (2.0 * r.allowance + r.position_error.length());
+        let mut count = Count { least: i32::MAX, most: 0 };
+        for lift in [1.0, 8.0] {
+            let p = r.position + lift * above;
+            let [sure, unsure] = self.occluders(p, off);
+            count = Count { least: count.least.min(sure - unsure), most: count.most.max(sure + unsure) };
+        }
+        count
+    }
+
+    /// Triangles between a point and the light, and those that are there or not for a point `off` away.
+    fn occluders(&self, p: DVec3, off: f64) -> [i32; 2] {
+        let to_light = self.light.truncate() - self.light.w * p;
+        let mut found = [0; 2];
+        for t in &self.triangles {
+            match crosses(p, to_light, self.light.w == 0.0, t, off) {
+                Crossing::Yes => found[0] += 1,
+                Crossing::Unsure => found[1] += 1,
+                Crossing::No => {}
+            }
+        }
+        found
+    }
+}
+
+/// Whether something stands on the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Crossing {
+    Yes,
+    No,
+    /// The way passes an edge too closely to tell.
+    Unsure,
+}
+
+/// Whether a triangle stands on the way from `p` along `d`: to its end, or without end.
+fn crosses(p: DVec3, d: DVec3, endless: bool, t: &[DVec3; 3], off: f64) -> Crossing {
+    let [a, b, c] = t.map(|v| v - p);
+    let n = (b - a).cross(c - a);
+    let at = n.dot(a) / n.dot(d);
+    if !(at > 0.0 && (endless || at < 1.0)) {
+        return Crossing::No;
+    }
+    // Distances of `p` from the planes through the light and each edge, where the edges' shadows run.
+    let distance = |a: DVec3, b: DVec3| {
+        let plane = if endless { (b - a).cross(d) } else { (a - d).cross(b - d) };
+        let length = plane.length();
+        if length > 0.0 { a.cross(b).dot(d) / length } else { 0.0 }
+    };
+    let sides = [distance(a, b), distance(b, c), distance(c, a)];
+    let (left, right) = (sides.iter().filter(|&&s| s > off).count(), sides.iter().filter(|&&s| s < -off).count());
+    match (left, right) {
+        (3, 0) | (0, 3) => Crossing::Yes,
+        (1.., 1..) => Crossing::No,
+        _ => Crossing::Unsure,
+    }
+}
+
+/// Mirror of `glsl/caster_edges/shadow_volumes.comp`, from the counts as the GPU has them; `masked`: the shadow map's test with this
+/// normal offset decides where no volume does.
+///
+/// # Errors
+/// Images that do not fit the constants, or counts that do not fit them.
+pub fn visibility(data: &FrameData<'_>, counts: &[f32], masked: Option<f32>) -> Result<Mirror> {
+    let view = View::new(data)?;
+    if counts.len() != view.size[0] * view.size[1] {
+        return Err(crate::Error::Usage(format!("mirror: {} counts for {:?} pixels", counts.len(), view.size)));
+    }
+    Ok(Mirror::collect(view.every_pixel(|at| {
+        let Some(r) = view.receiver(at) else { return Verdict::sure(1.0) };
+        let facing = view.faces_light(&r);
+        let inside = view.light_point(r.position, r.position_error).inside;
+        let shadowed = counts[view.index(at)] != 0.0;
+        let within = match (shadowed, masked) {
+            (true, _) => Verdict::sure(0.0),
+            (false, Some(offset)) => shadow_map_test::test(&view, &r, offset.into(), 0.0),
+            (false, None) => Verdict::sure(1.0),
+        };
+        let lit = match inside.is_yes() {
+            true if inside.is_doubtful() => within.or(1.0),
+            true => within,
+            false if inside.is_doubtful() => Verdict::sure(1.0).or(within.visibility),
+            false => Verdict::sure(1.0),
+        };
+        match facing.is_yes() {
+            true if facing.is_doubtful() => lit.or(0.0),
+            true => lit,
+            false if facing.is_doubtful() => Verdict::sure(0.0).or(lit.visibility + lit.doubt),
+            false => Verdict::sure(0.0),
+        }
+    })))
+}
+
+/// A `VkDrawIndirectCommand`: vertices, copies, first vertex, first copy.
+pub type DrawArguments = [u32; 4];
+
+/// Mirror of `glsl/caster_edges/volume_draws.comp`: a draw for each instance, from how many silhouette edges each has, in order, and
+/// whether it is counted by shells. `copies` is the largest weight of any edge, 1 where weights are blended.
+pub fn draws(edges: &[u32], shells: &[bool], copies: u32) -> Vec<DrawArguments> {
+    let mut first = 0;
+    (edges.iter().zip(shells))
+        .map(|(&n, &shells)| {
+            let arguments = [6 * n, if shells { 1 } else { copies }, 6 * first, 0];
+            first += n;
+            arguments
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::casters::shapes::{Shape, cube, joined, moved, soup, sphere, two_sided_quad};
+    use crate::reference::caster_edges::silhouettes::{facing, silhouettes};
+    use glam::dvec3;
+
+    /// The signed count of volume faces that a ray from `p` on meets: what z-fail adds up behind a surface. The volumes are
+    /// made as the shaders make them, from the silhouettes.
+    fn behind(shape: &Shape, topology: &Topology, light: DVec4, p: DVec3, ray: DVec3, shells: bool) -> i32 {
+        let at = |v: u32| Vec3::from(shape.0[v as usize]).as_dvec3();
+        // Far enough away to be infinity for the test's rays.
+        let far = |v: u32| {
+            let p = at(v);
+            p + 1e7 * (light.w * p - light.truncate()).normalize()
+        };
+        let sigma: Vec<i32> = facing(topology, &shape.0, light).iter().map(Facing::sign).collect();
+        let mut faces: Vec<([DVec3; 3], i32)> = vec![];
+        for (&[i, j, k], &s) in topology.triangles.iter().zip(&sigma) {
+            if shells && s < 0 {
+                continue;
+            }
+            let (j, k) = if s > 0 { (j, k) } else { (k, j) };
+            faces.push(([at(i), at(j), at(k)], 1));
+            faces.push(([far(k), far(j), far(i)], 1));
+        }
+        for e in silhouettes(topology, &sigma, shells) {
+            let [a, b] = e.ends;
+            faces.push(([at(a), far(a), at(b)], e.weight as i32));
+            faces.push(([at(b), far(a), far(b)], e.weight as i32));
+        }
+        let met = |(t, weight): &([DVec3; 3], i32)| match crosses(p, ray, true, t, 0.0) {
+            Crossing::No | Crossing::Unsure => 0,
+            // Leaving counts +1.
+            Crossing::Yes => {
+                if (t[1] - t[0]).cross(t[2] - t[0]).dot(ray) > 0.0 {
+                    *weight
+                } else {
+                    -weight
+                }
+            }
+        };
+        faces.iter().map(met).sum()
+    }
+
+    #[test]
+    fn volumes_from_silhouettes_count_occluders() {
+        let mut random = crate::casters::shapes::Random(11);
+        let mut point = |size: f64| size * DVec3::from_array([0; 3].map(|_| random.signed()));
+        let nested = joined(sphere(2), moved(cube(), |p| [2.5 + p[0], p[1], p[2]]));
+        let mut occluded = 0;
+        for (shape, shells) in [
+            (soup(14, 24, 1), false),
+            (soup(30, 60, 2), false),
+            (cube(), false),
+            (cube(), true),
+            (nested.clone(), false),
+            (nested, true),
+            (two_sided_quad(), false),
+        ] {
+            let topology = Topology::new(&shape.0, &shape.1).unwrap();
+            for round in 0..1500 {
+                let light = match round % 2 {
+                    0 => (point(1.0).normalize() * 9.0).extend(1.0),
+                    _ => point(1.0).normalize().extend(0.0),
+                };
+                let seen = Seen {
+                    triangles: (topology.triangles.iter())
+                        .map(|t| t.map(|v| Vec3::from(shape.0[v as usize]).as_dvec3()))
+                        .filter(|t| !shells || Facing::of(*t, light).sign() > 0)
+                        .collect(),
+                    light,
+                };
+                let p = point(3.0);
+                let counted = behind(&shape, &topology, light, p, point(1.0), shells);
+                let expected = seen.occluders(p, 0.0)[0];
+                assert_eq!(counted, expected, "{p} under {light}, shells: {shells}");
+                occluded += u32::from(expected > 0);
+            }
+        }
+        println!("{occluded} of 10500 points in shadow");
+        assert!(occluded > 1000);
+    }
+
+    #[test]
+    fn crossing_ends_at_the_light() {
+        let t = [dvec3(-1.0, 1.0, -1.0), dvec3(1.0, 1.0, -1.0), dvec3(0.0, 1.0, 1.0)];
+        let crosses = |p, d, endless, off| crosses(p, d, endless, &t, off);
+        let up = DVec3::Y;
+        assert_eq!(crosses(DVec3::ZERO, 2.0 * up, false, 0.1), Crossing::Yes);
+        assert_eq!(crosses(DVec3::ZERO, 0.5 * up, false, 0.1), Crossing::No);
+        assert_eq!(crosses(DVec3::ZERO, 0.5 * up, true, 0.1), Crossing::Yes);
+        assert_eq!(crosses(DVec3::ZERO, -up, true, 0.1), Crossing::No);
+        // By an edge, and where its line goes on beyond the triangle.
+        assert_eq!(crosses(dvec3(0.1, 0.0, -1.05), 2.0 * up, true, 0.1), Crossing::Unsure);
+        assert_eq!(crosses(dvec3(0.1, 0.0, -1.05), 2.0 * up, true, 0.01), Crossing::No);
+        assert_eq!(crosses(dvec3(2.0, 0.0, -1.05), up, true, 0.1), Crossing::No);
+    }
+
+    #[test]
+    fn draws_are_ranges_of_the_list() {
+        let found = draws(&[3, 0, 2], &[true, false, false], 2);
+        assert_eq!(found, [[18, 1, 0, 0], [0, 2, 18, 0], [12, 2, 18, 0]]);
+    }
+}

@@ -1,0 +1,165 @@
+//! Mirror of `glsl/lib/area_light.glsl`: similar triangles of an area light, in `f64`.
+
+use crate::technique::common::view::ViewConstants;
+use glam::{DVec2, dvec2};
+
+/// An area light as its shadow map's constants describe it: a square parallel to the map, or a sun.
+///
+/// Distances are linear and in world units: of a spot from the light along its axis, of a sun from the map's near plane.
+///
+/// ```
+/// # use edgeshade::reference::common::area_light::AreaLight;
+/// // A lamp 0.5 wide, its map 90 degrees wide from 1 to 100 units.
+/// let (near, far) = (1.0, 100.0);
+/// let lamp = AreaLight::spot(0.5, [1.0, 1.0], near, far);
+/// assert!((lamp.distance(0.0) - near).abs() < 1e-12 && (lamp.distance(1.0) - far).abs() < 1e-9);
+/// // Half-way between lamp and receiver stands what blocks: the penumbra is as wide as the lamp.
+/// assert!((lamp.penumbra_width(10.0, 5.0) - 0.5).abs() < 1e-12);
+/// // Through it, the lamp is seen on 0.25 units at distance 5, where the map is 10 wide.
+/// assert!((lamp.filter_half_width(10.0, 5.0).x - 0.5 * 0.25 / 10.0).abs() < 1e-12);
+///
+/// // The sun is half a degree wide, its map 20 units by 10.
+/// let sun = AreaLight::sun(0.5f64.to_radians(), [20.0, 10.0], 50.0);
+/// let tangent = 0.25f64.to_radians().tan();
+/// assert!((sun.distance(0.5) - 25.0).abs() < 1e-12);
+/// assert!((sun.penumbra_width(9.0, 5.0) - 8.0 * tangent).abs() < 1e-12);
+/// assert!((sun.filter_half_width(9.0, 5.0).y - 0.4 * tangent).abs() < 1e-12);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaLight {
+    /// `R/(2 T)` of a spot of half-width `R` with tangent `T` of half the map's field of view; `tan(theta)/W` of a sun of
+    /// half-angle `theta` with a map `W` wide; by axis of the map.
+    pub uv: DVec2,
+    /// `R`, or `tan(theta)`.
+    pub world: f64,
+    /// `n f/(f - n)`, or 0 for a sun.
+    pub depth_scale: f64,
+    /// `f/(f - n)`, or `f - n` for a sun.
+    pub depth_offset: f64,
+}
+
+impl AreaLight {
+    /// A spot of full width `size`; `tangents` of half the field of view by axis, distances of the map's planes.
+    pub fn spot(size: f64, tangents: [f64; 2], near: f64, far: f64) -> Self {
+        let world = 0.5 * size;
+        Self {
+            uv: 0.5 * world / dvec2(tangents[0], tangents[1]),
+            world,
+            depth_scale: near * far / (far - near),
+            depth_offset: far / (far - near),
+        }
+    }
+
+    /// A sun of full `angle` in radians; `width` of the map by axis, `depth` between its planes.
+    pub fn sun(angle: f64, width: [f64; 2], depth: f64) -> Self {
+        let world = (0.5 * angle).tan();
+        Self { uv: world / dvec2(width[0], width[1]), world, depth_scale: 0.0, depth_offset: depth }
+    }
+
+    /// As the GPU has it, of a layer's light.
+    pub fn of(constants: &ViewConstants, layer: usize) -> Self {
+        let [x, y, world, depth_offset] = constants.light_area[layer].map(f64::from);
+        Self { uv: dvec2(x, y), world, depth_scale: constants.light_depth_scale[layer].into(), depth_offset }
+    }
+
+    /// Distance of a stored depth.
+    pub fn distance(&self, depth: f64) -> f64 {
+        if self.depth_scale > 0.0 {
+            self.depth_scale / (self.depth_offset - depth).max(1e-7)
+        } else {
+            depth * self.depth_offset
+        }
+    }
+
+    /// Distance of the map's near plane.
+    pub fn near(&self) -> f64 {
+        self.depth_scale / self.depth_offset
+    }
+
+    /// Half-width, uv, over which a receiver at `z` sees the light through points at `z_blocker`; 0 if these are no nearer.
+    /// Nothing at or behind a distance blocks outside the half-width there: so it is also how far to search.
+    pub fn filter_half_width(&self, z: f64, z_blocker: f64) -> DVec2 {
+        let between = z - z_blocker;
+        if between <= 0.0 {
+            return DVec2::ZERO;
+        }
+        self.uv * between * if self.depth_scale > 0.0 { 1.0 / (z * z_blocker).max(1e-30) } else { 1.0 }
+    }
+
+    /// Full width of the penumbra, world units, on a receiver at `z` parallel to the map; 0 if the blocker is no nearer.
+    pub fn penumbra_width(&self, z: f64, z_blocker: f64) -> f64 {
+        let between = (z - z_blocker).max(0.0);
+        2.0 * self.world * between * if self.depth_scale > 0.0 { 1.0 / z_blocker.max(1e-30) } else { 1.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::LightView;
+    use glam::{DAffine3, DVec3, dvec3};
+
+    /// From uv and distance of a point in the light's view, by its projection alone.
+    fn project(light: &LightView, p: DVec3) -> (DVec2, f64) {
+        let q = light.clip_from_view * p.extend(1.0);
+        (0.5 * dvec2(q.x, q.y) / q.w + 0.5, q.z / q.w)
+    }
+
+    /// Lines from a receiver to the light's rim meet the plane of a blocker as far away on the map as the formulas say.
+    #[test]
+    fn widths_are_those_of_lines_to_the_rim() {
+        for (fov, near, far, size) in [(0.4, 0.1, 30.0, 0.3), (1.9, 2.0, 9.0, 1.5)] {
+            let light = LightView::spot(DAffine3::IDENTITY, fov, near, far, size);
+            let a = AreaLight::spot(size, [(0.5 * fov).tan(); 2], near, far);
+            for (z, z_blocker) in [(8.0, 3.0), (8.5, 7.0), (4.0, 2.5)] {
+                let receiver = dvec3(0.3, -0.2, -z);
+                let (uv, depth) = project(&light, receiver);
+                assert!((a.distance(depth) / z - 1.0).abs() < 1e-9);
+                let rim = dvec3(0.5 * size, 0.5 * size, 0.0);
+                let (seen, _) = project(&light, rim.lerp(receiver, z_blocker / z));
+                let expected = (seen - uv).abs();
+                assert!((a.filter_half_width(z, z_blocker) - expected).abs().max_element() < 1e-9);
+                // From the rim's two sides through one point of the blocker to the receiver's plane.
+                let through = |side: f64| {
+                    let from = side * 0.5 * size;
+                    from + (0.1 - from) * z / z_blocker
+                };
+                let penumbra = (through(1.0) - through(-1.0)).abs();
+                assert!((a.penumbra_width(z, z_blocker) - penumbra).abs() < 1e-9);
+            }
+            assert!((a.near() - near).abs() < 1e-9);
+        }
+        let (angle, half) = (0.2f64, [3.0, 5.0]);
+        let light = LightView::directional(DAffine3::IDENTITY, half, 1.0, 21.0, angle);
+        let a = AreaLight::sun(angle, [6.0, 10.0], 20.0);
+        let (receiver, between) = (dvec3(0.4, 0.7, -15.0), 6.0);
+        let (uv, depth) = project(&light, receiver);
+        assert!((a.distance(depth) - 14.0).abs() < 1e-12);
+        let towards = dvec3((0.5 * angle).tan(), (0.5 * angle).tan(), 1.0);
+        let (seen, _) = project(&light, receiver + between * towards);
+        assert!((a.filter_half_width(14.0, 8.0) - (seen - uv).abs()).abs().max_element() < 1e-12);
+        assert!((a.penumbra_width(14.0, 8.0) - 2.0 * between * towards.x).abs() < 1e-12);
+    }
+
+    /// No blocker behind a distance is seen outside the half-width there.
+    #[test]
+    fn the_search_window_holds_every_filter() {
+        let a = AreaLight::spot(1.0, [0.5, 0.7], 0.2, 50.0);
+        let sun = AreaLight::sun(0.1, [5.0, 7.0], 50.0);
+        for light in [a, sun] {
+            let z = 20.0;
+            for i in 0..40 {
+                let nearest = light.near() + 0.5 * f64::from(i);
+                let window = light.filter_half_width(z, nearest);
+                for k in 0..50 {
+                    let width = light.filter_half_width(z, nearest + 0.5 * f64::from(k));
+                    assert!(width.cmple(window).all());
+                }
+            }
+            assert_eq!(light.filter_half_width(z, z + 1.0), DVec2::ZERO);
+            assert_eq!(light.penumbra_width(z, z + 1.0), 0.0);
+        }
+        let point = AreaLight::spot(0.0, [0.5, 0.5], 0.2, 50.0);
+        assert_eq!((point.filter_half_width(20.0, 0.0), point.penumbra_width(20.0, 0.0)), (DVec2::ZERO, 0.0));
+    }
+}

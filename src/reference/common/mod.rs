@@ -1,0 +1,17 @@
+//! Mirrors of what several rooms use.
+//!
+//! `view` covers `receiver.glsl`. `pixel_steps.glsl` is covered by the passes that take these steps, `pcf_bounds.glsl` by
+//! [`pcf`](super::filtering::pcf). `tiles.glsl` has no mirror: it only packs numbers of tiles and pixels, which
+//! [`pcf::listed`](super::filtering::pcf::listed) counts.
+
+pub mod accumulate;
+pub mod area_light;
+pub mod blockers;
+pub mod depth_bounds;
+pub mod hsm;
+pub(crate) mod map_receiver;
+pub mod rbsm_receiver;
+pub mod shade;
+pub(crate) mod shadow_map_test;
+pub(crate) mod surface;
+pub(crate) mod view;

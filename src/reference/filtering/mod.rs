@@ -1,0 +1,6 @@
+//! Mirrors of the shadow map's own tests.
+//!
+//! [`pcf`] covers `pcf_receiver.glsl`.
+
+pub mod pcf;
+pub mod sm;

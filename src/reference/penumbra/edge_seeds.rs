@@ -1,0 +1,233 @@
+//! Mirror of `glsl/penumbra/edge_tiles.comp`, `edge_seeds.comp`, `edge_place.comp` and `marked_tiles.comp`: the shadow edges in an
+//! image of hard shadows, and the tiles in their reach.
+
+use crate::reference::common::surface::{Apart, near_plane, same_depth};
+use crate::reference::common::view::{Decision, FrameData, ROUNDING, Receiver, View};
+use crate::reference::revectorization::rbsm;
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::tiles::TILE;
+use crate::{Error, Result};
+use glam::DVec3;
+
+/// Half a step of 16 bits along both octahedral axes moves a unit normal by at most so much: the vector before it is
+/// normalised by half a step times the root of 6, and that is at least 1 / root 3 long.
+const NORMAL_STEP: f64 = 2.13 / 32767.0;
+
+/// Settings of the pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// How surfaces are told apart.
+    pub surfaces: SurfaceTest,
+    /// Of that test: pixels off the plane a pixel, or a share of the eye depth.
+    pub tolerance: f32,
+    /// Neighbours on any surface count.
+    pub any_surface: bool,
+    /// Where edges run.
+    pub points: Points,
+}
+
+/// Where the edge runs that a pixel is a seed of.
+#[derive(Clone, Copy, Debug)]
+pub enum Points {
+    /// Through the pixels' own centres; pixels on both sides are seeds.
+    Pixels,
+    /// Half-way between pixels.
+    Between,
+    /// Where the hard shadow ends between them.
+    Traced {
+        /// What the hard shadows are made by.
+        hard: rbsm::Settings,
+        /// Bisections of the way from pixel to pixel.
+        steps: u32,
+    },
+}
+
+impl Points {
+    fn at_pixels(self) -> bool {
+        matches!(self, Self::Pixels)
+    }
+}
+
+/// A seed: a pixel next to a shadow edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Seed {
+    /// Its pixel.
+    pub pixel: [usize; 2],
+    /// The point of the edge in camera view space, world units.
+    pub point: DVec3,
+    /// How far off single precision may put the point, world units.
+    pub error: f64,
+    /// By how much the point may be moved either way where a test on the way to it is a tie, world units.
+    pub doubt: DVec3,
+    /// Unit normal of the surface there, in camera view space.
+    pub normal: DVec3,
+    /// Bound of the error that precision and storage may leave in the normal.
+    pub normal_error: f64,
+    /// False where a test for one surface lies within the rounding: the seed may rightly be missing, or its point lie
+    /// anywhere within `error`.
+    pub sure: bool,
+}
+
+impl Seed {
+    /// How far off the point may be in all, world units.
+    pub fn off(&self) -> f64 {
+        self.error + self.doubt.length()
+    }
+
+    /// `x + 65536 y` of its pixel.
+    pub fn label(&self) -> u32 {
+        self.pixel[0] as u32 | (self.pixel[1] as u32) << 16
+    }
+}
+
+/// All seeds, row by row. `hard` is the image of hard shadows, 0 or 1 a pixel.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn seeds(data: &FrameData<'_>, hard: &[f32], settings: &Settings) -> Result<Vec<Seed>> {
+    let view = View::new(data)?;
+    check_hard(&view, hard)?;
+    Ok(view.every_pixel(|pixel| seed_at(&view, hard, settings, pixel)).into_iter().flatten().collect())
+}
+
+/// How many tiles of 8 x 8 pixels are both lit and dark, with a ring of pixels around that is lit outside the image: those
+/// that `edge_tiles.comp` lists.
+pub fn mixed_tiles(size: [usize; 2], hard: &[f32]) -> usize {
+    let tile = TILE as usize;
+    let count = size.map(|n| n.div_ceil(tile));
+    let lit = |x: usize, y: usize| {
+        // One more than the pixel, so that -1 has a place.
+        let inside = (1..=size[0]).contains(&x) && (1..=size[1]).contains(&y);
+        !inside || hard[(y - 1) * size[0] + x - 1] > 0.5
+    };
+    let is_mixed = |t: usize| {
+        let (x, y) = (t % count[0] * tile, t / count[0] * tile);
+        let mut ring = (y..y + tile + 2).flat_map(|y| (x..x + tile + 2).map(move |x| lit(x, y)));
+        let first = ring.next();
+        ring.any(|l| Some(l) != first)
+    };
+    (0..count[0] * count[1]).filter(|&t| is_mixed(t)).count()
+}
+
+pub(super) fn check_hard(view: &View<'_>, hard: &[f32]) -> Result<()> {
+    let wanted = view.size[0] * view.size[1];
+    if hard.len() != wanted {
+        let problem = format!("mirror: the hard shadows have {} values, {wanted} are needed", hard.len());
+        return Err(Error::Usage(problem));
+    }
+    if let Some(v) = hard.iter().find(|v| **v != 0.0 && **v != 1.0) {
+        return Err(Error::Usage(format!("mirror: a hard shadow of {v}, 0 or 1 is needed")));
+    }
+    Ok(())
+}
+
+/// `CREASE_COSINE` of `glsl/lib/penumbra.glsl`.
+const CREASE_COSINE: f64 = 0.8660254;
+
+fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixels: f64) -> Decision {
+    let tolerance = f64::from(s.tolerance);
+    if s.surfaces == SurfaceTest::Depth {
+        let error = p.position_error.z + q.position_error.z;
+        return same_depth(p.position.z, q.position.z, error, tolerance);
+    }
+    let vector = q.position - p.position;
+    let error = (p.position_error + q.position_error).length() + ROUNDING * vector.length();
+    let apart = Apart { vector, error };
+    let widths = [p, q].map(|r| view.pixel_width(r.position, r.position_error));
+    let width = if widths[0].0 < widths[1].0 { widths[0] } else { widths[1] };
+    // `isRidge`.
+    let turned = p.normal_error + q.normal_error + ROUNDING;
+    let sharp = Decision::positive(CREASE_COSINE - p.normal.dot(q.normal), turned);
+    let falls = -(p.normal - q.normal).dot(vector);
+    let ridge = sharp.and(Decision::positive(falls, 2.0 * error + turned * vector.length()));
+    [p, q]
+        .map(|r| near_plane((r.normal, r.normal_error), &apart, pixels, width, tolerance))
+        .into_iter()
+        .fold(ridge.opposite(), Decision::and)
+}
+
+fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Option<Seed> {
+    let own = hard[view.index(pixel)];
+    // The points of both sides are the same.
+    if own < 0.5 && !s.points.at_pixels() {
+        return None;
+    }
+    let p = view.receiver(pixel)?;
+    // Neighbours that differ: how they lie to the pixel, and whether they count.
+    let mut pairs: Vec<(Apart, Decision)> = vec![];
+    let mut other_error = DVec3::ZERO;
+    for y in pixel[1].saturating_sub(1)..(pixel[1] + 2).min(view.size[1]) {
+        for x in pixel[0].saturating_sub(1)..(pixel[0] + 2).min(view.size[0]) {
+            let steps = x.abs_diff(pixel[0]) + y.abs_diff(pixel[1]);
+            // Between pixels those across a corner do not count.
+            if hard[view.index([x, y])] == own || (steps == 2 && !s.points.at_pixels()) {
+                continue;
+            }
+            let Some(q) = view.receiver([x, y]) else { continue };
+            let pixels = (steps as f64).sqrt();
+            let counts = if s.any_surface { Decision::Yes } else { same_surface(view, s, &p, &q, pixels) };
+            if counts != Decision::No {
+                let vector = q.position - p.position;
+                other_error = other_error.max(q.position_error);
+                pairs.push((Apart { vector, error: q.position_error.length() }, counts));
+            }
+        }
+    }
+    if pairs.is_empty() {
+        return None;
+    }
+    let sure = pairs.iter().all(|pair| pair.1 == Decision::Yes);
+    let farthest = pairs.iter().map(|pair| pair.0.vector.length()).fold(0.0, f64::max);
+    let mut error = p.position_error.length() + ROUNDING * p.position.length();
+    let (mut point, mut doubt) = (p.position, DVec3::ZERO);
+    if !s.points.at_pixels() {
+        let taken: Vec<_> = pairs.iter().filter(|pair| pair.1.is_yes()).collect();
+        let sum: DVec3 = taken.iter().map(|pair| pair.0.vector).sum();
+        point += 0.5 / taken.len().max(1) as f64 * sum;
+        error += pairs.iter().map(|pair| pair.0.error).fold(0.0, f64::max) + ROUNDING * farthest;
+        // Whichever count, the point lies within half the farthest of the pixel.
+        error += if sure { 0.0 } else { farthest };
+        if let Points::Traced { hard, steps } = s.points {
+            let along;
+            (along, doubt) = trace(view, &p, 2.0 * (point - p.position), other_error, (&hard, steps));
+            point = p.position + along;
+        }
+    }
+    // At a pixel only whether there is any matters.
+    let sure = sure || (s.points.at_pixels() && pairs.iter().any(|pair| pair.1 == Decision::Yes));
+    Some(Seed { pixel, point, error, doubt, normal: p.normal, normal_error: p.normal_error + NORMAL_STEP, sure })
+}
+
+/// How far from `p` along `across` the hard shadow ends, and how far to either side of that ties may put it. Where there is
+/// none at the end of `across`, half of it. `error` is that of the other end.
+fn trace(
+    view: &View<'_>,
+    p: &Receiver,
+    across: DVec3,
+    error: DVec3,
+    (hard, steps): (&rbsm::Settings, u32),
+) -> (DVec3, DVec3) {
+    let at = |share: f64| {
+        let position = p.position + share * across;
+        let position_error = p.position_error.lerp(error, share) + ROUNDING * position.abs();
+        let r = Receiver { position, position_error, ..*p };
+        rbsm::visibility_at(view, &r, hard)
+    };
+    let (mut lit, mut dark, mut doubt) = (0.0, 1.0, 0.0f64);
+    let end = at(1.0);
+    if end.doubt > 0.0 {
+        doubt = 1.0;
+    }
+    if end.visibility > 0.5 {
+        return (0.5 * across, 0.5 * doubt * across);
+    }
+    for _ in 0..steps {
+        let middle = 0.5 * (lit + dark);
+        let found = at(middle);
+        if found.doubt > 0.0 {
+            doubt = doubt.max(dark - lit);
+        }
+        *if found.visibility > 0.5 { &mut lit } else { &mut dark } = middle;
+    }
+    (0.5 * (lit + dark) * across, doubt * across)
+}

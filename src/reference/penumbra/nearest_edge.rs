@@ -1,0 +1,195 @@
+//! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`: what they search for, by trying all
+//! seeds; and the intensity of a penumbra of fixed width.
+
+pub mod soft;
+
+use super::edge_seeds::{self, Seed};
+use crate::reference::common::surface::{Apart, near_plane, same_depth};
+use crate::reference::common::view::{Decision, FrameData, ROUNDING, Receiver, View};
+use crate::reference::distance_transform::edt::{self, Mask};
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::distance_transform::NO_SEED;
+use crate::{Error, Result};
+use std::collections::HashMap;
+
+/// Settings of the passes.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Those of the seeds.
+    pub seeds: edge_seeds::Settings,
+    /// Full width of the penumbra, world units.
+    pub penumbra: f32,
+    /// Width of the mean filter, world units.
+    pub filter_width: f32,
+}
+
+impl Settings {
+    /// Within this distance of an edge the image may differ from hard shadows, world units.
+    pub fn reach(&self) -> f64 {
+        // The passes take a little more, so that rounding takes nothing off.
+        0.5 * (f64::from(self.penumbra) + f64::from(self.filter_width)) * 1.000001f64.sqrt()
+    }
+}
+
+/// The edge nearest to a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Of the exact nearest seed, `x + 65536 y`; [`NO_SEED`] if there is none in reach.
+    pub label: u32,
+    /// To its point, world units; infinite if there is none.
+    pub distance: f64,
+    /// The same, at the least and at the most that rounding may make of it, by another point, or by another decision
+    /// which seeds there are or lie on the pixel's surface.
+    pub range: [f64; 2],
+}
+
+const NOTHING: Nearest = Nearest { label: NO_SEED, distance: f64::INFINITY, range: [f64::INFINITY; 2] };
+
+/// A pixel and the seed that it was given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// From the pixel's point to the edge's, world units.
+    pub distance: f64,
+    /// What single precision may have changed in it.
+    pub error: f64,
+    /// Whether the edge lies on the pixel's surface.
+    pub on_surface: bool,
+    /// True where that lies within the rounding, or the seed itself is in doubt.
+    pub doubtful: bool,
+}
+
+/// Every pixel's nearest seed in the world, of those on its surface and in reach.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Nearest>> {
+    let view = View::new(data)?;
+    Ok(view.every_pixel(|pixel| {
+        let Some(p) = view.receiver(pixel) else { return NOTHING };
+        let (reach, p_error) = (settings.reach(), p.position_error.length());
+        let mut found = NOTHING;
+        for seed in seeds {
+            // Most are too far off by any measure.
+            let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.off());
+            if p.position.distance_squared(seed.point) > limit * limit {
+                continue;
+            }
+            consider(&view, settings, pixel, &p, seed, &mut found);
+        }
+        found
+    }))
+}
+
+/// Every pixel's nearest seed in the image, as the paper takes it: nothing if it lies on another surface or out of reach.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn in_image(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Nearest>> {
+    let view = View::new(data)?;
+    let mut mask = Mask { size: view.size, seeds: vec![false; view.size[0] * view.size[1]] };
+    let mut index = HashMap::new();
+    for (i, seed) in seeds.iter().enumerate() {
+        mask.seeds[view.index(seed.pixel)] = true;
+        index.insert(seed.label(), i);
+    }
+    let labels = edt::nearest_fast(&mask, None);
+    Ok(view.every_pixel(|pixel| {
+        let seed = index.get(&labels[view.index(pixel)]);
+        let (Some(&seed), Some(p)) = (seed, view.receiver(pixel)) else { return NOTHING };
+        let mut found = NOTHING;
+        consider(&view, settings, pixel, &p, &seeds[seed], &mut found);
+        found
+    }))
+}
+
+/// Every pixel with the seed of its label; `None` for [`NO_SEED`].
+///
+/// # Errors
+/// Images that do not fit the constants, or a label that is no seed's.
+pub fn links(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed], labels: &[u32]) -> Result<Vec<Option<Link>>> {
+    let view = View::new(data)?;
+    if labels.len() != view.size[0] * view.size[1] {
+        return Err(Error::Usage(format!("mirror: {} labels for {:?} pixels", labels.len(), view.size)));
+    }
+    let seeds: HashMap<u32, &Seed> = seeds.iter().map(|s| (s.label(), s)).collect();
+    let link = |pixel: [usize; 2]| {
+        let label = labels[view.index(pixel)];
+        if label == NO_SEED {
+            return Ok(None);
+        }
+        let (x, y) = (label & 0xffff, label >> 16);
+        let Some(seed) = seeds.get(&label) else {
+            return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, which is no seed")));
+        };
+        let Some(p) = view.receiver(pixel) else {
+            return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, but no surface")));
+        };
+        let (distance, error) = distance(&p, seed);
+        let on_surface = on_surface(&view, settings, pixel, &p, seed);
+        let doubtful = on_surface.is_doubtful() || !seed.sure;
+        Ok(Some(Link { distance, error, on_surface: on_surface.is_yes(), doubtful }))
+    };
+    view.every_pixel(link).into_iter().collect()
+}
+
+/// Eq. 8: the intensity at a point of hard visibility 0 or 1, `distance` away from the edge of a penumbra of full width
+/// `penumbra`, both in world units.
+///
+/// ```
+/// # use edgeshade::reference::penumbra::nearest_edge::intensity;
+/// assert_eq!([intensity(0.0, 1.0, 4.0), intensity(1.0, 1.0, 4.0), intensity(0.0, 2.5, 4.0)], [0.25, 0.75, 0.0]);
+/// ```
+pub fn intensity(hard: f64, distance: f64, penumbra: f64) -> f64 {
+    if distance.is_nan() || distance > 0.5 * penumbra {
+        return hard;
+    }
+    let side = if hard > 0.5 { 1.0 } else { -1.0 };
+    (0.5 + side * distance / penumbra).clamp(0.0, 1.0)
+}
+
+fn distance(p: &Receiver, seed: &Seed) -> (f64, f64) {
+    let distance = p.position.distance(seed.point);
+    (distance, p.position_error.length() + seed.off() + 2.0 * ROUNDING * distance)
+}
+
+fn consider(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, seed: &Seed, found: &mut Nearest) {
+    let (distance, error) = distance(p, seed);
+    let reach = s.reach();
+    let slack = error + ROUNDING * reach;
+    if distance - slack > reach || distance - error > found.range[1] {
+        return;
+    }
+    let on_surface = on_surface(view, s, pixel, p, seed);
+    if on_surface == Decision::No {
+        return;
+    }
+    found.range[0] = found.range[0].min((distance - error).max(0.0));
+    if on_surface == Decision::Yes && seed.sure && distance + slack <= reach {
+        found.range[1] = found.range[1].min(distance + error);
+    }
+    if on_surface.is_yes() && distance <= reach && distance < found.distance {
+        found.distance = distance;
+        found.label = seed.label();
+    }
+}
+
+/// Whether the seed's edge lies on the surface of `p`.
+fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, seed: &Seed) -> Decision {
+    let tolerance = f64::from(s.seeds.tolerance);
+    let vector = seed.point - p.position;
+    let error = p.position_error.length() + seed.error + ROUNDING * vector.length();
+    if s.seeds.surfaces == SurfaceTest::Depth {
+        return same_depth(p.position.z, seed.point.z, error + seed.doubt.z.abs(), tolerance);
+    }
+    let away = [0, 1].map(|i| pixel[i].abs_diff(seed.pixel[i]) as f64);
+    // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
+    let pixels = away[0].hypot(away[1]).max(1.0);
+    let width = view.pixel_width(p.position, p.position_error);
+    let planes = [(p.normal, p.normal_error), (seed.normal, seed.normal_error)];
+    let [here, there] = planes.map(|plane| {
+        // What is in doubt moves the point along the surface, and hardly off its planes.
+        let off_plane = plane.0.dot(seed.doubt).abs() + plane.1 * seed.doubt.length();
+        near_plane(plane, &Apart { vector, error: error + off_plane }, pixels, width, tolerance)
+    });
+    here.and(there)
+}

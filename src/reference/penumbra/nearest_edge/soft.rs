@@ -1,0 +1,308 @@
+//! The search where every seed has a penumbra width of its own (`SOFT` of `glsl/penumbra/nearest_edge.glsl`).
+
+use super::{Link, Nearest, on_surface};
+use crate::reference::FrameData;
+use crate::reference::common::surface::{Apart, near_plane, same_depth};
+use crate::reference::common::view::{Decision, ROUNDING, Receiver, View};
+use crate::reference::penumbra::edge_seeds::{self, Seed};
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::distance_transform::NO_SEED;
+use crate::technique::penumbra::seed_width::{Meet, Metric};
+use crate::{Error, Result};
+use glam::{DVec2, DVec3, dvec2};
+use std::collections::HashMap;
+
+/// Settings of the passes.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Those of the seeds.
+    pub seeds: edge_seeds::Settings,
+    /// Which edge counts.
+    pub meet: Meet,
+    /// How distances are measured.
+    pub metric: Metric,
+    /// Width of the mean filter, a share of the penumbra's.
+    pub filter_width: f32,
+}
+
+impl Settings {
+    /// Within this distance of an edge, a share of its penumbra's width, the image may differ from hard shadows.
+    pub fn reach(&self) -> f64 {
+        // The passes take a little more, so that rounding takes nothing off.
+        0.5 * (1.0 + f64::from(self.filter_width)) * 1.000001f64.sqrt()
+    }
+
+    fn on_surface(&self) -> super::Settings {
+        super::Settings { seeds: self.seeds, penumbra: 1.0, filter_width: self.filter_width }
+    }
+}
+
+/// A seed with the penumbra's width and the cosine that it was given.
+pub type WideSeed = (Seed, [f32; 2]);
+
+/// `ROUNDED` of `glsl/penumbra/nearest_edge.glsl`.
+const ROUNDED: f64 = 0.5;
+
+/// A distance as it is measured, in world units, and the bound of its error.
+struct Measured(f64, f64);
+
+/// What of a pixel distances are measured by.
+struct Place {
+    p: Receiver,
+    axis: DVec3,
+    ray: DVec3,
+    ray_error: f64,
+    sides: [DVec3; 2],
+}
+
+impl Place {
+    fn new(view: &View<'_>, p: Receiver) -> Self {
+        let (towards, error) = view.towards_light(p.position, p.position_error);
+        let axis = match view.light_axis() {
+            none if none == DVec3::ZERO => -towards,
+            axis => axis,
+        };
+        let facing = (-towards).dot(axis).max(0.05);
+        let ray_error = (error + 2.0 * ROUNDING) * 2.0 / (facing * facing);
+        let sides = view.light_sides().map(|side| (side - side.dot(axis) * axis).normalize_or_zero());
+        Self { p, axis, ray: -towards / facing, ray_error, sides }
+    }
+
+    fn measure(&self, s: &Settings, (seed, [_, cosine]): &WideSeed) -> Measured {
+        let apart = seed.point - self.p.position;
+        let length = apart.length();
+        let error = self.p.position_error.length() + seed.off() + 2.0 * ROUNDING * length;
+        if s.metric == Metric::World {
+            return Measured(length, error);
+        }
+        let across = apart - apart.dot(self.axis) * self.ray;
+        let stretch = 1.0 + self.ray.length();
+        let across_error = error * stretch + length * (self.ray_error + 6.0 * ROUNDING * stretch);
+        let cosine = f64::from(*cosine);
+        let larger = self.sides.map(|side| across.dot(side).abs()).into_iter().fold(0.0, f64::max);
+        let rounded = (larger + ROUNDED * across.length()) / (1.0 + ROUNDED);
+        Measured(rounded.max(length * cosine), across_error.max(error * cosine))
+    }
+}
+
+/// Every pixel's exact nearest seed, on its surface: with [`Meet::Weighted`] by the share of its penumbra's width, of those
+/// in reach; with [`Meet::Nearest`] in world units, of all.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -> Result<Vec<Nearest>> {
+    let view = View::new(data)?;
+    let reach = settings.reach();
+    Ok(view.every_pixel(|pixel| {
+        let Some(p) = view.receiver(pixel) else { return super::NOTHING };
+        let place = Place::new(&view, p);
+        let mut found = super::NOTHING;
+        for wide in seeds {
+            let (seed, [width, cosine]) = wide;
+            let (width, cosine) = (f64::from(*width), f64::from(*cosine));
+            let unit = match settings.meet {
+                Meet::Weighted if width > 0.0 => width,
+                Meet::Weighted => continue,
+                Meet::Nearest => 1.0,
+            };
+            let reach = if settings.meet == Meet::Weighted { reach } else { f64::INFINITY };
+            // Most are too far off by any measure.
+            let limit = 1.00001 * (reach.min(found.range[1]) * unit / cosine + p.position_error.length() + seed.off());
+            if place.p.position.distance_squared(seed.point) > limit * limit {
+                continue;
+            }
+            let Measured(distance, error) = place.measure(settings, wide);
+            let (distance, error) = (distance / unit, error / unit + 2.0 * ROUNDING * distance / unit);
+            if distance - error > reach.min(found.range[1]) {
+                continue;
+            }
+            let on_surface = on_surface(&view, &settings.on_surface(), pixel, &p, seed);
+            if on_surface == Decision::No {
+                continue;
+            }
+            found.range[0] = found.range[0].min((distance - error).max(0.0));
+            if on_surface == Decision::Yes && seed.sure && distance + error <= reach {
+                found.range[1] = found.range[1].min(distance + error);
+            }
+            if on_surface.is_yes() && distance <= reach && distance < found.distance {
+                (found.distance, found.label) = (distance, seed.label());
+            }
+        }
+        found
+    }))
+}
+
+/// Every pixel with the seed of its label, and the distance to it as a share of the penumbra's width there; `None` for
+/// [`NO_SEED`].
+///
+/// # Errors
+/// Images that do not fit the constants, or a label that is no seed's.
+pub fn links(
+    data: &FrameData<'_>,
+    settings: &Settings,
+    seeds: &[WideSeed],
+    labels: &[u32],
+) -> Result<Vec<Option<Link>>> {
+    let view = View::new(data)?;
+    if labels.len() != view.size[0] * view.size[1] {
+        return Err(Error::Usage(format!("mirror: {} labels for {:?} pixels", labels.len(), view.size)));
+    }
+    let seeds: HashMap<u32, &WideSeed> = seeds.iter().map(|s| (s.0.label(), s)).collect();
+    let link = |pixel: [usize; 2]| {
+        let label = labels[view.index(pixel)];
+        if label == NO_SEED {
+            return Ok(None);
+        }
+        let (x, y) = (label & 0xffff, label >> 16);
+        let Some(wide) = seeds.get(&label).filter(|s| s.1[0] > 0.0) else {
+            let problem = format!("mirror: pixel {pixel:?} has the label {x}, {y}, which is no seed with a penumbra");
+            return Err(Error::Usage(problem));
+        };
+        let Some(p) = view.receiver(pixel) else {
+            return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, but no surface")));
+        };
+        let width = f64::from(wide.1[0]);
+        let Measured(distance, error) = Place::new(&view, p).measure(settings, wide);
+        let (distance, error) = (distance / width, error / width + 2.0 * ROUNDING * distance / width);
+        let on_surface = on_surface(&view, &settings.on_surface(), pixel, &p, &wide.0);
+        let doubtful = on_surface.is_doubtful() || !wide.0.sure;
+        Ok(Some(Link { distance, error, on_surface: on_surface.is_yes(), doubtful }))
+    };
+    view.every_pixel(link).into_iter().collect()
+}
+
+/// Every pixel's point and unit normal in camera view space; `None` for the sky.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn points(data: &FrameData<'_>) -> Result<Vec<Option<(DVec3, DVec3)>>> {
+    let view = View::new(data)?;
+    Ok(view.every_pixel(|pixel| view.receiver(pixel).map(|r| (r.position, r.normal))))
+}
+
+/// What a pixel's hard shadows hold beyond its nearest edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Beyond {
+    /// To be added to eq. 8's intensity.
+    pub change: f64,
+    /// How far taps that rounding may place or judge otherwise take it from that.
+    pub doubt: f64,
+}
+
+/// `EDGE_PIXELS` of `glsl/penumbra/nearest_edge.comp`.
+const EDGE_PIXELS: f64 = 1.5;
+
+/// `beyondEdge` of `glsl/penumbra/nearest_edge.comp`, of every pixel with a label, at a distance that is the given share of the
+/// penumbra's width.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn beyond(
+    data: &FrameData<'_>,
+    settings: &Settings,
+    seeds: &[WideSeed],
+    hard: &[f32],
+    (labels, shares): (&[u32], &[f32]),
+    taps: u32,
+) -> Result<Vec<Beyond>> {
+    let view = View::new(data)?;
+    let pixels = view.size[0] * view.size[1];
+    if [hard.len(), labels.len(), shares.len()].iter().any(|n| *n != pixels) {
+        return Err(Error::Usage(format!("mirror: images of other sizes than {:?} pixels", view.size)));
+    }
+    let seeds: HashMap<u32, &WideSeed> = seeds.iter().map(|s| (s.0.label(), s)).collect();
+    Ok(view.every_pixel(|pixel| {
+        let i = view.index(pixel);
+        let (Some((seed, _)), Some(p)) = (seeds.get(&labels[i]), view.receiver(pixel)) else {
+            return Beyond::default();
+        };
+        let share = f64::from(shares[i]);
+        if share <= 0.0 {
+            return Beyond::default();
+        }
+        let across = (seed.point - p.position) / share;
+        let line = Line { view: &view, s: settings, pixel, p, across, share, error: seed.off() / share };
+        let mut found = Beyond::default();
+        for k in 0..taps {
+            let t = (f64::from(k) + 0.5) / f64::from(taps) - 0.5;
+            let own = f64::from(hard[i]);
+            let expected = if t < share { own } else { 1.0 - own };
+            let [likely, least, most] = line.tap(t, expected, hard);
+            found.change += likely / f64::from(taps);
+            found.doubt += (likely - least).max(most - likely) / f64::from(taps);
+        }
+        found
+    }))
+}
+
+/// A pixel's line through its nearest edge.
+struct Line<'a> {
+    view: &'a View<'a>,
+    s: &'a Settings,
+    pixel: [usize; 2],
+    p: Receiver,
+    /// As long as the penumbra is wide.
+    across: DVec3,
+    share: f64,
+    /// Of that, world units.
+    error: f64,
+}
+
+impl Line<'_> {
+    /// In pixels from the image's corner.
+    fn place(&self, t: f64) -> Option<DVec2> {
+        let clip = self.view.clip_from_view() * (self.p.position + t * self.across).extend(1.0);
+        let size = dvec2(self.view.size[0] as f64, self.view.size[1] as f64);
+        (clip.w > 0.0).then(|| (dvec2(clip.x, clip.y) / clip.w * 0.5 + 0.5) * size)
+    }
+
+    /// What a tap adds by the most likely decisions, at the least and at the most.
+    fn tap(&self, t: f64, expected: f64, hard: &[f32]) -> [f64; 3] {
+        let ends = [-0.5, 0.5].map(|t| self.place(t));
+        let (Some(place), [Some(from), Some(to)]) = (self.place(t), ends) else { return [0.0; 3] };
+        let pixels = from.distance(to);
+        let (width, _) = self.view.pixel_width(self.p.position, self.p.position_error);
+        // Of a place: what the line's end may be off, and the products of a few matrices.
+        let error = t.abs() * self.error / width + 1e-4 + 1e-6 * (place.length() + pixels);
+        let away = (t - self.share).abs() * pixels - EDGE_PIXELS;
+        let far = Decision::positive(away, 1e-3 + 1e-4 * pixels + self.error / width);
+        let at = |x: f64, y: f64| {
+            let (x, y) = (x.floor(), y.floor());
+            let inside = x >= 0.0 && y >= 0.0 && x < self.view.size[0] as f64 && y < self.view.size[1] as f64;
+            inside.then_some([x as usize, y as usize])
+        };
+        let mut values = [0.0f64; 3];
+        for (k, (x, y)) in
+            [(0.0, 0.0), (-error, -error), (error, -error), (-error, error), (error, error)].into_iter().enumerate()
+        {
+            let Some(tap) = at(place.x + x, place.y + y) else {
+                values = [values[0], values[1].min(0.0), values[2].max(0.0)];
+                continue;
+            };
+            let same = far.and(self.same_surface(tap));
+            let value = f64::from(hard[self.view.index(tap)]) - expected;
+            if k == 0 {
+                values[0] = if same.is_yes() { value } else { 0.0 };
+                values = [values[0]; 3];
+            }
+            let likely = if same.is_yes() { value } else { 0.0 };
+            let other = if same.is_doubtful() { value - likely } else { likely };
+            values = [values[0], values[1].min(likely).min(other), values[2].max(likely).max(other)];
+        }
+        values
+    }
+
+    fn same_surface(&self, tap: [usize; 2]) -> Decision {
+        let Some(q) = self.view.receiver(tap) else { return Decision::No };
+        let tolerance = f64::from(self.s.seeds.tolerance);
+        let vector = q.position - self.p.position;
+        let error = (self.p.position_error + q.position_error).length() + ROUNDING * vector.length();
+        if self.s.seeds.surfaces == SurfaceTest::Depth {
+            return same_depth(self.p.position.z, q.position.z, error, tolerance);
+        }
+        let away = [0, 1].map(|i| self.pixel[i].abs_diff(tap[i]) as f64);
+        let width = self.view.pixel_width(self.p.position, self.p.position_error);
+        let pixels = away[0].hypot(away[1]).max(0.5);
+        near_plane((self.p.normal, self.p.normal_error), &Apart { vector, error }, pixels, width, tolerance)
+    }
+}

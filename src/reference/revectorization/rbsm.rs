@@ -1,0 +1,145 @@
+//! Mirror of `glsl/revectorization/rbsm.comp`: the functions of [`super::revectorize`] over the tests on a receiver's plane.
+
+use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};
+use crate::Result;
+use crate::reference::common::map_receiver::{MapReceiver, receive, receive_point};
+use crate::reference::common::rbsm_receiver::{PLACE_ROUNDING, ReceiverSettings, Tests};
+use crate::reference::common::view::{FrameData, Mirror, Receiver, Verdict, View};
+use std::cell::RefCell;
+
+/// Settings of the pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// What becomes of a fragment at an edge.
+    pub function: Function,
+    /// All texels are compared with the fragment's own depth.
+    pub fixed_depth: bool,
+    /// `MAXDIST`, texels.
+    pub max_distance: u32,
+    /// Multiples of what a plane needs.
+    pub normal_offset: f32,
+    /// Fraction of a texel's slope, along both axes.
+    pub depth_bias: f32,
+    /// Texels of depth a texel of distance that a curved receiver may lie before its plane.
+    pub slack: f32,
+}
+
+impl Settings {
+    pub(crate) fn receiver(&self) -> ReceiverSettings {
+        let Self { fixed_depth, normal_offset, depth_bias, slack, .. } = *self;
+        ReceiverSettings { fixed_depth, normal_offset, depth_bias, slack }
+    }
+}
+
+/// The visibility of every pixel.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
+    let view = View::new(data)?;
+    let pixels = view.every_pixel(|p| {
+        let receiver = receive(&view, p, settings.normal_offset, settings.depth_bias);
+        verdict(&view, receiver, settings)
+    });
+    Ok(Mirror::collect(pixels))
+}
+
+fn verdict(view: &View<'_>, receiver: MapReceiver, settings: &Settings) -> Verdict {
+    match receiver {
+        MapReceiver::Decided(verdict) => verdict,
+        MapReceiver::Open(r) => r.with_doubts(look_up(&Tests::new(view, &r, &settings.receiver()), settings)),
+    }
+}
+
+/// The visibility of any point on a surface.
+pub(crate) fn visibility_at(view: &View<'_>, r: &Receiver, settings: &Settings) -> Verdict {
+    verdict(view, receive_point(view, r, settings.normal_offset, settings.depth_bias), settings)
+}
+
+/// What `rbsm_view.comp` finds of a pixel; channels left, right, +v, -v.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Intermediates {
+    /// Listing 2's packed form.
+    pub discontinuity: [f64; 3],
+    /// Listing 3's signed steps; 0 where there is no edge.
+    pub traversal: [f64; 4],
+    /// The edge profile's height over each side that differs, texels.
+    pub height: [f64; 4],
+    /// False where a test or the place in the map may rightly differ in single precision.
+    pub sure: bool,
+}
+
+/// The intermediates of every pixel; `quality` is that of the profile.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn intermediates(data: &FrameData<'_>, settings: &Settings, quality: Quality) -> Result<Vec<Intermediates>> {
+    let view = View::new(data)?;
+    Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) => Intermediates {
+            discontinuity: [0.0, 0.0, 1.0 - verdict.visibility],
+            sure: verdict.doubt == 0.0,
+            ..Intermediates::default()
+        },
+        MapReceiver::Open(r) => {
+            let tests = Tests::new(&view, &r, &settings.receiver());
+            let texels = tests.texels();
+            let ask = |lit: &dyn Fn([i64; 2]) -> bool| found_at(&tests, texels[0], lit, settings, quality);
+            // Any test in doubt makes the pixel so.
+            let doubt = RefCell::new(false);
+            let found = ask(&|t| {
+                let test = tests.test(texels[0], t);
+                *doubt.borrow_mut() |= test.is_doubtful();
+                test.is_yes()
+            });
+            let sure = texels.len() == 1 && !*doubt.borrow() && !r.is_doubtful();
+            Intermediates { sure, ..found }
+        }
+    }))
+}
+
+fn found_at(
+    tests: &Tests<'_>,
+    texel: [i64; 2],
+    lit: &dyn Fn([i64; 2]) -> bool,
+    settings: &Settings,
+    quality: Quality,
+) -> Intermediates {
+    let texels = |t| lit(t);
+    let d = revectorize::discontinuity(&texels, texel);
+    let mut found = Intermediates { discontinuity: d.packed().to_array(), ..Intermediates::default() };
+    if d.mask == 0 {
+        return found;
+    }
+    let fraction = tests.fraction(texel);
+    found.traversal = revectorize::traverse_all(&texels, texel, d, settings.max_distance).map(|t| t as f64);
+    found.height = Side::ALL.map(|side| {
+        if !d.at(side) {
+            return 0.0;
+        }
+        let crack = Crack { texel, side, lit: d.lit };
+        let profile = revectorize::profile(&texels, crack, quality, settings.max_distance);
+        profile.height(profile.before + if side.is_horizontal() { fraction.y } else { fraction.x })
+    });
+    found
+}
+
+pub(crate) fn look_up(tests: &Tests<'_>, settings: &Settings) -> Verdict {
+    let mut found: Option<Verdict> = None;
+    for texel in tests.texels() {
+        let fraction = tests.fraction(texel);
+        let ask = |lit: &dyn Fn([i64; 2]) -> bool| {
+            revectorize::visibility(&|t| lit(t), texel, fraction, settings.function, settings.max_distance)
+        };
+        let (outcome, doubt) = tests.ask(texel, |o: &Outcome| o.visibility, ask);
+        let place_error = tests.place_error.length() + PLACE_ROUNDING;
+        // A ramp changes by at most 1 a texel along each axis.
+        let is_ramp = settings.function == Function::Filtered;
+        let rounding = if is_ramp { tests.place_error.x + tests.place_error.y + PLACE_ROUNDING } else { 0.0 };
+        let verdict = Verdict { visibility: outcome.visibility, doubt, rounding };
+        let verdict = if outcome.margin <= place_error { verdict.or(1.0 - outcome.visibility) } else { verdict };
+        found = Some(found.map_or(verdict, |first| first.or_verdict(verdict)));
+    }
+    // There is at least the exact texel.
+    found.unwrap_or(Verdict::sure(1.0))
+}

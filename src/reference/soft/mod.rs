@@ -1,0 +1,10 @@
+//! Mirrors of penumbrae of an area light.
+//!
+//! [`rbssm`] covers `edge_blockers.glsl` and `revectorized_filter.glsl`.
+
+pub mod pcss;
+pub mod penumbra_width;
+pub mod rbssm;
+pub mod screen_filter;
+pub mod soft_auto;
+mod soft_filter;

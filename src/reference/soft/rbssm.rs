@@ -1,0 +1,335 @@
+//! Mirror of `glsl/soft/rbssm.comp`: every tap for itself.
+
+use crate::Result;
+use crate::reference::common::area_light::AreaLight;
+use crate::reference::common::blockers::{self, Bounded, SoftReceiver, floors};
+pub use crate::reference::common::blockers::{Class, Classified, MapClasses};
+use crate::reference::common::hsm::Hsm;
+use crate::reference::common::map_receiver::{MapReceiver, OpenReceiver, receive};
+use crate::reference::common::rbsm_receiver::{PLACE_ROUNDING, Tests};
+use crate::reference::common::view::{FrameData, Mirror, ROUNDING, Verdict, View};
+use crate::reference::revectorization::rbsm;
+use crate::reference::revectorization::revectorize::{self, Function, Outcome};
+use crate::technique::common::blocker_search::SearchWindow;
+use crate::technique::soft::rbssm::RbssmVisibility;
+use glam::{DVec2, dvec2};
+
+/// Where too much is in doubt to be followed up.
+const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
+
+/// Settings of the technique.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Taps of the blocker search along each axis.
+    pub search_taps: u32,
+    /// Taps of the filter along each axis.
+    pub filter_taps: u32,
+    /// Where blockers are searched.
+    pub window: SearchWindow,
+    /// What is averaged.
+    pub visibility: RbssmVisibility,
+    /// Of the filter, texels.
+    pub least_width: f32,
+    /// `MAXDIST`, texels.
+    pub max_distance: u32,
+    /// Multiples of what a plane needs.
+    pub normal_offset: f32,
+    /// Fraction of a texel's slope, along both axes.
+    pub depth_bias: f32,
+}
+
+impl Settings {
+    pub(super) fn hard(&self) -> rbsm::Settings {
+        rbsm::Settings {
+            function: match self.visibility {
+                RbssmVisibility::Recovery => Function::Silhouette,
+                RbssmVisibility::Improved => Function::Star,
+            },
+            fixed_depth: false,
+            max_distance: self.max_distance,
+            normal_offset: self.normal_offset,
+            depth_bias: self.depth_bias,
+            slack: 0.0,
+        }
+    }
+}
+
+/// The visibility of every pixel.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
+    let view = View::new(data)?;
+    let light = AreaLight::of(data.constants, 0);
+    let hsm = match settings.window {
+        SearchWindow::Near => None,
+        SearchWindow::Blockers => Some(Hsm::new(data.shadow_map, data.constants.map_size)),
+    };
+    let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) => verdict,
+        MapReceiver::Open(open) => {
+            let pixel = Pixel::new(&view, &light, &open, settings);
+            let Some(windows) = pixel.soft.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
+                return open.with_doubts(ANYTHING);
+            };
+            let verdicts = windows.into_iter().map(|window| pixel.search_and_filter(pixel.at_least(window)));
+            open.with_doubts(verdicts.reduce(Verdict::or_verdict).unwrap_or(Verdict::sure(1.0)))
+        }
+    });
+    Ok(Mirror::collect(pixels))
+}
+
+/// The class of every pixel by what the map is classified by.
+///
+/// # Errors
+/// Images that do not fit the constants.
+pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> Result<Vec<Classified>> {
+    let view = View::new(data)?;
+    let light = AreaLight::of(data.constants, 0);
+    let hsm = (settings.window == SearchWindow::Blockers).then_some(&map.hsm);
+    Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(verdict) => Classified::decided(verdict),
+        MapReceiver::Open(open) => {
+            let pixel = Pixel::new(&view, &light, &open, settings);
+            match pixel.soft.search_windows(&light, &view, hsm, 1.0) {
+                Some(windows) if !open.is_doubtful() => {
+                    let windows: Vec<_> = windows.into_iter().map(|w| pixel.at_least(w)).collect();
+                    // With the ring around it, by which edges are known.
+                    pixel.soft.classify(&view, map, &windows, 1.0)
+                }
+                _ => Classified::OPEN,
+            }
+        }
+    }))
+}
+
+pub(super) struct Pixel<'a> {
+    view: &'a View<'a>,
+    light: &'a AreaLight,
+    settings: &'a Settings,
+    hard: rbsm::Settings,
+    pub soft: SoftReceiver,
+    pub tests: Tests<'a>,
+}
+
+impl<'a> Pixel<'a> {
+    pub fn new(view: &'a View<'a>, light: &'a AreaLight, open: &OpenReceiver, settings: &'a Settings) -> Self {
+        let hard = settings.hard();
+        let (soft, tests) =
+            (SoftReceiver::new(view, light, open), Tests::new(view, open, &hard.receiver()).with_map_going_on(true));
+        Self { view, light, settings, hard, soft, tests }
+    }
+
+    /// Least half-width of the filter, texels.
+    fn least(&self) -> Bounded<DVec2> {
+        let near = self.light.near();
+        let near = Bounded { value: near, error: ROUNDING * near };
+        let possible = blockers::texels(self.view, blockers::half_width(self.light, self.soft.z, near));
+        let least = DVec2::splat(0.5 * f64::from(self.settings.least_width));
+        let error = dvec2(
+            if possible.value.x - possible.error.x < least.x { possible.error.x } else { 0.0 },
+            if possible.value.y - possible.error.y < least.y { possible.error.y } else { 0.0 },
+        );
+        Bounded { value: least.min(possible.value), error }
+    }
+
+    /// A search window, widened to the least filter.
+    pub fn at_least(&self, window: Bounded<DVec2>) -> Bounded<DVec2> {
+        let (least, extent) = (self.least(), self.view.map_extent());
+        Bounded {
+            value: window.value.max(least.value / extent),
+            error: window.error.max(least.error / extent + ROUNDING * least.value / extent),
+        }
+    }
+
+    fn search_and_filter(&self, window: Bounded<DVec2>) -> Verdict {
+        if !blockers::is_followed(self.soft.at.error + window.error * self.view.map_extent()) {
+            return ANYTHING;
+        }
+        let found =
+            blockers::find_blockers(self.view, &self.soft, self.light, window, self.settings.search_taps.into());
+        let Some(z) = found.z else {
+            let next_door = self.neighbouring_blockers(|z| self.filter(self.width(window, z)));
+            return if found.range.is_some() { next_door.or(0.0).or(1.0) } else { next_door };
+        };
+        let verdict = self.filter_for(window, z, found.range);
+        if found.doubtful { verdict.or(0.0).or(1.0) } else { verdict }
+    }
+
+    /// The filter for blockers at a mean distance, which decisions in doubt may take through `range`.
+    pub fn filter_for(&self, window: Bounded<DVec2>, z: Bounded<f64>, range: Option<[f64; 2]>) -> Verdict {
+        let mut verdict = self.filter(self.width(window, z));
+        if range.is_some() {
+            verdict.doubt = self.filter(self.width_for(window, z, range)).doubt;
+        }
+        verdict
+    }
+
+    /// Half-width of the filter, texels, for blockers as in [`Self::filter_for`].
+    pub fn width_for(&self, window: Bounded<DVec2>, z: Bounded<f64>, range: Option<[f64; 2]>) -> Bounded<DVec2> {
+        let texels = self.width(window, z);
+        let apart = range.map_or(DVec2::ZERO, |range| {
+            let [a, b] = range.map(|value| self.width(window, Bounded { value, ..z }));
+            (a.value - texels.value).abs().max((b.value - texels.value).abs())
+        });
+        Bounded { error: texels.error + apart, ..texels }
+    }
+
+    /// Half-width of the filter, texels.
+    fn width(&self, window: Bounded<DVec2>, z: Bounded<f64>) -> Bounded<DVec2> {
+        let h = blockers::texels(self.view, blockers::half_width(self.light, self.soft.z, z));
+        let (searched, least) = (blockers::texels(self.view, window), self.least());
+        let clamped = |h: DVec2| h.max(least.value).min(searched.value);
+        let value = clamped(h.value);
+        // Where the clamps hold it rounding does not move it; but they may move themselves.
+        let moved = (clamped(h.value + h.error) - clamped(h.value - h.error)).max(DVec2::ZERO);
+        Bounded { value, error: moved + searched.error.min(value * 1e-3) + least.error + ROUNDING * value }
+    }
+
+    /// `neighbouringBlockers`, and what `follow` makes of their mean distance.
+    pub fn neighbouring_blockers(&self, follow: impl Fn(Bounded<f64>) -> Verdict) -> Verdict {
+        let mut found: Option<Verdict> = None;
+        for own in self.tests.texels() {
+            let texels = [[0, 0], [-1, 0], [1, 0], [0, 1], [0, -1]].map(|[x, y]| [own[0] + x, own[1] + y]);
+            let tests = texels.map(|t| self.tests.test(own, t));
+            let blockers: Vec<_> = (0..5)
+                .filter(|&k| !tests[k].is_yes())
+                .map(|k| blockers::distance(self.light, self.view.stored(self.view.nearest_texel(texels[k])), 0.0))
+                .collect();
+            let mut verdict = Verdict::sure(1.0);
+            if !blockers.is_empty() {
+                let mean = |of: fn(&Bounded<f64>) -> f64| blockers.iter().map(of).sum::<f64>() / blockers.len() as f64;
+                let (value, error) = (mean(|z| z.value), mean(|z| z.error));
+                let z = Bounded { value, error: error + 8.0 * ROUNDING * value };
+                verdict = follow(z);
+            }
+            if tests.iter().any(|t| t.is_doubtful()) {
+                verdict = verdict.or(0.0).or(1.0);
+            }
+            found = Some(found.map_or(verdict, |first| first.or_verdict(verdict)));
+        }
+        // There is at least the exact texel.
+        found.unwrap_or(Verdict::sure(1.0))
+    }
+
+    /// Mean of the taps over a half-width in texels.
+    fn filter(&self, half: Bounded<DVec2>) -> Verdict {
+        if !blockers::is_followed(half.error) {
+            return ANYTHING;
+        }
+        let n = i64::from(self.settings.filter_taps);
+        let axis = |axis| (0..n).map(|i| self.soft.tap(half, axis, i, n)).collect::<Vec<_>>();
+        let (columns, rows) = (axis(0), axis(1));
+        let mut sum = Verdict::sure(0.0);
+        for &(y, y_error) in &rows {
+            for &(x, x_error) in &columns {
+                let tap = self.tap(dvec2(x, y), dvec2(x_error, y_error));
+                sum.visibility += tap.visibility;
+                sum.doubt += tap.doubt;
+            }
+        }
+        let taps = (n * n) as f64;
+        Verdict { visibility: sum.visibility / taps, doubt: (sum.doubt / taps).min(1.0), rounding: ROUNDING }
+    }
+
+    /// Revectorized visibility at a place.
+    fn tap(&self, place: DVec2, error: DVec2) -> Verdict {
+        let own = [self.tests.place.x.floor() as i64, self.tests.place.y.floor() as i64];
+        let likely = [place.x.floor() as i64, place.y.floor() as i64];
+        let mut found = self.in_texel(own, likely, place, error);
+        for y in floors(place.y, error.y) {
+            for x in floors(place.x, error.x) {
+                if [x, y] != likely {
+                    found = found.or_verdict(self.in_texel(own, [x, y], place, error));
+                }
+            }
+        }
+        found
+    }
+
+    fn in_texel(&self, own: [i64; 2], texel: [i64; 2], place: DVec2, error: DVec2) -> Verdict {
+        let corner = dvec2(texel[0] as f64, texel[1] as f64);
+        let fraction = (place - corner).clamp(DVec2::ZERO, DVec2::splat(1.0 - f64::EPSILON));
+        let (outcome, doubt) = self.tests.ask(
+            own,
+            |o: &Outcome| o.visibility,
+            |lit| {
+                let (function, most) = (self.hard.function, self.hard.max_distance);
+                revectorize::visibility(&|t| lit(t), texel, fraction, function, most)
+            },
+        );
+        let verdict = Verdict { doubt, ..Verdict::sure(outcome.visibility) };
+        let on_line = outcome.margin <= error.length() + PLACE_ROUNDING;
+        if on_line { verdict.or(1.0 - outcome.visibility) } else { verdict }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::reference::revectorization::revectorize::{Discontinuity, Side, discontinuity, traverse};
+    use rand_pcg::Pcg32;
+    use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+
+    const MOST: u32 = 16;
+
+    /// `sameRun` of the shader: signed distances to the left and the right end, `by` texels farther right.
+    fn moved([left, right]: [i64; 2], by: i64) -> Option<[i64; 2]> {
+        let most = i64::from(MOST);
+        let limited = |sign: i64, d: i64| if d > most { -(most + 1) } else { sign.signum() * d };
+        let known = right.abs() <= most && right.abs() > by;
+        known.then(|| [limited(left, left.abs() + by), limited(right, right.abs() - by)])
+    }
+
+    /// Two branches as the paper prints them, with steps in texels: right where exactly one end is an edge's.
+    fn as_printed([left, right]: [i64; 2], by: i64) -> Option<[i64; 2]> {
+        (right.abs() <= i64::from(MOST) && right.abs() > by)
+            .then(|| if left > right { [left + by, right + by] } else { [left - by, right - by] })
+    }
+
+    /// How often a reuse is possible along the rows of noise, and how often it is wrong.
+    fn reuses(reuse: impl Fn([i64; 2], i64) -> Option<[i64; 2]>) -> (usize, usize) {
+        let (mut possible, mut wrong) = (0, 0);
+        for seed in 0..40 {
+            let mut random = Pcg32::seed_from_u64(seed);
+            let wide = 3 + seed % 20;
+            let blocks: Vec<bool> = (0..64 * 40).map(|_| random.next_u32() & 1 == 0).collect();
+            let lit = |[x, y]: [i64; 2]| {
+                let inside = (0..64).contains(&x) && (0..40).contains(&y);
+                !inside || blocks[(x / wide as i64 + y / 2 * 64) as usize]
+            };
+            let ends = |t: [i64; 2], d: Discontinuity| [Side::Left, Side::Right].map(|s| traverse(&lit, t, d, s, MOST));
+            for y in 0..40 {
+                for x in 0..50 {
+                    let d = discontinuity(&lit, [x, y]);
+                    for by in [0, 1, 2, 5, 13] {
+                        let next = discontinuity(&lit, [x + by, y]);
+                        let same_sides = |m: u8| m & 0b1100;
+                        if d.lit != next.lit || d.mask == 0 || same_sides(d.mask) != same_sides(next.mask) {
+                            continue;
+                        }
+                        if let Some(found) = reuse(ends([x, y], d), by) {
+                            possible += 1;
+                            wrong += usize::from(found != ends([x + by, y], next));
+                        }
+                    }
+                }
+            }
+        }
+        (possible, wrong)
+    }
+
+    #[test]
+    fn runs_are_reused_along_a_row() {
+        let (possible, wrong) = reuses(moved);
+        println!("{possible} runs reused, {wrong} wrongly");
+        assert!(possible > 10_000 && wrong == 0, "{wrong} of {possible}");
+        // As printed they are not, nor without the limit on their length.
+        let (possible, wrong) = reuses(as_printed);
+        assert!(wrong * 10 > possible, "{wrong} of {possible}");
+        let unlimited = |[left, right]: [i64; 2], by: i64| {
+            let steps = [left.signum() * (left.abs() + by), right.signum() * (right.abs() - by)];
+            moved([left, right], by).map(|_| steps)
+        };
+        assert!(reuses(unlimited).1 > 0);
+    }
+}
