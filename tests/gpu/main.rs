@@ -2,36 +2,24 @@
 //!
 //! Validation and synchronization validation are on, and any message fails the test that caused it. Run with
 //! `--nocapture` to see the figures.
+//!
+//! Tests of one room of `src/technique` are in the folder of its name; those here hold for all techniques.
 #![cfg(feature = "app")]
 
 mod bias;
-mod borders;
-mod branches;
+mod caster_edges;
 mod common;
 mod contract;
-mod edge_maps;
-mod edge_views;
-mod edsm_x;
-mod edt;
-mod flat;
-mod foreign;
-mod gbuffer;
+mod distance_transform;
+mod filtering;
 mod golden;
-mod hard_test;
 mod made;
 mod mirrors;
 mod noise;
-mod passes;
 mod penumbra;
 mod properties;
-mod revectorize;
-mod screen_space;
-mod shadow_volumes;
-mod shapes;
+mod revectorization;
 mod soft;
-mod soft_analytic;
-mod soft_edt;
-mod soft_stability;
 mod stability;
 mod statistics;
 mod structs;

@@ -1,7 +1,7 @@
 //! The hybrid of soft shadows against its mirror, and against the techniques that it is made of.
 
-use super::enlarged;
 use super::ground::{self, Ground, UNDER_NOISE, noise, upload};
+use crate::common::enlarged;
 use crate::common::{
     Shot, assert_in_range, assert_same_bits, desc, differing, every_nth, every_shipped, frame, is_llvmpipe,
 };

@@ -1,6 +1,7 @@
 //! Which pixels are searched and filtered, against the mirror of the classification.
 
-use super::{enlarged, pcss as pcss_tests, rbssm as rbssm_tests};
+use super::{pcss as pcss_tests, rbssm as rbssm_tests};
+use crate::common::enlarged;
 use crate::common::{Shot, desc, prepare, renderer, shipped_scene, with_gpu};
 use edgeshade::host::Host;
 use edgeshade::reference::FrameData;

@@ -1,6 +1,7 @@
 //! A plane, level or tilted, that fills a camera's view and that of a light, under shadow maps made by hand.
 
-use crate::passes::Random;
+use crate::common::enlarged;
+use crate::common::passes::Random;
 use ash::vk;
 use edgeshade::Inputs;
 use edgeshade::gpu::{Image, ImageDesc};
@@ -66,7 +67,7 @@ impl Ground {
 
     /// The same under a light of another size.
     pub fn with_size(mut self, factor: f64) -> Self {
-        self.light[0] = super::enlarged(&self.light[0], factor);
+        self.light[0] = enlarged(&self.light[0], factor);
         self
     }
 

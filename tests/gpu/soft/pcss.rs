@@ -1,15 +1,14 @@
 //! Percentage-closer soft shadows against the mirror, a closed form, and without their shortcuts.
 
-use super::enlarged;
 use super::ground::{self, Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
+use crate::common::enlarged;
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, renderer};
 use crate::common::{search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::{Agreement, compare};
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
 use edgeshade::reference::Mirror;
-use edgeshade::reference::soft::pcss;
-use edgeshade::reference::soft::pcss::Settings;
+use edgeshade::reference::soft::pcss::{self, Settings};
 use edgeshade::technique::{Params, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];

@@ -1,7 +1,7 @@
 //! Revectorization-based soft shadow mapping against the mirror, and without its shortcuts.
 
-use super::enlarged;
 use super::ground::{self, Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
+use crate::common::enlarged;
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_nth, every_shipped, frame};
 use crate::common::{is_full_sweep, renderer, search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::compare;

@@ -1,8 +1,8 @@
 //! Cut-outs over a ground and shipped scenes against the ray-traced truth, beside plain shadow mapping.
 
+use crate::common::passes::Random;
 use crate::common::{desc, renderer, shipped_scene, visibility, with_gpu};
 use crate::made::{self, mesh, moved, perspective, plane, sun};
-use crate::passes::Random;
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::{RayScene, hard};
 use edgeshade::scene::Scene;

@@ -1,9 +1,9 @@
 //! Soft shadows where numbers are extreme: scales and places of the world, grazing light, blockers at the light's near plane,
 //! receivers at its far plane, lights without size and as large as the scene, kernels of one tap and of the most.
 
+use crate::common::enlarged;
 use crate::common::{assert_in_range, desc, differing, is_full_sweep, prepare, with_gpu};
 use crate::made::{self, cuboid, moved, perspective, plane, spot, still_life, sun};
-use crate::soft::enlarged;
 use edgeshade::host::Host;
 use edgeshade::scene::{Camera, Light, LightShape, Renderer, Scene, light_view};
 use edgeshade::technique::Technique;

@@ -3,12 +3,12 @@
 
 mod limits;
 
+use crate::common::enlarged;
 use crate::common::{
     Shot, assert_same_bits, desc, renderer, search_window, seed_settings, shipped_scene, visibility, with_gpu,
 };
 use crate::made::{cuboid, moved, perspective, plane, scene, sun};
 use crate::mirrors::compare;
-use crate::soft::enlarged;
 use edgeshade::host::Host;
 use edgeshade::reference::FrameData;
 use edgeshade::reference::penumbra::edge_seeds;

@@ -1,10 +1,14 @@
 //! Few devices at a time, and a rendered frame with all its data read back.
 
+mod gbuffer;
+mod hsm;
+pub mod passes;
+mod shade;
+
 use edgeshade::gpu::Image;
 use edgeshade::host::{Host, HostDesc};
 use edgeshade::reference::FrameData;
-use edgeshade::reference::penumbra::edge_seeds;
-use edgeshade::reference::penumbra::edge_seeds::Points;
+use edgeshade::reference::penumbra::edge_seeds::{self, Points};
 use edgeshade::reference::revectorization::rbsm;
 use edgeshade::reference::revectorization::revectorize::Function;
 use edgeshade::scene::{Camera, Light, RenderDesc, Renderer, Scene, fit, load_bytes, shipped};
@@ -14,6 +18,7 @@ use edgeshade::technique::common::view::ViewConstants;
 use edgeshade::technique::penumbra::edge_place::STEPS;
 use edgeshade::technique::{OutputFormat, Params, Technique, find};
 use edgeshade::timing::FrameTiming;
+use edgeshade::view::{LightKind, LightView};
 use edgeshade::{Inputs, NormalEncoding};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Instant;
@@ -227,4 +232,13 @@ pub fn seed_settings(id: &str, p: &Params) -> edge_seeds::Settings {
 /// Where a technique searches for blockers.
 pub fn search_window(p: &Params) -> SearchWindow {
     if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers }
+}
+
+/// The light `factor` times as large.
+pub fn enlarged(light: &LightView, factor: f64) -> LightView {
+    let kind = match light.kind {
+        LightKind::Spot { size } => LightKind::Spot { size: size * factor },
+        LightKind::Directional { angle } => LightKind::Directional { angle: angle * factor },
+    };
+    LightView { kind, ..*light }
 }

@@ -296,7 +296,7 @@ fn shadows_end_at_the_casters_edges() {
 fn awkward_casters_are_cut_where_volumes_cut_them() {
     with_gpu(|host| {
         let mut all = [0.0; 2];
-        for (name, scene) in crate::shadow_volumes::cases() {
+        for (name, scene) in crate::caster_edges::shadow_volumes::cases() {
             let mut r = renderer(host, &scene, desc(SIZE, 256));
             // Where an edge is kept changes nothing.
             let [one, four] = ["1", "4"].map(|slots| visibility(&mut r, "edsm-x", &[("slots", slots)]));
@@ -350,7 +350,7 @@ fn silhouettes_equal_their_mirror() {
     use edgeshade::technique::caster_edges::silhouettes::CasterLight;
     with_gpu(|host| {
         let (mut edges_in_all, mut doubtful_in_all) = (0, 0);
-        for (name, scene) in crate::shadow_volumes::cases() {
+        for (name, scene) in crate::caster_edges::shadow_volumes::cases() {
             let mut r = renderer(host, &scene, desc([64, 36], 64));
             visibility(&mut r, "sm", &[]);
             let casters = r.casters().unwrap().clone();

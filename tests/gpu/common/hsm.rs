@@ -1,8 +1,8 @@
 //! The hierarchical shadow map against its mirror, and that it is kept.
 
+use crate::common::passes::{Random, read_mip};
 use crate::common::{desc, prepare, renderer, shipped_scene, with_gpu};
 use crate::made;
-use crate::passes::{Random, read_mip};
 use ash::vk;
 use edgeshade::gpu::ImageDesc;
 use edgeshade::reference::common::hsm;

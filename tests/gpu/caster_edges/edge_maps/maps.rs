@@ -1,9 +1,9 @@
 //! The maps against their mirrors, and the two ways to make one against each other.
 
 use super::{config, maps};
+use crate::common::passes::Random;
 use crate::common::{desc, frame, prepare, renderer, shipped_scene, with_gpu};
 use crate::made::{self, cuboid, mesh, moved, perspective, plane, sphere, spot, still_life, sun};
-use crate::passes::Random;
 use edgeshade::casters::topology::Topology;
 use edgeshade::host::Host;
 use edgeshade::reference::caster_edges::edge_segments::{Segment, clip_from_object};

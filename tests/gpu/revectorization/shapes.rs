@@ -2,9 +2,9 @@
 //! study's figures.
 
 use crate::common::with_gpu;
-use crate::flat::{Expected, Flat, PLACE_ERROR, Window, expected};
 use crate::mirrors::compare;
-use crate::revectorize::{FILTERED, FUNCTIONS, settings, tolerance};
+use crate::revectorization::flat::{Expected, Flat, PLACE_ERROR, Window, expected};
+use crate::revectorization::revectorize::{FILTERED, FUNCTIONS, settings, tolerance};
 use edgeshade::reference::revectorization::rbsm::{self, Settings};
 use edgeshade::reference::revectorization::revectorize::Function;
 use edgeshade::reference::revectorization::rpcf;

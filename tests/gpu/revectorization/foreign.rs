@@ -8,7 +8,7 @@ use edgeshade::host::Host;
 use edgeshade::reference::revectorization::revectorize::silhouette_visibility;
 use glam::{DVec2, Mat4, dvec2};
 
-const SPIRV: &[u8] = include_bytes!("../../spv/example/foreign.comp.spv");
+const SPIRV: &[u8] = include_bytes!("../../../spv/example/foreign.comp.spv");
 const MAXDIST: u32 = 32;
 /// Moves the points off the lines between texels, texels.
 const SHIFT: DVec2 = dvec2(0.013, 0.029);

@@ -1,7 +1,7 @@
 //! Pictures of edges: silhouettes over the image against the outline of a box projected here, edge ids against the map.
 
+use crate::caster_edges::edsm_x::{config, edges};
 use crate::common::*;
-use crate::edsm_x::{config, edges};
 use crate::made::{cuboid, moved, perspective, plane, scene, spot};
 use edgeshade::host::Host;
 use edgeshade::reference::caster_edges::edge_map::id_color;

@@ -1,9 +1,9 @@
 //! What holds whatever the scene, the sizes and the lights.
 
 use super::Pairs;
+use crate::common::enlarged;
 use crate::common::{assert_in_range, assert_same_bits, desc, differing, prepare, renderer, shipped_scene, with_gpu};
 use crate::made::{cuboid, moved, perspective, plane, scene, spot, still_life, sun};
-use crate::soft::enlarged;
 use edgeshade::scene::Renderer;
 use glam::{DAffine3, DVec3, dvec3};
 

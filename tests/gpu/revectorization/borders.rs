@@ -2,11 +2,11 @@
 //! farther than everything.
 
 use crate::common::{Shot, assert_in_range, desc, every_nth, renderer, visibility, with_gpu};
-use crate::flat::{Flat, Window, expected, expected_of};
 use crate::made::{self, cuboid, moved, perspective, plane, spot};
 use crate::mirrors::compare;
 use crate::properties::hits;
-use crate::revectorize::{FILTERED, FUNCTIONS, settings, tolerance};
+use crate::revectorization::flat::{Flat, Window, expected, expected_of};
+use crate::revectorization::revectorize::{FILTERED, FUNCTIONS, settings, tolerance};
 use edgeshade::reference::revectorization::rbsm::{self, Settings};
 use edgeshade::reference::revectorization::revectorize::Function;
 use edgeshade::reference::revectorization::rpcf;

@@ -3,6 +3,7 @@
 mod creases;
 mod limits;
 mod profile;
+mod soft_edt;
 mod tilted;
 
 use crate::common::{

@@ -1,0 +1,6 @@
+//! Shadows from the silhouette edges of the casters' meshes.
+
+mod edge_maps;
+mod edge_views;
+mod edsm_x;
+mod shadow_volumes;

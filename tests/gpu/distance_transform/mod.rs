@@ -1,0 +1,3 @@
+//! The exact Euclidean distance transform.
+
+mod edt;

@@ -1,0 +1,162 @@
+//! Shadow mapping and percentage-closer filtering against their mirrors in `f64`, pixel by pixel.
+
+use crate::common::{
+    Shot, assert_same_bits, differing, every_nth, every_shipped, frame, shipped_scene, visibility, with_gpu,
+};
+use crate::mirrors::{compare, default_of, lit_renderer};
+use edgeshade::reference::Mirror;
+use edgeshade::reference::filtering::pcf::Settings;
+use edgeshade::reference::filtering::{pcf, sm};
+
+const SIZE: [u32; 2] = [256, 144];
+
+fn mirror_sm(shot: &Shot) -> Mirror {
+    sm::visibility(&shot.data(), default_of("sm", "normal_offset"), default_of("sm", "depth_bias")).unwrap()
+}
+
+fn pcf_settings(width: u32) -> Settings {
+    let normal_offset = default_of("pcf", "normal_offset");
+    Settings { width, normal_offset, depth_bias: default_of("pcf", "depth_bias") }
+}
+
+#[test]
+fn sm_equals_its_mirror() {
+    with_gpu(|host| {
+        for scene in every_shipped() {
+            for (map_size, normals) in [(1024, true), (333, true), (1024, false)] {
+                let mut renderer = lit_renderer(host, &scene, SIZE, map_size, normals);
+                let gpu = visibility(&mut renderer, "sm", &[]);
+                let mirror = mirror_sm(&Shot::of(host, &renderer, normals));
+                let from = if normals { "normals" } else { "depth" };
+                let what = format!("sm {} {map_size} {from}", scene.name);
+                compare(&gpu, &mirror, 0.5).check(&what, if normals { 0.003 } else { 0.02 });
+                // A picture with nothing in it would agree as well.
+                let lit = gpu.iter().filter(|v| **v == 1.0).count();
+                assert!(lit > gpu.len() / 10 && lit < gpu.len() * 97 / 100, "{what}: {lit} pixels lit");
+            }
+        }
+    });
+}
+
+#[test]
+fn pcf_equals_its_mirror_in_both_fetch_modes() {
+    with_gpu(|host| {
+        for (i, scene) in every_nth(2, every_shipped().enumerate()) {
+            let cases: &[(u32, [u32; 2], u32, bool)] = &[
+                (1, SIZE, 1024, true),
+                (3, SIZE, 1024, true),
+                (7, SIZE, 333, true),
+                (15, SIZE, 1024, true),
+                (63, [96, 54], 1024, true),
+                (3, SIZE, 1024, false),
+                (15, SIZE, 333, false),
+            ];
+            for &(width, size, map_size, normals) in cases {
+                if width == 63 && i % 3 != 0 {
+                    continue;
+                }
+                let mut renderer = lit_renderer(host, &scene, size, map_size, normals);
+                let w = width.to_string();
+                let mut run =
+                    |fetch, skip| visibility(&mut renderer, "pcf", &[("width", &w), ("fetch", fetch), ("skip", skip)]);
+                let gather = run("gather", "off");
+                let one_by_one = run("loop", "off");
+                let mirror = pcf::visibility(&Shot::of(host, &renderer, normals).data(), &pcf_settings(width)).unwrap();
+                let from = if normals { "normals" } else { "depth" };
+                let what = format!("pcf {} w{width} {map_size} {from}", scene.name);
+                // Any of a wide kernel's many taps makes a tie; few of them come to differ.
+                let most_ties: f64 = match width {
+                    0..=3 => 0.005,
+                    4..=7 => 0.02,
+                    _ => 0.3,
+                };
+                let most_ties = if normals { most_ties } else { most_ties.max(0.05) };
+                compare(&gather, &mirror, 1e-4).check(&format!("{what} gather"), most_ties);
+                compare(&one_by_one, &mirror, 1e-4).check(&format!("{what} loop"), most_ties);
+                // The sums are formed in another order: equal up to their rounding.
+                let bits = differing(&gather, &one_by_one, 0.0);
+                println!("{what}: {bits} pixels differ in a bit between loop and gather");
+                assert_eq!(differing(&gather, &one_by_one, 1e-6), 0, "{what}: loop and gather differ");
+            }
+        }
+    });
+}
+
+/// Skipping changes no bit, and works on no more tiles than it has to.
+#[test]
+fn skipping_changes_nothing() {
+    with_gpu(|host| {
+        let cases: &[(u32, [u32; 2], u32, bool)] = &[
+            (1, SIZE, 1024, true),
+            (3, SIZE, 64, true),
+            (7, SIZE, 100, true),
+            (15, SIZE, 333, true),
+            (15, SIZE, 1024, false),
+            (31, SIZE, 1024, true),
+            (63, [96, 54], 1024, true),
+            (63, [96, 54], 100, true),
+        ];
+        let (mut active, mut total) = (0, 0);
+        for scene in every_nth(2, every_shipped()) {
+            for &(width, size, map_size, normals) in cases {
+                let mut renderer = lit_renderer(host, &scene, size, map_size, normals);
+                let w = width.to_string();
+                let off = visibility(&mut renderer, "pcf", &[("width", &w), ("skip", "off")]);
+                let pixels = visibility(&mut renderer, "pcf", &[("width", &w), ("skip", "pixels")]);
+                let (tiles, timing) = frame(&mut renderer, "pcf", &[("width", &w), ("skip", "tiles")]);
+                let what = format!("pcf {} w{width} {map_size} at {size:?}", scene.name);
+                assert_same_bits(&off, &pixels, &format!("{what}, pixels"));
+                assert_same_bits(&off, &tiles, &format!("{what}, tiles"));
+                let tiles = timing.passes.iter().find_map(|p| p.tiles).unwrap();
+                assert_eq!(tiles.total, size[0].div_ceil(8) * size[1].div_ceil(8), "{what}");
+                let listed = pcf::listed(&Shot::of(host, &renderer, normals).data(), &pcf_settings(width)).unwrap();
+                let expected = listed.least..=listed.most;
+                assert!(expected.contains(&tiles.active), "{what}: {} tiles, expected {expected:?}", tiles.active);
+                (active, total) = (active + tiles.active, total + tiles.total);
+            }
+        }
+        println!("tiles filtered: {active} of {total}");
+        assert!(active > 0 && active < total, "{active} of {total} tiles");
+    });
+}
+
+/// The comparisons are worth something only if they can fail.
+#[test]
+fn planted_differences_are_found() {
+    with_gpu(|host| {
+        let scene = shipped_scene("jenga");
+        let mut renderer = lit_renderer(host, &scene, SIZE, 1024, true);
+        let hard = visibility(&mut renderer, "sm", &[]);
+        let soft = visibility(&mut renderer, "pcf", &[]);
+        let shot = Shot::of(host, &renderer, true);
+        let sure = |m: &Mirror| (0..m.doubt.len()).position(|i| m.doubt[i] == 0.0 && m.visibility[i] == 1.0).unwrap();
+
+        let mirror = mirror_sm(&shot);
+        let mut planted = hard.clone();
+        planted[sure(&mirror)] = 0.0;
+        assert_eq!(compare(&planted, &mirror, 0.5).wrong, 1);
+
+        let mirror = pcf::visibility(&shot.data(), &pcf_settings(3)).unwrap();
+        let (mut planted, at) = (soft.clone(), sure(&mirror));
+        planted[at] -= 2e-4;
+        assert_eq!(compare(&planted, &mirror, 1e-4).wrong, 1);
+        planted[at] = f32::NAN;
+        assert_eq!(compare(&planted, &mirror, 1e-4).wrong, 1);
+
+        // One texel of the map that differs from what the GPU saw.
+        let mut other = Shot { map: shot.map.clone(), depth: shot.depth.clone(), normal: shot.normal.clone(), ..shot };
+        let middle = 512 * 1024 + 512;
+        other.map[middle..middle + 64].fill(0.0);
+        assert!(compare(&soft, &pcf::visibility(&other.data(), &pcf_settings(3)).unwrap(), 1e-4).wrong > 0);
+        assert!(compare(&hard, &mirror_sm(&other), 0.5).wrong > 0);
+
+        // Another kernel, another bias.
+        other.map[middle..middle + 64].copy_from_slice(&shot.map[middle..middle + 64]);
+        assert!(compare(&soft, &pcf::visibility(&other.data(), &pcf_settings(5)).unwrap(), 1e-4).wrong > 100);
+        assert!(compare(&hard, &sm::visibility(&other.data(), 1.5, 0.5).unwrap(), 0.5).wrong > 100);
+
+        // Too few values are refused.
+        other.map.pop();
+        assert!(sm::visibility(&other.data(), 0.0, 0.0).unwrap_err().to_string().contains("shadow map"));
+    });
+}

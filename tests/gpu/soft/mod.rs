@@ -1,0 +1,11 @@
+//! Penumbrae of an area light: the shared passes and the techniques made of them.
+
+mod auto;
+mod classes;
+mod fit;
+mod ground;
+mod pcss;
+mod rbssm;
+mod screen_space;
+mod soft_analytic;
+mod soft_stability;
