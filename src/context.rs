@@ -1,37 +1,14 @@
 //! What lives as long as the caller's device: function tables, allocator, samplers, pipelines.
 
 use crate::device_features::DeviceFeatures;
-use crate::gpu::{ComputePipeline, Device, RasterPipeline, RasterState, ShaderStruct};
+use crate::gpu::{ComputePipeline, ContextDesc, Device, RasterPipeline, RasterState, ShaderStruct};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
-use std::any::Any;
 use std::collections::HashMap;
 use std::ffi::CStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// The caller's handles.
-pub struct ContextDesc<'a> {
-    /// The instance; its API version is at least 1.3.
-    pub instance: &'a ash::Instance,
-    /// The physical device of `device`.
-    pub physical_device: vk::PhysicalDevice,
-    /// The device, made with what [`requirements`] lists.
-    pub device: &'a ash::Device,
-    /// What `device` was made with beyond that; `DeviceFeatures::default()` for nothing. Techniques that need more are
-    /// refused when they are prepared.
-    pub features: DeviceFeatures,
-    /// True if the instance has `VK_EXT_debug_utils`: objects get names and passes get labels.
-    pub debug_utils: bool,
-    /// Where memory comes from; `None` makes an allocator of our own.
-    pub allocator: Option<Arc<Mutex<Allocator>>>,
-    /// Used for every pipeline; may be null.
-    pub pipeline_cache: vk::PipelineCache,
-    /// Dropped after everything made from the context: hand in an owner of the device, and the order
-    /// of drops takes care of itself. `None` leaves the order to the caller.
-    pub keep_alive: Option<Arc<dyn Any + Send + Sync>>,
-}
 
 /// What the library needs of a device.
 #[derive(Clone, Debug)]

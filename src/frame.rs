@@ -10,9 +10,9 @@ pub use bind::Bind;
 pub(crate) use raster::{Bound, Draw, RasterPass, Target};
 
 use crate::context::Context;
-use crate::gpu::{Buffer, ComputePipeline, Image, Recorded};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageRef, Recorded};
 use crate::hazard::{Barrier, Hazards, Use};
-use crate::inputs::{Handoff, ImageRef};
+use crate::inputs::Handoff;
 use crate::timing::{Counted, Timings};
 use crate::{Error, Result};
 use ash::vk::{self, Handle};

@@ -1,33 +1,10 @@
 //! The closed vocabulary of what goes into a technique and what comes out.
 
-use crate::casters::Casters;
+use crate::gpu::ImageRef;
 use crate::view::{CameraView, LightView};
 use crate::{Error, Result};
 use ash::vk;
 use glam::DAffine3;
-
-/// An image that somebody else owns, and the layout in which it is read.
-///
-/// Vulkan tells nobody what an image was made with, so the library believes what is stated here; that it is true is part
-/// of the contract of [`crate::Frame::begin`]. What is stated and cannot be used is an error of
-/// [`crate::technique::Technique::record`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImageRef {
-    /// The image; hazards are tracked by it.
-    pub image: vk::Image,
-    /// The view that is bound. Depth formats: the depth aspect only.
-    pub view: vk::ImageView,
-    /// Format of the view.
-    pub format: vk::Format,
-    /// Width and height of the real image, in pixels or texels.
-    pub extent: [u32; 2],
-    /// Array layers of the view.
-    pub layers: u32,
-    /// Samples a pixel that the image was made with. Inputs have one: resolve others first, depth by sample 0.
-    pub samples: vk::SampleCountFlags,
-    /// Layout that the image is in while the recorded commands run. The library does not change it.
-    pub layout: vk::ImageLayout,
-}
 
 /// How the normal image encodes a world-space unit normal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,19 +89,6 @@ impl Inputs<'_> {
     /// What to bind as the normal image: shaders do not read it where there is none.
     pub(crate) fn normal_or_depth(&self) -> &ImageRef {
         self.normal.as_ref().map_or(&self.depth, |(image, _)| image)
-    }
-
-    /// Checks that there is a transform for each caster, of finite numbers.
-    pub(crate) fn check_casters(&self, technique: &str, casters: &Casters) -> Result<()> {
-        let fail = |problem| Err(Error::Input { technique: technique.into(), input: "casters", problem });
-        let (given, wanted) = (self.casters.len(), casters.counts().instances as usize);
-        if given != wanted {
-            return fail(format!("{given} transforms are given, but Setup::casters has {wanted} instances"));
-        }
-        match self.casters.iter().position(|m| !m.is_finite()) {
-            Some(i) => fail(format!("the transform of instance {i} has numbers that are not finite")),
-            None => Ok(()),
-        }
     }
 
     /// Checks that the images and views can be used, fit each other, and fit what the technique was prepared for.

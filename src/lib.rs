@@ -109,11 +109,15 @@ mod hazard;
 pub mod host;
 mod inputs;
 #[cfg(feature = "app")]
+mod loader;
+#[cfg(feature = "app")]
 pub mod metrics;
 #[cfg(feature = "app")]
 pub mod picture;
 #[cfg(feature = "app")]
 pub mod reference;
+#[cfg(feature = "app")]
+mod sampling;
 #[cfg(feature = "app")]
 pub mod scene;
 pub mod shaders;
@@ -123,9 +127,10 @@ pub mod technique;
 pub mod timing;
 pub mod view;
 
-pub use context::{Context, ContextDesc, Requirements, requirements};
+pub use context::{Context, Requirements, requirements};
 pub use device_features::{DeviceFeatures, Need};
 pub use error::{Error, Result};
 pub use frame::Frame;
 pub(crate) use frame::{Bind, Pass, Threads};
-pub use inputs::{Handoff, ImageRef, Inputs, NormalEncoding};
+pub use gpu::{ContextDesc, ImageRef};
+pub use inputs::{Handoff, Inputs, NormalEncoding};

@@ -4,7 +4,7 @@ use super::topology::{Edge, Topology};
 use crate::gpu::{Buffer, BufferDesc, MemoryKind, shader_struct};
 use crate::{Bind, Context, Error, Result};
 use ash::vk;
-use glam::DVec4;
+use glam::{DAffine3, DVec4};
 
 /// Triangles, or edges, that a workgroup works on: `CHUNK` of `glsl/caster_edges/casters.glsl`.
 pub const CHUNK: u32 = 64;
@@ -250,6 +250,19 @@ impl Casters {
     /// Bytes of device memory.
     pub fn memory_bytes(&self) -> u64 {
         self.memory_bytes
+    }
+
+    /// Checks that there is a transform for each instance, of finite numbers.
+    pub(crate) fn check_transforms(&self, technique: &str, transforms: &[DAffine3]) -> Result<()> {
+        let fail = |problem| Err(Error::Input { technique: technique.into(), input: "casters", problem });
+        let (given, wanted) = (transforms.len(), self.counts.instances as usize);
+        if given != wanted {
+            return fail(format!("{given} transforms are given, but Setup::casters has {wanted} instances"));
+        }
+        match transforms.iter().position(|m| !m.is_finite()) {
+            Some(i) => fail(format!("the transform of instance {i} has numbers that are not finite")),
+            None => Ok(()),
+        }
     }
 
     /// Positions, for binding.

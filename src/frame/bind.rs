@@ -1,9 +1,8 @@
 //! What is bound to a shader: checked against it, tracked for hazards, and pushed.
 
 use super::Frame;
-use crate::gpu::{Buffer, Image, Interface, ResourceAccess, ResourceKind, Slot};
+use crate::gpu::{Buffer, Image, ImageRef, Interface, ResourceAccess, ResourceKind, Slot};
 use crate::hazard::Use;
-use crate::inputs::ImageRef;
 use crate::{Error, Result};
 use ash::vk::{self, Handle};
 

@@ -1,6 +1,5 @@
 //! The caller's device with the function tables and the allocator that everything else shares.
 
-use crate::context::ContextDesc;
 use crate::device_features::DeviceFeatures;
 use crate::error::VkContext;
 use crate::{Error, Result};
@@ -9,6 +8,28 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator};
 use std::any::Any;
 use std::ffi::{CStr, CString};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The caller's handles.
+pub struct ContextDesc<'a> {
+    /// The instance; its API version is at least 1.3.
+    pub instance: &'a ash::Instance,
+    /// The physical device of `device`.
+    pub physical_device: vk::PhysicalDevice,
+    /// The device, made with what [`crate::requirements`] lists.
+    pub device: &'a ash::Device,
+    /// What `device` was made with beyond that; `DeviceFeatures::default()` for nothing. Techniques that need more are
+    /// refused when they are prepared.
+    pub features: DeviceFeatures,
+    /// True if the instance has `VK_EXT_debug_utils`: objects get names and passes get labels.
+    pub debug_utils: bool,
+    /// Where memory comes from; `None` makes an allocator of our own.
+    pub allocator: Option<Arc<Mutex<Allocator>>>,
+    /// Used for every pipeline; may be null.
+    pub pipeline_cache: vk::PipelineCache,
+    /// Dropped after everything made from the context: hand in an owner of the device, and the order
+    /// of drops takes care of itself. `None` leaves the order to the caller.
+    pub keep_alive: Option<Arc<dyn Any + Send + Sync>>,
+}
 
 /// Shared by [`crate::Context`] and by every object made from it; destroyed with the last of them.
 pub struct Device {
@@ -42,7 +63,7 @@ impl Device {
         // SAFETY: the caller of `Context::new` vouches for the handles.
         let properties = unsafe { instance.get_physical_device_properties(physical_device) };
         #[cfg(feature = "app")]
-        let _lists = crate::host::loader::look_up();
+        let _lists = crate::loader::look_up();
         Ok(Self {
             instance: instance.clone(),
             physical_device,
@@ -64,7 +85,7 @@ impl Device {
         let name = CString::new(name.replace('\0', " ")).unwrap_or_default();
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
         #[cfg(feature = "app")]
-        let _lists = crate::host::loader::look_up();
+        let _lists = crate::loader::look_up();
         // SAFETY: the handle belongs to this device. A failure (out of host memory) only loses a name.
         let _ = unsafe { debug.set_debug_utils_object_name(&info) };
     }

@@ -1,8 +1,7 @@
 //! Images that own their memory. They live in `GENERAL`: only the hand-over to the caller leaves it.
 
-use super::{Device, Recorded};
+use super::{Device, ImageRef, Recorded};
 use crate::error::VkContext;
-use crate::inputs::ImageRef;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;

@@ -3,6 +3,7 @@
 mod buffer;
 mod device;
 mod image;
+mod image_ref;
 mod interface;
 mod pipeline;
 mod raster_pipeline;
@@ -11,11 +12,12 @@ mod reflect;
 mod shader_struct;
 
 pub use buffer::{Buffer, BufferDesc, MemoryKind};
-pub use device::Device;
+pub use device::{ContextDesc, Device};
 #[cfg(feature = "app")]
 pub(crate) use image::aspect;
 pub use image::{Image, ImageDesc};
 pub(crate) use image::{full_aspect, has_stencil};
+pub use image_ref::ImageRef;
 pub(crate) use interface::{Interface, Slot};
 pub use pipeline::ComputePipeline;
 use pipeline::check_uniform;

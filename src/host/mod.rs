@@ -1,7 +1,6 @@
 //! A Vulkan device of our own, for the command-line tool, the tests and the benchmarks.
 
 mod clock;
-pub(crate) mod loader;
 mod owner;
 mod select;
 mod transfer;

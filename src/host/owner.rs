@@ -1,9 +1,9 @@
 //! Owns instance, device and debug messenger, and destroys them last.
 
-use super::{HostDesc, loader, no_driver, select};
+use super::{HostDesc, no_driver, select};
 use crate::context::requirements;
 use crate::error::VkContext;
-use crate::{DeviceFeatures, Error, Result};
+use crate::{DeviceFeatures, Error, Result, loader};
 use ash::vk;
 use std::borrow::Cow;
 use std::ffi::{CStr, c_void};

@@ -1,9 +1,9 @@
 //! Which physical device to use.
 
-use super::{loader, no_driver, owner};
+use super::{no_driver, owner};
 use crate::context::requirements;
 use crate::error::VkContext;
-use crate::{Error, Result};
+use crate::{Error, Result, loader};
 use ash::vk;
 use std::ffi::CStr;
 

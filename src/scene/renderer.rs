@@ -7,7 +7,7 @@ use super::{
 };
 use crate::gpu::{Image, ImageDesc};
 use crate::host::Host;
-use crate::reference::ray_traced::Stratified;
+use crate::sampling::Stratified;
 use crate::technique::common::accumulate::Accumulate;
 use crate::technique::{self, OutputFormat, Params, Setup, Technique};
 use crate::timing::{FrameTiming, Timings};

@@ -72,5 +72,5 @@ fn same_ends(triangles: &[Triangle], a: &HalfEdge, b: &HalfEdge) -> bool {
 
 fn hash(v: &[f64; 3]) -> u64 {
     // + 0.0 turns -0 into 0.
-    v.iter().fold(0, |h, x| super::sampling::mix(h ^ (x + 0.0).to_bits()))
+    v.iter().fold(0, |h, x| crate::sampling::mix(h ^ (x + 0.0).to_bits()))
 }

@@ -3,9 +3,9 @@
 use super::frame::{Lamp, Point, Progress, Shade, render};
 use super::hard::hard;
 use super::pyramid::{Class, Pyramid};
-use super::sampling::Stratified;
 use super::trace::RayScene;
 use super::truth::Truth;
+use crate::sampling::Stratified;
 use crate::view::{CameraView, LightKind, LightView};
 use crate::{Error, Result};
 use glam::DVec3;

@@ -32,7 +32,7 @@ impl MapEdges {
     /// # Errors
     /// [`crate::Error::Input`] unless there is a transform for each instance.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<bool> {
-        inputs.check_casters(self.technique, self.silhouettes.casters())?;
+        self.silhouettes.casters().check_transforms(self.technique, inputs.casters)?;
         if !self.silhouettes.record(frame, inputs, None)? {
             return Ok(false);
         }

@@ -247,7 +247,7 @@ impl ShadowVolumes {
     /// # Errors
     /// [`crate::Error::Input`] unless there is a transform for each instance.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, technique: &str) -> Result<()> {
-        inputs.check_casters(technique, &self.casters)?;
+        self.casters.check_transforms(technique, inputs.casters)?;
         let light = &inputs.light[0];
         // Of a transform without inverse no side of a triangle is known.
         let regular = |m: &DAffine3| m.is_finite() && m.matrix3.inverse().is_finite();

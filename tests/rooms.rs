@@ -1,0 +1,267 @@
+//! The same rooms in every layer, and arrows between them, and between the library's modules, that point one way.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+#[path = "../build/tree.rs"]
+#[allow(dead_code)]
+mod tree;
+
+use tree::ROOMS;
+
+/// The rooms that a room may use besides itself.
+fn below(room: &str) -> &'static [&'static str] {
+    match room {
+        "common" => &[],
+        "filtering" | "revectorization" | "distance_transform" | "caster_edges" => &["common"],
+        "penumbra" | "soft" => &["common", "filtering", "revectorization", "distance_transform"],
+        other => panic!("there is no room {other}"),
+    }
+}
+
+/// Why something in `room` may not use something in `other`; nothing where it may.
+fn fault(room: &str, other: &str) -> Option<String> {
+    let fine = room == other || !ROOMS.contains(&other) || below(room).contains(&other);
+    (!fine).then(|| format!("{room} uses {other}; it may use {:?}: move what they share down", below(room)))
+}
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Files below a folder of the package with one of these extensions, relative to the folder, with their text.
+fn files(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
+    let folder = root().join(folder);
+    let mut names = vec![];
+    tree::walk(&folder, "", &mut names).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    names.retain(|n| extensions.contains(&tree::stage(n).unwrap_or_default()));
+    names.sort();
+    assert!(!names.is_empty(), "{}", folder.display());
+    names.into_iter().map(|n| (n.clone(), std::fs::read_to_string(folder.join(&n)).unwrap())).collect()
+}
+
+/// Modules that a file under `src/` is, from the crate's root on: `["technique", "soft", "pcss"]`.
+fn module(file: &str) -> Vec<String> {
+    let mut parts: Vec<_> = file.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
+    if matches!(parts.last().map(String::as_str), Some("mod" | "lib")) {
+        parts.pop();
+    }
+    parts
+}
+
+/// Paths from the crate's root that a module's code names, whether in `use` or in place. Comments and tests do not count.
+fn paths(module: &[String], text: &str) -> Vec<Vec<String>> {
+    let lines: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default()).collect();
+    let text = lines.join("\n");
+    let tests = ["\n#[cfg(test)]\nmod tests", "\n#[cfg(all(test, feature = \"app\"))]\nmod tests"];
+    let code = &text[..tests.iter().filter_map(|t| text.find(t)).min().unwrap_or(text.len())];
+    let mut found = vec![];
+    for (word, up) in [("crate::", None), ("super::", Some(1)), ("super::super::", Some(2))] {
+        for (at, _) in code.match_indices(word) {
+            let before = code[..at].chars().next_back();
+            if before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':') {
+                continue;
+            }
+            let base = match up {
+                None => vec![],
+                Some(levels) => module[..module.len().saturating_sub(levels)].to_vec(),
+            };
+            tree_of_use(&mut code[at + word.len()..].trim_start(), &base, &mut found);
+        }
+    }
+    found
+}
+
+/// Reads `a::b`, or `a::{b, c::d}`, from the start of a text.
+fn tree_of_use(rest: &mut &str, base: &[String], found: &mut Vec<Vec<String>>) {
+    *rest = rest.trim_start();
+    if let Some(inside) = rest.strip_prefix('{') {
+        *rest = inside;
+        loop {
+            *rest = rest.trim_start();
+            if let Some(after) = rest.strip_prefix('}') {
+                *rest = after;
+                return;
+            }
+            tree_of_use(rest, base, found);
+            // An alias, `as name`, ends where its path does.
+            let Some(end) = rest.find([',', '}']) else { return };
+            *rest = if rest.as_bytes()[end] == b',' { &rest[end + 1..] } else { &rest[end..] };
+        }
+    }
+    let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+    let mut path = base.to_vec();
+    if end > 0 && &rest[..end] != "self" {
+        path.push(rest[..end].to_owned());
+    }
+    *rest = &rest[end..];
+    match rest.strip_prefix("::") {
+        Some(deeper) => {
+            *rest = deeper;
+            tree_of_use(rest, &path, found);
+        }
+        None => found.push(path),
+    }
+}
+
+/// One line for every arrow of a layer's module that points the wrong way.
+fn wrong_arrows(module: &[String], text: &str) -> Vec<String> {
+    let [_, room, ..] = module else { return vec![] };
+    if !ROOMS.contains(&room.as_str()) {
+        return vec![];
+    }
+    let layers = ["technique", "reference"];
+    (paths(module, text).iter())
+        .filter_map(|path| match &path[..] {
+            [layer, other, ..] if layers.contains(&layer.as_str()) => fault(room, other),
+            _ => None,
+        })
+        .map(|fault| format!("src/{}: {fault}", module.join("/")))
+        .collect()
+}
+
+/// A circle of arrows, if there is one.
+fn circle(arrows: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
+    /// `open` is the way to `at`.
+    fn visit(
+        at: &str,
+        arrows: &BTreeMap<String, BTreeSet<String>>,
+        open: &mut Vec<String>,
+        done: &mut BTreeSet<String>,
+    ) -> Option<Vec<String>> {
+        if let Some(start) = open.iter().position(|o| o == at) {
+            return Some(open[start..].iter().cloned().chain([at.to_owned()]).collect());
+        }
+        if !done.insert(at.to_owned()) {
+            return None;
+        }
+        open.push(at.to_owned());
+        let found = arrows.get(at).into_iter().flatten().find_map(|next| visit(next, arrows, open, done));
+        open.pop();
+        found
+    }
+    let mut done = BTreeSet::new();
+    arrows.keys().find_map(|start| visit(start, arrows, &mut vec![], &mut done))
+}
+
+/// The module of `src/` that each name comes from which `lib.rs` hands on: `Frame` comes from `frame`.
+fn handed_on(lib: &str) -> BTreeMap<String, String> {
+    let uses = lib.lines().filter(|l| l.starts_with("pub")).filter_map(|l| l.split_once(" use ").map(|u| u.1));
+    let mut names = BTreeMap::new();
+    for line in uses {
+        let mut found = vec![];
+        tree_of_use(&mut { line }, &[], &mut found);
+        for path in found {
+            if let [module, .., name] = &path[..] {
+                names.insert(name.clone(), module.clone());
+            }
+        }
+    }
+    names
+}
+
+#[test]
+fn every_layer_has_the_same_rooms() {
+    for layer in ["glsl", "spv", "src/technique", "src/reference", "tests/gpu"] {
+        for room in ROOMS {
+            assert!(root().join(layer).join(room).is_dir(), "{layer}/{room} is missing");
+        }
+    }
+    for folder in ["src/pass", "glsl/pass", "glsl/raster"] {
+        assert!(!Path::new(&root().join(folder)).exists(), "{folder}: its files belong into rooms");
+    }
+}
+
+#[test]
+fn arrows_between_rooms_point_one_way() {
+    let mut wrong = vec![];
+    for (file, text) in files("src", &["rs"]) {
+        wrong.extend(wrong_arrows(&module(&file), &text));
+    }
+    let tree = tree::Tree::new(root().join("glsl"));
+    for (file, text) in files("glsl", &["glsl", "comp", "vert", "frag", "geom"]) {
+        let room = file.split('/').next().unwrap_or_default();
+        if !ROOMS.contains(&room) {
+            continue;
+        }
+        for line in text.lines().filter_map(|l| l.trim().strip_prefix("#include \"")) {
+            let included = tree.resolve(&file, line.split('"').next().unwrap_or_default()).unwrap();
+            let other = included.split('/').next().unwrap_or_default();
+            wrong.extend(fault(room, other).map(|f| format!("glsl/{file}: {f}")));
+        }
+    }
+    assert_eq!(wrong, [""; 0]);
+}
+
+#[test]
+fn modules_form_no_circle() {
+    let sources = files("src", &["rs"]);
+    let lib = &sources.iter().find(|s| s.0 == "lib.rs").unwrap().1;
+    let handed_on = handed_on(lib);
+    // Between the library's modules, and between the files of a room.
+    let (mut modules, mut room_files) = (BTreeMap::new(), BTreeMap::new());
+    for (file, text) in &sources {
+        let module = module(file);
+        let is_test = file.ends_with("tests.rs") || file == "casters/shapes.rs";
+        if is_test || ["lib.rs", "main.rs"].contains(&file.as_str()) || file.starts_with("cli/") {
+            continue;
+        }
+        for path in paths(&module, text) {
+            let Some(first) = path.first() else { continue };
+            let other = handed_on.get(first).unwrap_or(first);
+            if other != &module[0] {
+                modules.entry(module[0].clone()).or_insert_with(BTreeSet::new).insert(other.clone());
+            }
+            if let ([a, b, from, ..], [c, d, to, ..]) = (&module[..], &path[..])
+                && (a, b) == (c, d)
+                && ROOMS.contains(&b.as_str())
+                && from != to
+            {
+                let name = |file: &str| format!("{a}/{b}/{file}");
+                room_files.entry(name(from)).or_insert_with(BTreeSet::new).insert(name(to));
+            }
+        }
+    }
+    assert!(modules["technique"].contains("frame") && modules["frame"].contains("gpu"), "{modules:?}");
+    assert!(room_files["technique/soft/soft_auto"].contains("technique/soft/pcss"), "{room_files:?}");
+    assert_eq!(circle(&modules), None);
+    assert_eq!(circle(&room_files), None);
+}
+
+/// The checks are worth something only if they can fail.
+#[test]
+fn wrong_arrows_and_circles_are_found() {
+    let at = |file: &str, text: &str| wrong_arrows(&module(file), text);
+    for text in [
+        "use crate::technique::soft::pcss::Pcss;",
+        "use crate::{Frame, technique::{Info, soft::{pcss, rbssm}}};",
+        "use super::super::soft::pcss;",
+        "fn f() { crate::reference::soft::pcss::classes() }",
+    ] {
+        assert!(!at("technique/penumbra/euclidean.rs", text).is_empty(), "{text}");
+        assert!(at("technique/soft/soft_auto.rs", text).is_empty(), "{text}");
+    }
+    for text in [
+        "use crate::technique::common::tiles::TileList;\nuse crate::technique::{Info, Setup};",
+        "// use crate::technique::soft::pcss::Pcss;",
+        "\n#[cfg(test)]\nmod tests {\n    use crate::technique::soft::pcss::Pcss;\n}",
+        "use super::soft::SearchWindow;",
+    ] {
+        assert_eq!(at("technique/penumbra/euclidean.rs", text), [""; 0], "{text}");
+    }
+    assert!(!at("reference/common/view.rs", "use crate::reference::filtering::sm;").is_empty());
+    assert!(
+        !at("reference/caster_edges/edsm.rs", "use crate::technique::revectorization::rbsm_pass::Rbsm;").is_empty()
+    );
+    let arrows = |list: &[(&str, &str)]| {
+        let mut arrows = BTreeMap::new();
+        for (from, to) in list {
+            arrows.entry(from.to_string()).or_insert_with(BTreeSet::new).insert(to.to_string());
+        }
+        circle(&arrows)
+    };
+    assert_eq!(arrows(&[("a", "b"), ("a", "c"), ("b", "c")]), None);
+    assert_eq!(arrows(&[("a", "b"), ("b", "c"), ("c", "b")]).unwrap(), ["b", "c", "b"]);
+    let names = handed_on("pub use frame::Frame;\npub(crate) use inputs::{Handoff, Inputs};\n");
+    assert_eq!((names["Frame"].as_str(), names["Inputs"].as_str()), ("frame", "inputs"));
+}
