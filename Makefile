@@ -17,7 +17,7 @@ endif
 
 # One target at a time: they share Cargo's build folder.
 .NOTPARALLEL:
-.PHONY: help demo test spv check-spv lint doc bless bench edt-peers setup setup-shaders
+.PHONY: help demo test spv check-spv lint doc bless scenes bench edt-peers setup setup-shaders
 
 help: ## List these targets
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1	\2/p' $(MAKEFILE_LIST) | expand -t 12
@@ -48,6 +48,9 @@ doc: ## Build the documentation, of the bare library too; any warning fails
 
 bless: setup ## Rewrite the golden images from what is rendered now
 	EDGESHADE_BLESS=1 $(CARGO) test golden $(CARGO_FLAGS)
+
+scenes: ## Make the shipped scenes anew, into assets/
+	$(CARGO) run --release --example make_scenes $(CARGO_FLAGS)
 
 bench: setup ## Measure all techniques, into results/
 	$(CARGO) run --release $(CARGO_FLAGS) -- bench -o results

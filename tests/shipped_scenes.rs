@@ -3,34 +3,27 @@
 //! The files are read here with nothing of the crate's own: JSON by `serde_json`, the binary chunk by hand.
 #![cfg(feature = "app")]
 
-use edgeshade::scene::shipped::{self, Shipped};
-use edgeshade::scene::{LightShape, Projection, Scene, load_bytes};
+#[path = "../examples/make_scenes/scenes/mod.rs"]
+mod scenes;
+
+use edgeshade::scene::{LightShape, Projection, Scene, load_bytes, shipped};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
 use serde_json::Value;
-use std::path::Path;
 
-const BLESS: &str = "EDGESHADE_BLESS";
+/// What the generator makes of a scene.
+fn generated(name: &str) -> Scene {
+    scenes::ALL.iter().find(|s| s.0 == name).unwrap().1()
+}
 
 #[test]
 fn committed_files_are_what_the_generator_makes() {
-    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
-    if std::env::var_os(BLESS).is_some() {
-        shipped::write_all(&assets).unwrap();
-    }
+    assert!(scenes::ALL.iter().map(|s| s.0).eq(shipped::ALL.iter().map(|s| s.name)));
     let mut total = 0;
     for scene in shipped::ALL {
-        let fresh = scene.generate();
-        let file = std::fs::read(assets.join(scene.name).with_extension("glb")).unwrap();
-        assert!(
-            file == fresh,
-            "assets/{0}.glb is not what the generator makes: set {BLESS}=1 to rewrite it",
-            scene.name
-        );
-        assert!(fresh == scene.generate(), "{}: two runs differ", scene.name);
-        total += file.len();
-        if std::env::var_os(BLESS).is_none() {
-            assert!(scene.bytes == fresh, "{}: the embedded bytes are stale", scene.name);
-        }
+        let fresh = scenes::encode(&generated(scene.name));
+        assert!(scene.bytes == fresh, "assets/{}.glb is not what the generator makes: run `make scenes`", scene.name);
+        assert!(fresh == scenes::encode(&generated(scene.name)), "{}: two runs differ", scene.name);
+        total += fresh.len();
     }
     assert!(total < 8_000_000, "the scenes take {total} bytes");
 }
@@ -52,7 +45,7 @@ fn write_all_makes_a_folder_of_files() {
     let written = shipped::write_all(dir.path().join("new")).unwrap();
     assert_eq!(written.len(), shipped::ALL.len());
     for (path, scene) in written.iter().zip(shipped::ALL) {
-        assert!(std::fs::read(path).unwrap() == scene.generate(), "{}", path.display());
+        assert!(std::fs::read(path).unwrap() == scene.bytes, "{}", path.display());
     }
     // A file in the way of the folder is an error that names it.
     let file = dir.path().join("file");
@@ -64,7 +57,7 @@ fn write_all_makes_a_folder_of_files() {
 #[test]
 fn every_file_is_sound() {
     for scene in shipped::ALL {
-        if let Err(problem) = check(scene, &scene.generate()) {
+        if let Err(problem) = check(scene.name, scene.bytes) {
             panic!("{}: {problem}", scene.name);
         }
     }
@@ -74,7 +67,7 @@ fn every_file_is_sound() {
 #[test]
 fn a_damaged_file_is_noticed() {
     let scene = shipped::find("jenga").unwrap();
-    let good = scene.generate();
+    let good = scene.bytes.to_vec();
     let bin = 20 + u32::from_le_bytes(good[12..16].try_into().unwrap()) as usize + 8;
     let file = Glb::parse(&good).unwrap();
     let primitive = &file.json["meshes"][0]["primitives"][0];
@@ -85,7 +78,7 @@ fn a_damaged_file_is_noticed() {
     let damage = |at: usize, bytes: &[u8]| {
         let mut bad = good.clone();
         bad[at..at + bytes.len()].copy_from_slice(bytes);
-        check(scene, &bad).unwrap_err()
+        check(scene.name, &bad).unwrap_err()
     };
     assert!(damage(offset(&primitive["indices"]), &[0xff, 0xff]).contains("index"));
     assert!(damage(offset(&primitive["attributes"]["POSITION"]), &f32::NAN.to_le_bytes()).contains("finite"));
@@ -98,9 +91,9 @@ fn a_damaged_file_is_noticed() {
 }
 
 /// What the file must be to count as sound, against the scene in memory.
-fn check(scene: &Shipped, bytes: &[u8]) -> Result<(), String> {
+fn check(name: &str, bytes: &[u8]) -> Result<(), String> {
     let file = Glb::parse(bytes)?;
-    let memory = (scene.stage)();
+    let memory = generated(name);
     let mut triangles = 0;
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let nodes = file.json["nodes"].as_array().ok_or("no nodes")?;
@@ -342,7 +335,7 @@ fn transform(node: &Value) -> DAffine3 {
 #[test]
 fn the_loader_reads_what_the_generator_meant() {
     for shipped in shipped::ALL {
-        let (read, meant) = (load_bytes(shipped.name, &shipped.generate()).unwrap(), (shipped.stage)());
+        let (read, meant) = (load_bytes(shipped.name, shipped.bytes).unwrap(), generated(shipped.name));
         assert!(read.warnings.is_empty(), "{}: {:?}", shipped.name, read.warnings);
         let name = shipped.name;
         assert_eq!(read.instances.len(), meant.instances.len(), "{name}");
@@ -374,7 +367,7 @@ fn the_loader_reads_what_the_generator_meant() {
 #[test]
 fn every_light_rakes_and_every_mesh_stands_somewhere() {
     for shipped in shipped::ALL {
-        let scene = (shipped.stage)();
+        let scene = generated(shipped.name);
         assert_eq!((scene.cameras.len(), scene.lights.len()), (1, 1), "{}", shipped.name);
         let m: DMat3 = scene.lights[0].world_from_light.matrix3;
         let elevation = m.z_axis.y.asin().to_degrees();

@@ -12,11 +12,11 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   edgeshade scenes                  what there is
   edgeshade render knot             renders one of them
-  edgeshade scenes --write assets   makes their .glb files anew")]
+  edgeshade scenes --write assets   writes their .glb files")]
 pub struct Args {
     #[command(flatten)]
     json: JsonArgs,
-    /// Make all scenes anew and write their .glb files into this folder
+    /// Write the .glb files of all scenes into this folder
     #[arg(long, value_name = "DIR")]
     write: Option<PathBuf>,
 }

@@ -354,7 +354,7 @@ fn is_convex(mesh: &Mesh) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, shipped};
+    use crate::scene::{Material, load_bytes, shipped};
     use crate::view::look_at;
     use glam::DAffine3;
 
@@ -405,7 +405,7 @@ mod tests {
     #[test]
     fn shipped_spots_do_not_waste_their_depth() {
         for shipped in shipped::ALL {
-            let scene = (shipped.stage)();
+            let scene = load_bytes(shipped.name, shipped.bytes).unwrap();
             let view = light_view(&scene, &scene.lights[0]);
             if !view.is_directional() {
                 let [near, far] = planes(&view);
@@ -482,7 +482,7 @@ mod tests {
     fn shipped_suns_keep_their_texels() {
         let mut suns = 0;
         for shipped in shipped::ALL {
-            let scene = (shipped.stage)();
+            let scene = load_bytes(shipped.name, shipped.bytes).unwrap();
             let light = &scene.lights[0];
             let LightShape::Directional { angle } = light.shape else { continue };
             let point = Light { shape: LightShape::Directional { angle: Some(0.0) }, ..light.clone() };

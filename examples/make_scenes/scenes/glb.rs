@@ -5,7 +5,7 @@
 //! equal data is stored once.
 
 use super::texture::png;
-use crate::scene::{Instance, LightShape, Mesh, Projection, Scene, Texture, Wrap};
+use edgeshade::scene::{Instance, LightShape, Mesh, Projection, Scene, Texture, Wrap};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
 /// The scene as the bytes of a `.glb` file; the same bytes for the same scene on every platform.
-pub(super) fn encode(scene: &Scene) -> Vec<u8> {
+pub fn encode(scene: &Scene) -> Vec<u8> {
     let mut file = Writer::default();
     let mut meshes = Vec::new();
     let mut dequantize = Vec::new();
@@ -331,7 +331,7 @@ fn distinct(indices: &[u32], points: &[[u16; 3]]) -> Vec<u32> {
 }
 
 fn materials(scene: &Scene) -> Vec<Value> {
-    let one = |m: &crate::scene::Material| {
+    let one = |m: &edgeshade::scene::Material| {
         let mut pbr = json!({
             "baseColorFactor": m.base_color.map(number),
             "metallicFactor": 0.0,
@@ -365,7 +365,7 @@ fn sampler(texture: &Texture) -> Value {
 }
 
 fn cameras(scene: &Scene) -> Vec<Value> {
-    let one = |c: &crate::scene::Camera| match c.projection {
+    let one = |c: &edgeshade::scene::Camera| match c.projection {
         Projection::Perspective { fov_y, near } => json!({
             "type": "perspective",
             "perspective": { "yfov": number(fov_y as f32), "znear": number(near as f32) },
@@ -384,7 +384,7 @@ fn cameras(scene: &Scene) -> Vec<Value> {
 
 fn lights(scene: &Scene) -> Vec<Value> {
     let center = scene.bounds().center();
-    let one = |l: &crate::scene::Light| {
+    let one = |l: &edgeshade::scene::Light| {
         let mut out = json!({ "name": l.name, "color": l.color.map(number) });
         match l.shape {
             LightShape::Spot { outer, size } => {

@@ -1,7 +1,7 @@
 //! The few images that the scenes use, computed, and their PNG form.
 
 use super::kit::{PI, Rng, TAU, circle, cos, sin, smoothstep};
-use crate::scene::{Texture, Wrap};
+use edgeshade::scene::{Texture, Wrap};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};

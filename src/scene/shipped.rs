@@ -1,24 +1,9 @@
-//! The scenes that come with Edgeshade: each is made by a generator of ours and kept as a `.glb` file.
+//! The scenes that come with Edgeshade, as `.glb` files; `examples/make_scenes` makes them.
 //!
 //! Lengths are metres, `+Y` is up. Every scene has a camera and one light with a size, so that the same
 //! file serves hard and soft shadows.
 
-mod courtyard;
-mod drum;
-mod fence;
-mod foliage;
-mod glb;
-mod jenga;
-mod kit;
-mod knot;
-mod mesh_builder;
-mod plants;
-mod ripples;
-mod robot;
-mod texture;
-
 use crate::error::{Error, Result};
-use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 
 /// A scene that comes with Edgeshade.
@@ -28,17 +13,8 @@ pub struct Shipped {
     pub name: &'static str,
     /// One line: what it is and what it is hard for.
     pub about: &'static str,
-    /// Makes the scene anew, in memory: what [`Shipped::generate`] writes.
-    pub stage: fn() -> Scene,
-    /// The committed `.glb` file, equal byte for byte to what [`Shipped::generate`] gives.
+    /// The `.glb` file.
     pub bytes: &'static [u8],
-}
-
-impl Shipped {
-    /// Makes the scene's `.glb` file anew: the same bytes on every platform.
-    pub fn generate(&self) -> Vec<u8> {
-        glb::encode(&(self.stage)())
-    }
 }
 
 /// The scene that is meant where none is named.
@@ -49,8 +25,7 @@ macro_rules! shipped {
         Shipped {
             name: stringify!($name),
             about: $about,
-            stage: $name::stage,
-            bytes: include_bytes!(concat!("../../../assets/", stringify!($name), ".glb")),
+            bytes: include_bytes!(concat!("../../assets/", stringify!($name), ".glb")),
         }
     };
 }
@@ -75,7 +50,7 @@ pub fn find(name: &str) -> Option<&'static Shipped> {
     ALL.iter().find(|s| s.name == name)
 }
 
-/// Makes every scene anew and writes it as `<name>.glb` into a folder, which is created if need be.
+/// Writes every scene as `<name>.glb` into a folder, which is created if need be.
 ///
 /// # Errors
 /// [`Error::Io`] names the file that could not be written.
@@ -86,7 +61,7 @@ pub fn write_all(dir: impl AsRef<Path>) -> Result<Vec<PathBuf>> {
     ALL.iter()
         .map(|scene| {
             let path = dir.join(scene.name).with_extension("glb");
-            std::fs::write(&path, scene.generate()).map_err(|e| io(&path, e))?;
+            std::fs::write(&path, scene.bytes).map_err(|e| io(&path, e))?;
             Ok(path)
         })
         .collect()

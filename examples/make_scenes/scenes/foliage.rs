@@ -4,7 +4,7 @@ use super::kit::{Rng, Stage, TAU, at, circle, rot_x, rot_y, smoothstep};
 use super::mesh_builder::{MeshBuilder, block, floor, lathe_shaped, surface};
 use super::plants::{self, standing};
 use super::texture::{self, leaf};
-use crate::scene::Scene;
+use edgeshade::scene::Scene;
 use glam::{DAffine3, DVec3, dvec2, dvec3};
 
 pub(super) fn stage() -> Scene {

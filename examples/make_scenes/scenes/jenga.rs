@@ -3,7 +3,7 @@
 use super::kit::{PI, Rng, Stage, at, rot_x, rot_y, rot_z};
 use super::mesh_builder::{block, cylinder, lathe, studio};
 use super::texture;
-use crate::scene::Scene;
+use edgeshade::scene::Scene;
 use glam::dvec2;
 
 const LENGTH: f64 = 0.75;

@@ -6,7 +6,7 @@ use super::mesh_builder::{
 };
 use super::plants::{self, standing};
 use super::texture::{self, leaf};
-use crate::scene::Scene;
+use edgeshade::scene::Scene;
 use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
 
 /// The arcade's middle plane, its bays, and where the arches spring.

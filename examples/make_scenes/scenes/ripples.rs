@@ -3,7 +3,7 @@
 use super::kit::{PI, Stage, at, rot_y, sin, smoothstep};
 use super::mesh_builder::{MeshBuilder, block, floor, rod, sphere, surface, tube};
 use super::texture;
-use crate::scene::Scene;
+use edgeshade::scene::Scene;
 use glam::{DVec3, dvec2, dvec3};
 
 /// Half the width of the field, where it ends towards the viewer and away, and its underside.

@@ -3,7 +3,7 @@
 use super::kit::{PI, Stage, TAU, at, circle, rot_x, rot_y, rot_z};
 use super::mesh_builder::{MeshBuilder, block, cylinder, floor, lathe, rod, sphere, torus, tube, tube_loop};
 use super::texture;
-use crate::scene::Scene;
+use edgeshade::scene::Scene;
 use glam::{DAffine3, DVec3, dvec2, dvec3};
 
 const PANEL: f64 = 2.1;

@@ -5,7 +5,7 @@
 //! through the `libm` crate; `sqrt` and plain arithmetic are exact by IEEE 754.
 
 use super::mesh_builder::MeshBuilder;
-use crate::scene::{Camera, Instance, Light, LightShape, Material, Projection, Scene, Texture};
+use edgeshade::scene::{Camera, Instance, Light, LightShape, Material, Projection, Scene, Texture};
 use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 pub(super) use std::f64::consts::{PI, TAU};

@@ -6,7 +6,7 @@
 use super::kit::{PI, Stage, TAU, at, circle, rot_x, rot_y, rot_z, rotation, sin};
 use super::mesh_builder::{MeshBuilder, cylinder, studio};
 use super::texture;
-use crate::scene::Scene;
+use edgeshade::scene::Scene;
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use std::collections::BTreeMap;
 

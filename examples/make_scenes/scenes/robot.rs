@@ -3,7 +3,7 @@
 use super::kit::{PI, Stage, TAU, align_y, at, circle, rot_x, rot_y, rot_z};
 use super::mesh_builder::{MeshBuilder, block, cylinder, floor, lathe, plate, rod, rounded_box, sphere, torus, tube};
 use super::texture;
-use crate::scene::Scene;
+use edgeshade::scene::Scene;
 use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
 
 /// The walker's parts by what they are made of.

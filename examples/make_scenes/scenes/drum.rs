@@ -5,7 +5,7 @@ use super::mesh_builder::{
     MeshBuilder, block, cylinder, lathe, rod, rounded_box, sphere, studio, surface, torus, tube,
 };
 use super::texture;
-use crate::scene::Scene;
+use edgeshade::scene::Scene;
 use glam::{DVec3, dvec2, dvec3};
 
 pub(super) fn stage() -> Scene {

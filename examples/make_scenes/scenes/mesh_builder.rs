@@ -2,7 +2,7 @@
 //! from outside, and has unit normals that point outward.
 
 use super::kit::{PI, TAU, circle, cos, rotation, sin};
-use crate::scene::Mesh;
+use edgeshade::scene::Mesh;
 use glam::{DAffine3, DMat3, DVec2, DVec3, dvec2, dvec3};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;

@@ -1,0 +1,37 @@
+//! Makes the scenes that come with Edgeshade anew: `cargo run --release --example make_scenes [FOLDER]`.
+//!
+//! They are committed as `assets/<name>.glb`, the folder where they go unless another is named. `tests/shipped_scenes.rs`
+//! fails when a committed file is not what is made here.
+
+mod scenes;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Writes every scene into a folder, which is created if need be; the error names the file.
+fn write_all(folder: &Path) -> Result<(), String> {
+    std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    for (name, stage) in scenes::ALL {
+        let path = folder.join(name).with_extension("glb");
+        let bytes = scenes::encode(&stage());
+        std::fs::write(&path, &bytes).map_err(|e| format!("{}: {e}", path.display()))?;
+        println!("wrote {}, {} bytes", path.display(), bytes.len());
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args_os().skip(1);
+    let folder = arguments.next().map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("assets"), PathBuf::from);
+    if arguments.next().is_some() {
+        eprintln!("usage: make_scenes [FOLDER]");
+        return ExitCode::from(2);
+    }
+    match write_all(&folder) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("{problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
