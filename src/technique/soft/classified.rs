@@ -1,5 +1,5 @@
-//! What `pcss` and `rbssm` are both: a pass that classifies pixels by the depths under their search window and works on the
-//! others; and its filter alone, over what another pass has listed.
+//! What `pcss`, `rbssm` and `soft-auto` share: the classification of pixels by the depths under their search window, a pass
+//! that classifies pixels and works on the others, and its filter alone, over pixels that another pass has listed.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
 use crate::technique::Param;
