@@ -153,19 +153,8 @@ pub struct CompareRow {
     pub memory_bytes: u64,
 }
 
-/// The object that a suite of timed variants writes.
-#[derive(Debug, Serialize)]
-pub struct Bench {
-    pub suite: &'static str,
-    #[serde(flatten)]
-    pub origin: Origin,
-    pub size: [u32; 2],
-    pub frames: u32,
-    pub results: Vec<BenchRow>,
-}
-
 /// One variant of a suite.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub struct BenchRow {
     pub scene: &'static str,
     /// Of the scene nothing but the ground.

@@ -1,30 +1,39 @@
 //! Suite `edges-cost`: what hard shadows cost that know the casters' edges, as \[Kenzel 2013\] sets them side by side in figures
 //! 5.2 to 5.4: the update of the shadow map, the shading, what goes through the pipeline, memory.
 
-use super::edges::has_no_map;
-use super::judge::{Wanted, available, label, left_out_note, possible, save};
-use super::{Args, SIZE};
-use crate::cli::progress::Progress;
-use crate::cli::report::{self, Origin};
-use crate::cli::stage::Stage;
+use super::driver::*;
+use super::judge::mapless;
 use crate::cli::stats::{self, FRAME_PASSES, PassStats, Span};
-use crate::cli::techniques::Choice;
-use edgeshade::host::Host;
-use edgeshade::scene::shipped::{self, Shipped};
+use edgeshade::Need;
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
-use edgeshade::table::number;
 use edgeshade::technique::Technique;
 use edgeshade::timing::{FrameTiming, PassTiming, Statistics};
-use edgeshade::{Error, Need, Result};
 use glam::{DAffine3, DVec3, dvec3};
-use serde::Serialize;
-use serde_json::{Map, Value};
 use std::collections::BTreeMap;
+use std::ops::AddAssign;
+
+pub static SUITE: Suite<Cost> = Suite {
+    name: "edges-cost",
+    about: "GPU time, primitives and memory of hard shadows, casters standing and moving",
+    // Few triangles and many, as in the thesis.
+    extent: |quick| match quick {
+        true => Extent { scenes: vec!["jenga"], maps: &[MAP], size: [320, 180] },
+        false => Extent { scenes: vec!["jenga", KNOTS], maps: &[MAP], size: SIZE },
+    },
+    variants: |device| Ok(mapless(possible(available(&CONTENDERS), device))),
+    frames: |plan| STATES.len() as u32 * (plan.frames + 1),
+    shows_scenes: true,
+    measure,
+    settings: |plan| {
+        let left_out = plan.left_out.clone().into();
+        Record::of([("shadow_map", MAP.into()), ("frames", plan.frames.into()), ("left_out", left_out)])
+    },
+    page,
+    ..Suite::BASE
+};
 
 /// Side of the map, texels.
 const MAP: u32 = 1024;
-/// Size of the image of a quick run, which draws the first scene alone.
-const QUICK: [u32; 2] = [320, 180];
 /// What the others are set against.
 const BASE: &str = "sm";
 
@@ -41,38 +50,19 @@ const CONTENDERS: [Wanted; 6] = [
 /// The one pass of every frame that draws the casters into the map.
 const MAP_PASS: &str = "shadow map";
 
-/// Names of the scenes: few triangles and many, as in the thesis.
-const SCENES: [&str; 2] = ["jenga", "knots"];
-/// Where the knots stand, by the place of the shipped one, metres: side by side as the light sees them.
-const KNOTS: [DVec3; 2] = [dvec3(-0.6, 0.0, 0.9), dvec3(2.0, 0.0, -1.4)];
-/// The one object of the knot's scene that is not repeated.
+/// Several of the scene `knot` on one floor.
+const KNOTS: &str = "knots";
+/// Where they stand, by the place of the shipped one, metres: side by side as the light sees them.
+const PLACES: [DVec3; 2] = [dvec3(-0.6, 0.0, 0.9), dvec3(2.0, 0.0, -1.4)];
+/// The one object of the scene that is not repeated.
 const FLOOR: &str = "studio";
 
-/// What the suite writes.
-#[derive(Serialize)]
-struct Figures {
-    suite: &'static str,
-    #[serde(flatten)]
-    origin: Origin,
-    size: [u32; 2],
-    shadow_map: u32,
-    /// Frames measured of each row, drawn in turns.
-    frames: u32,
-    /// What registry or device do not have.
-    left_out: Vec<String>,
-    results: Vec<Row>,
-}
+/// Whether map and casters' edges are kept from frame to frame, and what a page says of it.
+const STATES: [(&str, &str); 2] = [("standing", "light and casters stand still"), ("moving", "light or casters move")];
 
-/// One technique in one scene in one state.
+/// Of one technique in one scene in one state.
 #[derive(Serialize)]
-struct Row {
-    scene: &'static str,
-    triangles: usize,
-    state: State,
-    technique: &'static str,
-    params: Map<String, Value>,
-    #[serde(skip)]
-    label: String,
+pub struct Cost {
     times: Parts<Time>,
     /// Of the whole frame, with G-buffer and lighting.
     frame: Time,
@@ -81,16 +71,6 @@ struct Row {
     memory: Memory,
     passes: Vec<PassStats>,
 }
-
-/// Whether map and casters' edges are kept from frame to frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum State {
-    Standing,
-    Moving,
-}
-
-const STATES: [State; 2] = [State::Standing, State::Moving];
 
 /// Something of a frame in its two parts, and of both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -132,20 +112,7 @@ struct Memory {
     casters_bytes: u64,
 }
 
-impl Memory {
-    fn total(&self) -> u64 {
-        self.technique_bytes + self.shadow_map_bytes + self.casters_bytes
-    }
-}
-
-/// Which part of a frame a pass belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
-    Update,
-    Shading,
-}
-
-/// Tells a technique's passes apart.
+/// Tells the passes of a technique's update from those of its shading.
 struct Split {
     /// How often a pass of each name comes in a frame in which nothing has moved.
     kept: BTreeMap<String, usize>,
@@ -161,92 +128,60 @@ impl Split {
         Self { kept, has_map }
     }
 
-    /// The passes that the technique answers for: not the G-buffer nor the lighting, and a shadow map only if it looks at one.
-    /// A pass that a frame has oftener than one in which nothing has moved is of the update.
-    fn passes<'a>(&'a self, frame: &'a FrameTiming) -> impl Iterator<Item = (Part, &'a PassTiming)> {
-        let own = |pass: &PassTiming| match &pass.name[..] {
-            MAP_PASS => self.has_map,
-            name => !FRAME_PASSES.contains(&name),
-        };
-        frame.passes.iter().enumerate().filter(move |(_, pass)| own(pass)).map(|(i, pass)| {
+    /// Sums something over the passes that the technique answers for: not the G-buffer nor the lighting, and a shadow map only
+    /// if it looks at one. Passes beyond those of a frame in which nothing has moved are of the update. `None` where a pass
+    /// has none of it.
+    fn sum<T: AddAssign + Copy + Default>(
+        &self,
+        frame: &FrameTiming,
+        of: fn(&PassTiming) -> Option<T>,
+    ) -> Option<Parts<T>> {
+        let mut sum = Parts::default();
+        for (i, pass) in frame.passes.iter().enumerate() {
+            let is_own = if pass.name == MAP_PASS { self.has_map } else { !FRAME_PASSES.contains(&pass.name.as_str()) };
+            if !is_own {
+                continue;
+            }
             let repeat = frame.passes[..i].iter().filter(|p| p.name == pass.name).count();
             let is_kept = repeat < self.kept.get(&pass.name).copied().unwrap_or(0);
-            (if is_kept { Part::Shading } else { Part::Update }, pass)
-        })
+            let value = of(pass)?;
+            *if is_kept { &mut sum.shading } else { &mut sum.update } += value;
+            sum.both += value;
+        }
+        Some(sum)
     }
 
     /// Milliseconds.
     fn ms(&self, frame: &FrameTiming) -> Parts<f64> {
-        let mut sum = Parts::default();
-        for (part, pass) in self.passes(frame) {
-            *match part {
-                Part::Update => &mut sum.update,
-                Part::Shading => &mut sum.shading,
-            } += pass.gpu_ms;
-            sum.both += pass.gpu_ms;
-        }
-        sum
+        self.sum(frame, |pass| Some(pass.gpu_ms)).unwrap_or_default()
     }
 
     /// `None` without statistics.
     fn through(&self, frame: &FrameTiming) -> Option<Parts<Through>> {
-        let mut sum = Parts::<Through>::default();
-        for (part, pass) in self.passes(frame) {
-            let statistics = pass.statistics?;
-            match part {
-                Part::Update => sum.update.add(&statistics),
-                Part::Shading => sum.shading.add(&statistics),
-            }
-            sum.both.add(&statistics);
-        }
-        Some(sum)
+        self.sum(frame, |pass| {
+            let Statistics { input_primitives, fragment_invocations, compute_invocations, .. } = pass.statistics?;
+            Some(Through {
+                primitives: input_primitives,
+                fragments: fragment_invocations,
+                compute: compute_invocations,
+            })
+        })
     }
 }
 
-impl Through {
-    fn add(&mut self, s: &Statistics) {
-        self.primitives += s.input_primitives;
-        self.fragments += s.fragment_invocations;
-        self.compute += s.compute_invocations;
+impl AddAssign for Through {
+    fn add_assign(&mut self, more: Self) {
+        self.primitives += more.primitives;
+        self.fragments += more.fragments;
+        self.compute += more.compute;
     }
 }
 
-/// Pixels of all frames, for the estimate of the time.
-pub fn pixels(args: &Args) -> Result<u64> {
-    let scenes = if args.quick { 1 } else { SCENES.len() };
-    let size = args.size.unwrap_or(if args.quick { QUICK } else { SIZE });
-    Ok(super::pixels(size, scenes * STATES.len() * CONTENDERS.len(), args.frames + 1))
-}
-
-pub fn run(args: &Args, host: &Host) -> Result<()> {
-    let size = args.size.unwrap_or(if args.quick { QUICK } else { SIZE });
-    let (choices, mut left_out) = available(&CONTENDERS);
-    let (choices, impossible) = possible(choices, host.context().features());
-    left_out.extend(impossible);
-    let mut results = vec![];
-    for name in SCENES.into_iter().take(if args.quick { 1 } else { SCENES.len() }) {
-        results.extend(one_scene(host, name, &stage(name, size)?, size, args.frames, &choices)?);
+fn stage(name: &str, plan: &Plan) -> Result<Stage> {
+    if name != KNOTS {
+        return plan.stage(name);
     }
-    let figures = Figures {
-        suite: "edges-cost",
-        origin: Origin::new(host),
-        size,
-        shadow_map: MAP,
-        frames: args.frames,
-        left_out,
-        results,
-    };
-    save(args, host, figures.suite, &figures, &page(&figures)).map(drop)
-}
-
-fn stage(name: &str, size: [u32; 2]) -> Result<Stage> {
-    let find = |name: &str| -> Result<&'static Shipped> {
-        shipped::find(name).ok_or_else(|| Error::Usage(format!("there is no scene {name}")))
-    };
-    if name == SCENES[0] {
-        return Stage::shipped(find(name)?, size);
-    }
-    let mut stage = Stage::shipped(find("knot")?, size)?;
+    let mut stage = plan.stage("knot")?;
     repeat_knot(&mut stage.scene);
     Ok(stage)
 }
@@ -256,7 +191,7 @@ fn repeat_knot(scene: &mut Scene) {
     let Scene { instances, meshes, .. } = scene;
     let (floor, knot): (Vec<_>, Vec<_>) = instances.drain(..).partition(|i| meshes[i.mesh].name == FLOOR);
     *instances = floor;
-    for offset in KNOTS {
+    for offset in PLACES {
         instances.extend(knot.iter().map(|i| {
             let mut moved = *i;
             moved.world_from_object = DAffine3::from_translation(offset) * i.world_from_object;
@@ -265,96 +200,80 @@ fn repeat_knot(scene: &mut Scene) {
     }
 }
 
-/// The frames of one technique in one state.
-type Frames = Vec<FrameTiming>;
-
-fn one_scene(
-    host: &Host,
-    name: &'static str,
-    stage: &Stage,
-    size: [u32; 2],
-    frames: u32,
-    choices: &[Choice],
-) -> Result<Vec<Row>> {
-    let renderer = |state: State, statistics: bool| {
-        let dynamic_light = state == State::Moving;
-        let desc = RenderDesc { size, map_size: MAP, dynamic_light, statistics, ..RenderDesc::default() };
+fn measure(host: &Host, run: &mut Run<'_, Cost>, scene: &'static str) -> Result<()> {
+    let plan = run.plan;
+    let stage = stage(scene, plan)?;
+    let renderer = |is_moving: bool, statistics: bool| {
+        let desc = RenderDesc {
+            size: plan.size,
+            map_size: MAP,
+            dynamic_light: is_moving,
+            statistics,
+            ..RenderDesc::default()
+        };
         Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
     };
-    let progress = Progress::start(format!("suite edges-cost, {name}"));
-    let total = u64::from(frames) * (choices.len() * STATES.len()) as u64;
-    let mut measured: Vec<[Frames; 2]> = choices.iter().map(|_| [vec![], vec![]]).collect();
+    run.start(scene);
+    let mut measured: Vec<[Vec<FrameTiming>; 2]> = plan.variants.iter().map(|_| [vec![], vec![]]).collect();
     let mut memory = vec![];
     {
-        let mut renderers = [renderer(STATES[0], false)?, renderer(STATES[1], false)?];
+        let mut renderers = [renderer(false, false)?, renderer(true, false)?];
         let mut prepared: Vec<[Box<dyn Technique>; 2]> = vec![];
-        for choice in choices {
-            let [a, b] = &renderers;
+        for Variant { choice, .. } in &plan.variants {
             let prepare = |r: &Renderer<'_>| r.prepare(choice.info.id, &choice.params);
-            prepared.push([prepare(a)?, prepare(b)?]);
+            prepared.push([prepare(&renderers[0])?, prepare(&renderers[1])?]);
         }
         // Turn 0 warms up: a light that stands still has its map and edges then.
-        let mut done = 0;
-        for turn in 0..=frames {
+        for turn in 0..=plan.frames {
             for (techniques, found) in prepared.iter_mut().zip(&mut measured) {
                 for ((renderer, technique), found) in renderers.iter_mut().zip(techniques).zip(found) {
                     let timing = renderer.frame(technique.as_mut())?;
-                    if turn > 0 {
-                        found.push(timing);
-                        done += 1;
-                        progress.set(done, total);
-                    }
+                    found.extend((turn > 0).then_some(timing));
+                    run.drawn(1);
                 }
             }
         }
         let adjacency = renderers[0].casters().map_or(0, |c| c.casters.memory_bytes());
-        memory.extend(choices.iter().zip(&prepared).map(|(choice, techniques)| Memory {
+        memory.extend(plan.variants.iter().zip(&prepared).map(|(variant, techniques)| Memory {
             technique_bytes: techniques[0].memory_bytes(),
-            shadow_map_bytes: if has_no_map(choice) { 0 } else { renderers[0].shadow_map().memory_bytes() },
-            casters_bytes: if choice.info.needs.contains(&Need::Casters) { adjacency } else { 0 },
+            shadow_map_bytes: if variant.has_no_map { 0 } else { renderers[0].shadow_map().memory_bytes() },
+            casters_bytes: if variant.choice.info.needs.contains(&Need::Casters) { adjacency } else { 0 },
         }));
     }
     // Counting may slow the passes down: it has a frame of its own.
-    let mut counted = vec![None; choices.len()];
+    let mut counted = vec![None; plan.variants.len()];
     if host.context().features().pipeline_statistics {
-        let mut renderer = renderer(State::Moving, true)?;
-        for (choice, counted) in choices.iter().zip(&mut counted) {
+        let mut renderer = renderer(true, true)?;
+        for (Variant { choice, .. }, counted) in plan.variants.iter().zip(&mut counted) {
             let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
             *counted = Some(renderer.frame(technique.as_mut())?);
         }
     }
-    let base = choices.iter().position(|c| label(c) == BASE);
-    let splits: Vec<_> = choices
-        .iter()
-        .zip(&measured)
-        .map(|(choice, [standing, _])| {
-            Split::new(standing.last().unwrap_or(&FrameTiming::default()), !has_no_map(choice))
-        })
-        .collect();
-    let mut rows = vec![];
-    for (s, state) in STATES.into_iter().enumerate() {
-        for (i, choice) in choices.iter().enumerate() {
-            let base_frames = base;
-            let base: Vec<_> = base.map_or_else(Vec::new, |b| measured[b][s].iter().map(|f| splits[b].ms(f)).collect());
-            let mine: Vec<_> =
-                measured[i][s].iter().filter(|f| !f.passes.is_empty()).map(|f| splits[i].ms(f)).collect();
+    let split = |(variant, [standing, _]): (&Variant, &[Vec<FrameTiming>; 2])| {
+        Split::new(standing.last().unwrap_or(&FrameTiming::default()), !variant.has_no_map)
+    };
+    let splits: Vec<_> = plan.variants.iter().zip(&measured).map(split).collect();
+    let base = plan.variants.iter().position(|v| v.label == BASE);
+    let triangles = stage.scene.triangles();
+    for (s, (state, meaning)) in STATES.into_iter().enumerate() {
+        let base_frames = base.map_or(&[][..], |b| &measured[b][s]);
+        let base_ms: Vec<_> = base_frames.iter().filter_map(|f| Some(splits[base?].ms(f))).collect();
+        for (i, variant) in plan.variants.iter().enumerate() {
+            let frames = &measured[i][s];
+            let mine: Vec<_> = frames.iter().filter(|f| !f.passes.is_empty()).map(|f| splits[i].ms(f)).collect();
             let through = counted[i].as_ref().and_then(|f| splits[i].through(f));
-            rows.push(Row {
-                scene: name,
-                triangles: stage.scene.triangles(),
-                state,
-                technique: choice.info.id,
-                params: report::params(choice.info, &choice.params),
-                label: label(choice),
-                times: times(&mine, &base),
-                frame: whole(&measured[i][s], base_frames.map_or(&[], |b| &measured[b][s])),
-                statistics: through.map(|t| if state == State::Moving { t } else { standing(t) }),
+            let figures = Cost {
+                times: times(&mine, &base_ms),
+                frame: whole(frames, base_frames),
+                statistics: through.map(|t| if state == "moving" { t } else { standing(t) }),
                 memory: memory[i],
-                passes: stats::passes(&measured[i][s]),
-            });
+                passes: stats::passes(frames),
+            };
+            let place = [("scene", scene.into()), ("triangles", triangles.into()), ("state", state.into())];
+            run.push(Row::new(place, variant, &format!("{scene}, {triangles} triangles, {meaning}"), figures));
         }
     }
-    Ok(rows)
+    Ok(())
 }
 
 /// Where nothing moves only the shading is left.
@@ -362,90 +281,70 @@ fn standing(moving: Parts<Through>) -> Parts<Through> {
     Parts { update: Through::default(), shading: moving.shading, both: moving.shading }
 }
 
-/// Of the turns; `base` has the same ones.
+/// Statistics per turn; `base[i]` belongs to the same turn as `mine[i]`.
 fn times(mine: &[Parts<f64>], base: &[Parts<f64>]) -> Parts<Time> {
-    let of = |pick: fn(&Parts<f64>) -> f64| {
-        let span = Span::of(mine.iter().map(pick));
-        let ratios = mine.iter().zip(base).map(|(a, b)| pick(a) / pick(b)).filter(|r| r.is_finite());
-        Time {
-            median_ms: span.map(|s| s.median),
-            least_ms: span.map(|s| s.min),
-            ratio: Span::of(ratios).map(|s| s.median),
-        }
-    };
+    let of = |pick: fn(&Parts<f64>) -> f64| time(mine.iter().map(pick), base.iter().map(pick));
     Parts { update: of(|p| p.update), shading: of(|p| p.shading), both: of(|p| p.both) }
 }
 
-/// Whole frames; `base` has the same turns.
+/// The same of whole frames.
 fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Time {
-    let span = Span::of(mine.iter().filter(|f| !f.passes.is_empty()).map(|f| f.total_gpu_ms));
-    let ratios = mine.iter().zip(base).map(|(a, b)| a.total_gpu_ms / b.total_gpu_ms).filter(|r| r.is_finite());
+    let timed = mine.iter().filter(|f| !f.passes.is_empty());
+    time(timed.map(|f| f.total_gpu_ms), base.iter().map(|f| f.total_gpu_ms))
+}
+
+fn time(mine: impl Iterator<Item = f64> + Clone, base: impl Iterator<Item = f64>) -> Time {
+    let ratios = mine.clone().zip(base).map(|(a, b)| a / b).filter(|r| r.is_finite());
+    let span = Span::of(mine);
     Time { median_ms: span.map(|s| s.median), least_ms: span.map(|s| s.min), ratio: Span::of(ratios).map(|s| s.median) }
 }
 
-fn page(figures: &Figures) -> String {
-    let [w, h] = figures.size;
-    let Origin { device, driver, version, .. } = &figures.origin;
-    let mut text = format!(
-        "# Suite `edges-cost`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, shadow map {MAP}x{MAP}, {} frames a row, \
-         drawn in turns.\n\n\
-         `update`: the shadow map and what the technique makes of the casters, all that is spared while light and casters \
-         stand still; `shading`: the technique's passes of every frame; `both`: their sum, without G-buffer and lighting. GPU \
-         milliseconds, median (least); `x`: by those of `{BASE}` in the same turn, median over the turns. `shadow-volumes` \
-         looks at no shadow map: none is counted for it. `frame`: all of it, with G-buffer and lighting. A driver on the CPU \
-         puts off what is drawn and not what is computed, so that its times of single passes of an update mean little: \
-         there only `frame` tells, and an update is a moving frame less a standing one.\n\n{}",
-        figures.frames,
-        left_out_note(&figures.left_out)
-    );
-    let groups = || figures.results.chunk_by(|a, b| (a.scene, a.state) == (b.scene, b.state));
-    for group in groups() {
-        let state = match group[0].state {
-            State::Standing => "light and casters stand still",
-            State::Moving => "light or casters move",
-        };
-        text += &format!(
-            "## {}, {} triangles, {state}\n\n\
-             | technique | update ms | x | shading ms | x | both ms | x | frame ms | x |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
-            group[0].scene, group[0].triangles
+fn page(results: &Results<'_, Cost>) -> String {
+    let frames = results.plan.frames;
+    let mut text = results.head(&format!("shadow map {MAP}x{MAP}, {frames} frames a row, drawn in turns."))
+        + &format!(
+            "`update`: the shadow map and what the technique makes of the casters, all that is spared while light and casters \
+             stand still; `shading`: the technique's passes of every frame; `both`: their sum, without G-buffer and lighting. GPU \
+             milliseconds, median (least); `x`: by those of `{BASE}` in the same turn, median over the turns. `shadow-volumes` \
+             looks at no shadow map: none is counted for it. `frame`: all of it, with G-buffer and lighting. A driver on the CPU \
+             puts off what is drawn and not what is computed, so that its times of single passes of an update mean little: \
+             there only `frame` tells, and an update is a moving frame less a standing one.\n\n"
         );
-        for r in group {
-            let cells = [r.times.update, r.times.shading, r.times.both, r.frame].map(|t| {
-                let least = number(t.least_ms, 3);
-                format!("{} ({least}) | {}", number(t.median_ms, 3), number(t.ratio, 2))
-            });
-            text += &format!("| {} | {} |\n", r.label, cells.join(" | "));
-        }
-        text.push('\n');
+    text += &left_out_note(&results.plan.left_out);
+    for group in groups(&results.rows) {
+        let line = |r: &Row<Cost>| {
+            let Cost { times, frame, .. } = &r.figures;
+            let cells = [times.update, times.shading, times.both, *frame]
+                .map(|t| [format!("{} ({})", number(t.median_ms, 3), number(t.least_ms, 3)), number(t.ratio, 2)]);
+            [r.label.clone()].into_iter().chain(cells.into_iter().flatten()).collect()
+        };
+        let heads = "<technique | update ms | x | shading ms | x | both ms | x | frame ms | x";
+        text += &format!("## {}\n\n{}\n", group[0].group, table(heads, group.iter().map(line)));
     }
-    for group in groups().filter(|g| g[0].state == State::Moving) {
+    for group in groups(&results.rows).filter(|g| g[0].place.text("state") == "moving") {
+        let line = |r: &Row<Cost>| {
+            let Cost { statistics, memory, .. } = &r.figures;
+            let picks: [fn(&Through) -> u64; 3] = [|t| t.primitives, |t| t.fragments, |t| t.compute];
+            let counts = picks.into_iter().flat_map(|pick| {
+                let count = |t: &Through| pick(t).to_string();
+                statistics.map_or_else(|| ["-"; 2].map(str::to_owned), |s| [count(&s.update), count(&s.shading)])
+            });
+            let with_map = memory.technique_bytes + memory.shadow_map_bytes;
+            let bytes = [memory.technique_bytes, with_map, with_map + memory.casters_bytes];
+            let mib = bytes.map(|bytes| number(bytes as f64 / f64::from(1 << 20), 1));
+            [r.label.clone()].into_iter().chain(counts).chain(mib).collect()
+        };
+        let heads = "<technique | primitives, update | shading | fragments, update | shading | compute, update | shading \
+                     | MiB | with map | with adjacency";
         text += &format!(
             "## {}: what a frame with an update sends through the pipeline, and memory\n\n\
              Primitives that draws assemble and runs of fragment shaders, as in the thesis, and runs of compute shaders, which \
              take the place of both where edges are written by compute; counted in a frame that is not timed. `MiB`: of the \
-             technique itself, with its shadow map, and with the adjacency of the casters' triangles, which techniques share.\n\n\
-             | technique | primitives, update | shading | fragments, update | shading | compute, update | shading \
-             | MiB | with map | with adjacency |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n",
-            group[0].scene
+             technique itself, with its shadow map, and with the adjacency of the casters' triangles, which techniques \
+             share.\n\n{}\n",
+            group[0].place.text("scene"),
+            table(heads, group.iter().map(line))
         );
-        for r in group {
-            let count = |pick: fn(&Through) -> u64| match &r.statistics {
-                Some(s) => format!("{} | {}", pick(&s.update), pick(&s.shading)),
-                None => "- | -".to_owned(),
-            };
-            let mib = |bytes: u64| number(bytes as f64 / f64::from(1 << 20), 1);
-            text += &format!(
-                "| {} | {} | {} | {} | {} | {} | {} |\n",
-                r.label,
-                count(|t| t.primitives),
-                count(|t| t.fragments),
-                count(|t| t.compute),
-                mib(r.memory.technique_bytes),
-                mib(r.memory.technique_bytes + r.memory.shadow_map_bytes),
-                mib(r.memory.total())
-            );
-        }
-        text.push('\n');
     }
     text
 }
@@ -453,6 +352,7 @@ fn page(figures: &Figures) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::report::Origin;
     use edgeshade::scene::load_bytes;
 
     fn frame(passes: &[(&str, f64, u64)]) -> FrameTiming {
@@ -511,35 +411,22 @@ mod tests {
 
     #[test]
     fn the_page_has_a_table_for_each_state_and_one_of_counts() {
-        let (choices, left_out) = available(&CONTENDERS);
+        let plan = SUITE.plan(false, 1, Some([4, 4]), DeviceFeatures::default()).unwrap();
+        let Variants { found, left_out } = mapless(available(&CONTENDERS));
         assert!(left_out.is_empty(), "{left_out:?}");
-        let mut results = vec![];
-        for state in STATES {
-            results.extend(choices.iter().map(|choice| Row {
-                scene: "jenga",
-                triangles: 12,
-                state,
-                technique: choice.info.id,
-                params: report::params(choice.info, &choice.params),
-                label: label(choice),
+        let plan = Plan { variants: found, left_out: vec!["none".into()], ..plan };
+        let row = |(variant, (state, _)): (&Variant, (&str, &str))| {
+            let figures = Cost {
                 times: times(&[Parts { update: 1.0, shading: 2.0, both: 3.0 }], &[]),
                 frame: whole(&[FrameTiming { total_gpu_ms: 7.0, ..frame(STILL) }], &[]),
-                statistics: (choice.info.id != "pcf").then(Parts::default),
+                statistics: (variant.choice.info.id != "pcf").then(Parts::default),
                 memory: Memory { technique_bytes: 1 << 20, shadow_map_bytes: 4 << 20, casters_bytes: 8 << 20 },
                 passes: vec![],
-            }));
-        }
-        let origin = Origin::default();
-        let figures = Figures {
-            suite: "edges-cost",
-            origin,
-            size: [4, 4],
-            shadow_map: MAP,
-            frames: 1,
-            left_out: vec!["none".into()],
-            results,
+            };
+            Row::new([("scene", "jenga".into()), ("state", state.into())], variant, &format!("jenga, {state}"), figures)
         };
-        let text = page(&figures);
+        let rows = STATES.into_iter().flat_map(|s| plan.variants.iter().map(move |v| row((v, s)))).collect();
+        let text = (SUITE.page)(&SUITE.results(&plan, Origin::default(), rows));
         assert!(text.contains("Left out, as this version has none: none."), "{text}");
         assert_eq!(text.matches("\n## jenga").count(), 3);
         assert_eq!(
@@ -549,20 +436,21 @@ mod tests {
         );
         assert!(text.contains("\n| edsm | 0 | 0 | 0 | 0 | 0 | 0 | 1.0 | 5.0 | 13.0 |\n"), "{text}");
         assert!(text.contains("\n| pcf width=5 | - | - | - | - | - | - | 1.0 |"), "{text}");
-        assert_eq!(label(&choices[0]), BASE);
+        assert_eq!(plan.variants[0].label, BASE);
     }
 
     #[test]
     fn the_large_scene_has_half_a_million_triangles_apart_from_each_other_and_in_the_light() {
-        let shipped = shipped::find("knot").unwrap();
+        let shipped = find_scene("knot").unwrap();
         let one = load_bytes(shipped.name, shipped.bytes).unwrap();
         let floor = one.instances.iter().filter(|i| one.meshes[i.mesh].name == FLOOR).count();
         assert_eq!(floor, 1);
-        let stage = stage(SCENES[1], [1280, 720]).unwrap();
+        let plan = SUITE.plan(false, 1, None, DeviceFeatures::default()).unwrap();
+        let stage = stage(KNOTS, &plan).unwrap();
         let scene = &stage.scene;
         assert!((500_000..600_000).contains(&scene.triangles()), "{}", scene.triangles());
         let knot = one.instances.len() - floor;
-        assert_eq!(scene.instances.len(), floor + KNOTS.len() * knot);
+        assert_eq!(scene.instances.len(), floor + PLACES.len() * knot);
         // The floor is as it was; the knots do not touch, and light and camera see all of both.
         let points = |i: &edgeshade::scene::Instance| {
             let to_world = i.world_from_object;

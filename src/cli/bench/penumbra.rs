@@ -1,27 +1,30 @@
 //! Suite `penumbra`: soft edges of a fixed width against the truth of the same width, over scenes and map sizes.
 
-mod page;
 mod texel;
 
-use super::judge::{label, mask, mean, renderer, save, tracer, visibility};
-use super::{Args, shown};
-use crate::cli::progress::Progress;
-use crate::cli::report::{self, Origin};
-use crate::cli::stage::Stage;
+use super::driver::*;
+use super::judge::{mask, renderer, tracer, visibility};
 use crate::cli::techniques::Choice;
-use edgeshade::host::Host;
 use edgeshade::metrics::{self, Report};
-use edgeshade::picture::write_atomic;
-use edgeshade::scene::shipped::{self, Shipped};
-use edgeshade::{Error, Result, technique};
-use serde::Serialize;
-use serde_json::{Map, Value};
+use edgeshade::technique;
 
-/// Sides of the shadow maps, texels.
-const MAPS: [u32; 3] = [512, 1024, 2048];
-const SIZE: [u32; 2] = [640, 360];
-/// Scenes, maps and size of the image of a quick run.
-const QUICK: ([&str; 2], [u32; 1], [u32; 2]) = (["jenga", "robot"], [1024], [192, 108]);
+pub static SUITE: Suite<Report> = Suite {
+    name: "penumbra",
+    about: "error against penumbrae of the same width over scenes and map sizes, with a plot",
+    extent: |quick| match quick {
+        true => Extent { scenes: vec!["jenga", "robot"], maps: &[1024], size: [192, 108] },
+        false => Extent { scenes: every_scene(), maps: &[512, 1024, 2048], size: [640, 360] },
+    },
+    variants: |_| {
+        Ok(Variants { found: contenders().map(|(_, c)| c.variant(None)).collect::<Result<_>>()?, left_out: vec![] })
+    },
+    measure,
+    summary,
+    page,
+    chart: Some(chart),
+    ..Suite::BASE
+};
+
 /// What is to be the lowest of its group.
 const SUBJECT: &str = "edtsm-star";
 
@@ -38,6 +41,9 @@ struct Contender {
     id: &'static str,
     settings: &'static [(&'static str, &'static str)],
 }
+
+/// Parameter that takes the width.
+const PENUMBRA: &str = "penumbra";
 
 /// EDTSM* as its paper has it.
 const PAPER: &[(&str, &str)] =
@@ -64,102 +70,35 @@ const GROUPS: [Group; 2] = [
     },
 ];
 
-/// What the suite writes.
-#[derive(Serialize)]
-struct Figures {
-    suite: &'static str,
-    #[serde(flatten)]
-    origin: Origin,
-    size: [u32; 2],
-    results: Vec<Row>,
-    /// Over the scenes.
-    means: Vec<Mean>,
-    /// Every cell of the results where `edtsm-star` is not the lowest.
-    beaten: Vec<Beaten>,
+/// What tables and means show.
+const COLUMNS: [Column<Report>; 5] = [
+    Column::new("rmse", "RMSE", 4, |r| Some(r.rmse)),
+    Column::new("penumbra_rmse", "in the band", 4, |r| r.penumbra_rmse),
+    Column::new("mae", "MAE", 4, |r| Some(r.mae)),
+    Column::new("over", "over", 4, |r| Some(r.over)),
+    Column::new("under", "under", 4, |r| Some(r.under)),
+];
+
+/// Every contender with the width of its group.
+fn contenders() -> impl Iterator<Item = (u32, &'static Contender)> {
+    GROUPS.iter().flat_map(|g| g.contenders.iter().map(|c| (g.texels, c)))
 }
 
-/// One variant in one scene with one map.
-#[derive(Serialize)]
-struct Row {
-    scene: &'static str,
-    shadow_map: u32,
-    /// Width of the penumbra in texels, which names the group.
-    texels: u32,
-    /// The same in world units.
-    penumbra: f64,
-    variant: &'static str,
-    technique: &'static str,
-    params: Map<String, Value>,
-    #[serde(flatten)]
-    report: Report,
-}
-
-/// Mean over the scenes.
-#[derive(Serialize)]
-struct Mean {
-    shadow_map: u32,
-    texels: u32,
-    variant: &'static str,
-    scenes: usize,
-    /// Of these scenes it has the lowest RMSE in so many.
-    lowest: usize,
-    rmse: Option<f64>,
-    penumbra_rmse: Option<f64>,
-    mae: Option<f64>,
-    over: Option<f64>,
-    under: Option<f64>,
-}
-
-/// Where another variant has a lower RMSE.
-#[derive(Serialize)]
-struct Beaten {
-    scene: &'static str,
-    shadow_map: u32,
-    texels: u32,
-    rmse: f64,
-    /// The lowest, and whose it is.
-    by: &'static str,
-    by_rmse: f64,
-}
-
-/// Pixels of all frames, for the estimate of the time.
-pub fn pixels(args: &Args) -> Result<u64> {
-    let (scenes, maps) = if args.quick { (QUICK.0.len(), QUICK.1.len()) } else { (shipped::ALL.len(), MAPS.len()) };
-    let size = args.size.unwrap_or(if args.quick { QUICK.2 } else { SIZE });
-    let variants = GROUPS.iter().map(|g| g.contenders.len()).sum::<usize>();
-    Ok(super::pixels(size, scenes * maps * variants, 1))
-}
-
-pub fn run(args: &Args, host: &Host) -> Result<()> {
-    let (quick_scenes, quick_maps, quick_size) = QUICK;
-    let scenes: Vec<_> = shipped::ALL.iter().filter(|s| !args.quick || quick_scenes.contains(&s.name)).collect();
-    let maps = if args.quick { &quick_maps[..] } else { &MAPS[..] };
-    let size = args.size.unwrap_or(if args.quick { quick_size } else { SIZE });
-    let progress = Progress::start("suite penumbra");
-    let total = (scenes.len() * maps.len() * GROUPS.iter().map(|g| g.contenders.len()).sum::<usize>()) as u64;
-    let mut results = vec![];
-    for scene in scenes {
-        one_scene(host, scene, maps, size, &mut |row| {
-            results.push(row);
-            progress.set(results.len() as u64, total);
-        })?;
+impl Contender {
+    /// It under its name, where it has such a parameter with that width of the penumbra.
+    fn variant(&self, penumbra: Option<f64>) -> Result<Variant> {
+        let has_penumbra = technique::find(self.id)?.params.iter().any(|p| p.name == PENUMBRA);
+        let settings = self.settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned()));
+        let penumbra = penumbra.filter(|_| has_penumbra).map(|p| (PENUMBRA.to_owned(), p.to_string()));
+        let choice = Choice::new(self.id, &settings.chain(penumbra).collect::<Vec<_>>())?;
+        Ok(Variant { label: self.name.into(), ..Variant::new(choice) })
     }
-    let means = means(&results, maps);
-    let beaten = beaten(&results);
-    let figures = Figures { suite: "penumbra", origin: Origin::new(host), size, results, means, beaten };
-    let path = save(args, host, figures.suite, &figures, &page::page(&figures))?.with_extension("svg");
-    write_atomic(&path, page::chart(&figures)?.as_bytes())?;
-    args.say(format_args!("wrote {}", shown(&path)))
 }
 
-fn one_scene(
-    host: &Host,
-    scene: &'static Shipped,
-    maps: &[u32],
-    size: [u32; 2],
-    found: &mut impl FnMut(Row),
-) -> Result<()> {
-    let stage = Stage::shipped(scene, size)?;
+fn measure(host: &Host, run: &mut Run<'_, Report>, scene: &'static str) -> Result<()> {
+    let Plan { size, maps, .. } = *run.plan;
+    run.start(scene);
+    let stage = run.plan.stage(scene)?;
     let mut whole_map = None;
     for &map in maps {
         let mut renderer = renderer(host, &stage, size, map)?;
@@ -171,35 +110,37 @@ fn one_scene(
             Some(width) => width,
             None => *whole_map.insert(
                 texel::median_width(&hard, &mask, &stage.camera, &light)
-                    .ok_or_else(|| Error::Usage(format!("{}: nothing to judge at {size:?} pixels", scene.name)))?,
+                    .ok_or_else(|| Error::Usage(format!("{scene}: nothing to judge at {size:?} pixels")))?,
             ),
         } / f64::from(map);
-        for group in &GROUPS {
-            let penumbra = to_4_digits(f64::from(group.texels) * texel);
-            let given = ("penumbra".to_owned(), penumbra.to_string());
-            let (truth, _) = tracer.fixed_penumbra(&Choice::new("fixed-penumbra", std::slice::from_ref(&given))?)?;
-            for contender in group.contenders {
-                let has_penumbra = technique::find(contender.id)?.params.iter().any(|p| p.name == given.0);
-                let settings = contender.settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned()));
-                let settings: Vec<_> = settings.chain(has_penumbra.then(|| given.clone())).collect();
-                let choice = Choice::new(contender.id, &settings)?;
-                let test = visibility(&mut renderer, &choice)?;
+        for Group { texels, contenders } in &GROUPS {
+            let penumbra = to_4_digits(f64::from(*texels) * texel);
+            let settings = [(PENUMBRA.to_owned(), penumbra.to_string())];
+            let (truth, _) = tracer.fixed_penumbra(&Choice::new("fixed-penumbra", &settings)?)?;
+            for contender in *contenders {
+                let variant = contender.variant(Some(penumbra))?;
+                let test = visibility(&mut renderer, &variant.choice)?;
                 let report = metrics::compare(&test, &truth.visibility, &mask, size);
-                let place = || format!("{}, map {map}, {}", scene.name, label(&choice));
-                found(Row {
-                    scene: scene.name,
-                    shadow_map: map,
-                    texels: group.texels,
-                    penumbra,
-                    variant: contender.name,
-                    technique: contender.id,
-                    params: report::params(choice.info, &choice.params),
-                    report: report.map_err(|e| Error::Usage(format!("{}: {e}", place())))?,
-                });
+                let place = || format!("{scene}, map {map}, {}", Variant::new(variant.choice.clone()).label);
+                let report = report.map_err(|e| Error::Usage(format!("{}: {e}", place())))?;
+                run.push(row(scene, map, *texels, penumbra, &variant, report));
+                run.drawn(1);
             }
         }
     }
     Ok(())
+}
+
+fn row(scene: &str, map: u32, texels: u32, penumbra: f64, variant: &Variant, report: Report) -> Row<Report> {
+    let place = [
+        ("scene", scene.into()),
+        ("shadow_map", map.into()),
+        // Width of the penumbra, and the same in world units.
+        ("texels", texels.into()),
+        ("penumbra", penumbra.into()),
+        ("variant", variant.label.as_str().into()),
+    ];
+    Row::new(place, variant, &format!("{scene} {map} {texels}"), report)
 }
 
 /// So that a width can be repeated as it is printed.
@@ -207,71 +148,102 @@ fn to_4_digits(width: f64) -> f64 {
     format!("{width:.3e}").parse().unwrap_or(width)
 }
 
-/// Rows of the same scene, map and group, one group after another.
-fn cells(rows: &[Row]) -> impl Iterator<Item = &[Row]> {
-    let key = |r: &Row| (r.scene, r.shadow_map, r.texels);
-    rows.chunk_by(move |a, b| key(a) == key(b))
+/// The lowest error of a group, and whose.
+fn lowest(group: &[Row<Report>]) -> Option<&Row<Report>> {
+    group.iter().min_by(|a, b| a.figures.rmse.total_cmp(&b.figures.rmse))
 }
 
-/// The lowest error of a cell, and whose.
-fn lowest(cell: &[Row]) -> Option<&Row> {
-    cell.iter().min_by(|a, b| a.report.rmse.total_cmp(&b.report.rmse))
-}
-
-fn means(rows: &[Row], maps: &[u32]) -> Vec<Mean> {
-    let names = GROUPS.iter().flat_map(|g| g.contenders.iter().map(|c| (g.texels, c.name)));
-    let names: Vec<_> = maps.iter().flat_map(|&map| names.clone().map(move |(t, n)| (map, t, n))).collect();
-    let one = |(shadow_map, texels, variant)| {
-        let is_mine = |r: &&Row| (r.shadow_map, r.texels, r.variant) == (shadow_map, texels, variant);
-        let mine: Vec<&Report> = rows.iter().filter(is_mine).map(|r| &r.report).collect();
-        let of = |f: fn(&Report) -> Option<f64>| mean(mine.iter().map(|r| f(r)));
-        Mean {
-            shadow_map,
-            texels,
-            variant,
-            scenes: mine.len(),
-            lowest: cells(rows).filter_map(lowest).filter(is_mine).count(),
-            rmse: of(|r| Some(r.rmse)),
-            penumbra_rmse: of(|r| r.penumbra_rmse),
-            mae: of(|r| Some(r.mae)),
-            over: of(|r| Some(r.over)),
-            under: of(|r| Some(r.under)),
-        }
+/// Means over the scenes, and every group in which the subject is not the lowest.
+fn summary(plan: &Plan, rows: &[Row<Report>]) -> Summary {
+    let lowest_rows: Vec<_> = groups(rows).filter_map(lowest).collect();
+    let key = |map: u32, (texels, c): (u32, &Contender)| {
+        let place = [("shadow_map", map.into()), ("texels", texels.into()), ("variant", c.name.into())];
+        (c.name.to_owned(), Record::of(place))
     };
-    names.into_iter().map(one).collect()
+    let keys = plan.maps.iter().flat_map(|&map| contenders().map(move |c| key(map, c)));
+    let means = means(rows, keys, &COLUMNS, |mine| {
+        let lowest = mine.iter().filter(|r| lowest_rows.iter().any(|l| std::ptr::eq(*l, **r))).count();
+        Record::of([("scenes", mine.len().into()), ("lowest", lowest.into())])
+    });
+    let beaten = groups(rows).filter_map(|group| {
+        let best = lowest(group)?;
+        let mine = group.iter().find(|r| r.label == SUBJECT)?;
+        let mut figures = mine.place.only(&["scene", "shadow_map", "texels"]);
+        let by = best.label.as_str().into();
+        figures.0.extend([("rmse", mine.figures.rmse.into()), ("by", by), ("by_rmse", best.figures.rmse.into())]);
+        (mine.figures.rmse > best.figures.rmse).then(|| figures.into())
+    });
+    Fields(vec![("means", means), ("beaten", beaten.collect())])
 }
 
-fn beaten(rows: &[Row]) -> Vec<Beaten> {
-    let one = |cell: &[Row]| {
-        let best = lowest(cell)?;
-        let mine = cell.iter().find(|r| r.variant == SUBJECT)?;
-        (mine.report.rmse > best.report.rmse).then_some(Beaten {
-            scene: mine.scene,
-            shadow_map: mine.shadow_map,
-            texels: mine.texels,
-            rmse: mine.report.rmse,
-            by: best.variant,
-            by_rmse: best.report.rmse,
-        })
+/// Everything in tables.
+fn page(results: &Results<'_, Report>) -> String {
+    let mut text = results.head("against ray-traced penumbrae of a fixed width.")
+        + "All of a group are meant to be equally wide: 15 or 7 texels of the map at hand. Kernels are that wide in texels; the \
+           truth and the techniques that know widths in the world are given P, world units: so many times the width of a texel \
+           on what the camera sees, which is the square root of the area that a texel covers on the surface, the median over \
+           the judged pixels. Where a texel is larger or smaller than there, kernels are wider or narrower than the truth, and \
+           that is an error of theirs.\n\n\
+           `RMSE`, `MAE`: over the judged pixels; `in the band`: RMSE within 8 px of the true penumbra; `over`, `under`: too \
+           dark, too light, mean over the judged pixels.\n\n";
+    text += &beaten(results);
+    let mut means: Vec<_> = results.list("means").iter().collect();
+    // The widest first, as in the list of groups.
+    means.sort_by_key(|m| GROUPS.iter().position(|g| m.place.number("texels") == Some(g.texels.into())));
+    let cells = |m: &Row<Record>| {
+        let lowest = format!("{} of {}", m.figures.text("lowest"), m.figures.text("scenes"));
+        [m.place.text("texels"), m.place.text("shadow_map"), m.label.clone(), lowest]
     };
-    cells(rows).filter_map(one).collect()
+    let lead = "texels | map | <variant | lowest in";
+    text += &format!("\n## Mean over the scenes\n\n{}", table_of((lead, cells), (&COLUMNS, Column::of_mean), means));
+    let cells = |r: &Row<Report>| ["shadow_map", "texels", "penumbra", "variant"].map(|name| r.place.text(name));
+    for (scene, rows) in by_scene(&results.rows) {
+        let lead = "map | texels | P | <variant";
+        text += &format!("\n## {scene}\n\n{}", table_of((lead, cells), (&COLUMNS, Column::of_row), rows));
+    }
+    text
+}
+
+/// Says where the subject is not the lowest.
+fn beaten(results: &Results<'_, Report>) -> String {
+    let total = results.rows.iter().filter(|r| r.label == SUBJECT).count();
+    let list = results.list("beaten").iter().map(|b| {
+        let [scene, map, texels, by] = ["scene", "shadow_map", "texels", "by"].map(|name| b.figures.text(name));
+        let [mine, other] = ["rmse", "by_rmse"].map(|name| number(b.figures.number(name), 4));
+        format!("{scene} {map}, {texels} texels ({mine}; {by} {other})")
+    });
+    let list: Vec<_> = list.collect();
+    match list.len() {
+        0 => format!("`{SUBJECT}` has the lowest RMSE of its group in all {total} cells.\n"),
+        n => format!("`{SUBJECT}` is not the lowest of its group in {n} of {total} cells: {}.\n", list.join(", ")),
+    }
+}
+
+/// Mean RMSE over the map's size, a line a variant and group.
+fn chart(results: &Results<'_, Report>) -> Chart {
+    let line = |(texels, c): (u32, &Contender)| {
+        let is_mine = |m: &&Row<Record>| m.label == c.name && m.place.number("texels") == Some(texels.into());
+        let mine = results.list("means").iter().filter(is_mine);
+        let points = mine.filter_map(|m| Some((m.place.number("shadow_map")?, m.figures.number("rmse")?))).collect();
+        Line { name: format!("{texels} texels: {}", c.name), points }
+    };
+    Chart {
+        title: "Error against penumbrae of the same width, mean over the scenes".into(),
+        axes: ["shadow map, texels a side", "RMSE"],
+        lines: contenders().map(line).collect(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::report::Origin;
 
     /// Rows of one scene with one map, all of the first group, with these errors.
-    fn cell(scene: &'static str, shadow_map: u32, errors: &[f32]) -> Vec<Row> {
-        let row = |(c, &e): (&Contender, &f32)| Row {
-            scene,
-            shadow_map,
-            texels: GROUPS[0].texels,
-            penumbra: 1.0,
-            variant: c.name,
-            technique: c.id,
-            params: Map::new(),
-            report: metrics::compare(&[1.0 - e; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap(),
+    fn cell(scene: &'static str, shadow_map: u32, errors: &[f32]) -> Vec<Row<Report>> {
+        let row = |(c, &e): (&Contender, &f32)| {
+            let report = metrics::compare(&[1.0 - e; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap();
+            row(scene, shadow_map, GROUPS[0].texels, 1.0, &c.variant(None).unwrap(), report)
         };
         GROUPS[0].contenders.iter().zip(errors).map(row).collect()
     }
@@ -282,15 +254,21 @@ mod tests {
         rows.extend(cell("a", 1024, &[0.125, 0.5, 0.25, 0.5]));
         rows.extend(cell("b", 512, &[0.5, 0.5, 0.75, 0.25]));
         rows.extend(cell("b", 1024, &[0.5, 0.5, 0.25, 0.25]));
-        let means = means(&rows, &[512, 1024]);
-        let of = |map, name| means.iter().find(|m| (m.shadow_map, m.texels, m.variant) == (map, 15, name)).unwrap();
-        assert_eq!((of(512, SUBJECT).rmse, of(512, SUBJECT).scenes, of(512, SUBJECT).lowest), (Some(0.5), 2, 1));
-        assert_eq!((of(1024, SUBJECT).rmse, of(1024, SUBJECT).lowest), (Some(0.25), 1));
-        assert_eq!((of(1024, "pcf").over, of(1024, "pcf").under), (Some(0.3125), Some(0.0)));
-        let beaten: Vec<_> = beaten(&rows).iter().map(|b| (b.scene, b.shadow_map, b.by, b.rmse, b.by_rmse)).collect();
-        let paper = "edtsm-star as in the paper";
+        let plan = SUITE.plan(false, 1, None, DeviceFeatures::default()).unwrap();
+        let results = SUITE.results(&plan, Origin::default(), rows);
+        let of = |map: u32, name, figure| {
+            let place = |m: &Row<Record>| (m.place.number("shadow_map"), m.place.number("texels"));
+            let mut means = results.list("means").iter().filter(|m| place(m) == (Some(map.into()), Some(15.0)));
+            means.find(|m| m.label == name).unwrap().figures.number(figure)
+        };
+        assert_eq!(["rmse", "scenes", "lowest"].map(|f| of(512, SUBJECT, f)), [Some(0.5), Some(2.0), Some(1.0)]);
+        assert_eq!(["rmse", "lowest"].map(|f| of(1024, SUBJECT, f)), [Some(0.25), Some(1.0)]);
+        assert_eq!(["over", "under"].map(|f| of(1024, "pcf", f)), [Some(0.3125), Some(0.0)]);
+        let beaten = (SUITE.page)(&results);
         // A draw is no defeat.
-        assert_eq!(beaten, [("a", 1024, "pcf", 0.25, 0.125), ("b", 512, paper, 0.75, 0.25)]);
+        let expected = "in 2 of 4 cells: a 1024, 15 texels (0.2500; pcf 0.1250), \
+                        b 512, 15 texels (0.7500; edtsm-star as in the paper 0.2500).\n";
+        assert!(beaten.contains(expected), "{beaten}");
     }
 
     #[test]

@@ -1,38 +1,42 @@
 //! Suite `soft`: soft shadows of area lights against the ray-traced truth, over scenes, sizes of map and of light.
 
-mod page;
-
-use super::judge::{available, label, mask, mean, save, tracer};
-use super::{Args, shown};
-use crate::cli::progress::Progress;
-use crate::cli::report::{self, Origin};
-use crate::cli::stage::Stage;
-use crate::cli::techniques::Choice;
+use super::driver::*;
+use super::judge::{mask, tracer};
+use crate::cli::stats::{self, Span};
 use crate::cli::truth::{self, Seed};
-use crate::cli::{stats, view};
-use edgeshade::host::Host;
+use crate::cli::view;
 use edgeshade::metrics::{self, Report};
-use edgeshade::picture::{Picture, write_atomic};
-use edgeshade::scene::shipped::{self, Shipped};
+use edgeshade::picture::Picture;
 use edgeshade::scene::{Light, LightShape, RenderDesc, Renderer, light_view};
-use edgeshade::technique::{OutputFormat, Technique};
+use edgeshade::technique::OutputFormat;
 use edgeshade::view::{LightKind, LightView};
-use edgeshade::{Error, Result};
-use serde::Serialize;
-use serde_json::{Map, Value};
 
-/// Sides of the shadow maps, texels.
-const MAPS: [u32; 4] = [512, 1024, 2048, 4096];
+pub static SUITE: Suite<Soft> = Suite {
+    name: "soft",
+    about: "error and GPU time of soft shadows over scenes, maps and light sizes, with a plot",
+    extent: |quick| match quick {
+        true => Extent { scenes: vec!["jenga", "robot"], maps: &[1024], size: [192, 108] },
+        false => Extent { scenes: every_scene(), maps: &[512, 1024, 2048, 4096], size: [640, 360] },
+    },
+    variants: |_| Ok(available(&CONTENDERS)),
+    frames: |plan| SCALES.len() as u32 * (plan.frames + 1),
+    shows_scenes: true,
+    measure,
+    settings: |plan| {
+        let (samples, left_out) = (samples(plan).into(), plan.left_out.clone().into());
+        Record::of([("samples", samples), ("frames", plan.frames.into()), ("left_out", left_out)])
+    },
+    summary,
+    page,
+    chart: Some(chart),
+    ..Suite::BASE
+};
+
 /// Sizes of the light by the scene's own.
 const SCALES: [f64; 3] = [0.25, 1.0, 4.0];
-const SIZE: [u32; 2] = [640, 360];
-/// Rays a pixel of the truth.
-const SAMPLES: u32 = 1024;
-/// Scenes, maps, size of the image and rays a pixel of a quick run.
-const QUICK: ([&str; 2], [u32; 1], [u32; 2], u32) = (["jenga", "robot"], [1024], [192, 108], 64);
 
 /// What is judged, as far as the registry has it: without penumbrae, with those of a fixed width, with those of the light.
-const CONTENDERS: [super::judge::Wanted; 9] = [
+const CONTENDERS: [Wanted; 9] = [
     ("sm", &[]),
     ("pcf", &[("width", "15")]),
     ("pcss", &[]),
@@ -48,39 +52,9 @@ const ORDER: [&str; 4] = ["rbssm", "pcss", "ssrbssm", "ssabss"];
 /// What the papers do not place.
 const BESIDE: &str = "edtssm-star";
 
-/// What the suite writes.
+/// Of one technique in one scene with one map under a light of one size.
 #[derive(Serialize)]
-struct Figures {
-    suite: &'static str,
-    #[serde(flatten)]
-    origin: Origin,
-    size: [u32; 2],
-    /// Rays a pixel of the truth.
-    samples: u32,
-    frames: u32,
-    /// What the registry does not have.
-    left_out: Vec<String>,
-    results: Vec<Row>,
-    /// Over the scenes.
-    means: Vec<Mean>,
-    /// The order by error in every cell.
-    cells: Vec<Cell>,
-}
-
-/// One technique in one scene with one map under a light of one size.
-#[derive(Serialize)]
-struct Row {
-    scene: &'static str,
-    /// By the scene's own size.
-    light_scale: f64,
-    /// Width of a spot, world units, or angle of a sun, degrees.
-    light_size: f64,
-    light_unit: &'static str,
-    shadow_map: u32,
-    #[serde(skip)]
-    label: String,
-    technique: &'static str,
-    params: Map<String, Value>,
+pub struct Soft {
     /// Mean FLIP difference of the lit pictures.
     flip: f64,
     #[serde(flatten)]
@@ -90,44 +64,16 @@ struct Row {
     memory_bytes: u64,
 }
 
-/// Mean over the scenes; of all sizes of the light where none is given.
-#[derive(Serialize)]
-struct Mean {
-    light_scale: Option<f64>,
-    shadow_map: u32,
-    #[serde(skip)]
-    label: String,
-    technique: &'static str,
-    params: Map<String, Value>,
-    /// Of so many rows.
-    rows: usize,
-    rmse: Option<f64>,
-    penumbra_rmse: Option<f64>,
-    mae: Option<f64>,
-    over: Option<f64>,
-    under: Option<f64>,
-    flip: Option<f64>,
-    gpu_ms: Option<f64>,
-}
-
-/// Who errs least in one scene with one map under a light of one size.
-#[derive(Serialize)]
-struct Cell {
-    scene: &'static str,
-    light_scale: f64,
-    shadow_map: u32,
-    /// Those of the papers' order that there are, from the lowest RMSE.
-    order: Vec<&'static str>,
-    /// Whether that is the papers' order; null of fewer than two.
-    holds: Option<bool>,
-    /// How far the RMSE of `rbssm` is below that of `pcss`, per cent of the latter; negative where it is above.
-    rbssm_below_pcss_percent: Option<f64>,
-    /// RMSE of `edtssm-star`.
-    edtssm_star: Option<f64>,
-    /// The lowest of all.
-    lowest: String,
-    lowest_rmse: f64,
-}
+/// What tables and means show.
+const COLUMNS: [Column<Soft>; 7] = [
+    Column::new("rmse", "RMSE", 4, |s| Some(s.report.rmse)),
+    Column::new("penumbra_rmse", "in the band", 4, |s| s.report.penumbra_rmse),
+    Column::new("mae", "MAE", 4, |s| Some(s.report.mae)),
+    Column::new("over", "over", 4, |s| Some(s.report.over)),
+    Column::new("under", "under", 4, |s| Some(s.report.under)),
+    Column::new("flip", "FLIP", 4, |s| Some(s.flip)),
+    Column::new("gpu_ms", "GPU ms", 3, |s| s.gpu_ms),
+];
 
 /// A light of one size, and what is compared with under it.
 struct Measure {
@@ -139,52 +85,9 @@ struct Measure {
     picture: Picture,
 }
 
-/// What is run.
-struct Plan {
-    scenes: Vec<&'static Shipped>,
-    maps: Vec<u32>,
-    size: [u32; 2],
-    samples: u32,
-    frames: u32,
-    choices: Vec<Choice>,
-}
-
-/// Pixels of all frames, for the estimate of the time.
-pub fn pixels(args: &Args) -> Result<u64> {
-    let (scenes, maps) = if args.quick { (QUICK.0.len(), QUICK.1.len()) } else { (shipped::ALL.len(), MAPS.len()) };
-    let size = args.size.unwrap_or(if args.quick { QUICK.2 } else { SIZE });
-    Ok(super::pixels(size, scenes * maps * SCALES.len() * CONTENDERS.len(), args.frames + 1))
-}
-
-pub fn run(args: &Args, host: &Host) -> Result<()> {
-    let (quick_scenes, quick_maps, quick_size, quick_samples) = QUICK;
-    let (choices, left_out) = available(&CONTENDERS);
-    let plan = Plan {
-        scenes: shipped::ALL.iter().filter(|s| !args.quick || quick_scenes.contains(&s.name)).collect(),
-        maps: if args.quick { quick_maps.to_vec() } else { MAPS.to_vec() },
-        size: args.size.unwrap_or(if args.quick { quick_size } else { SIZE }),
-        samples: if args.quick { quick_samples } else { SAMPLES },
-        frames: args.frames,
-        choices,
-    };
-    let mut results = vec![];
-    for scene in &plan.scenes {
-        results.extend(one_scene(host, scene, &plan)?);
-    }
-    let figures = Figures {
-        suite: "soft",
-        origin: Origin::new(host),
-        size: plan.size,
-        samples: plan.samples,
-        frames: plan.frames,
-        left_out,
-        means: means(&results, &plan.maps),
-        cells: by_cell(&results).filter_map(cell).collect(),
-        results,
-    };
-    let path = save(args, host, figures.suite, &figures, &page::page(&figures))?.with_extension("svg");
-    write_atomic(&path, page::chart(&figures)?.as_bytes())?;
-    args.say(format_args!("wrote {}", shown(&path)))
+/// Rays a pixel of the truth.
+fn samples(plan: &Plan) -> u32 {
+    if plan.quick { 64 } else { 1024 }
 }
 
 /// The light so many times as large as the scene's own; where that has no size, as one that says nothing of it.
@@ -215,34 +118,59 @@ fn width(light: &LightView) -> (f64, &'static str) {
     }
 }
 
-fn one_scene(host: &Host, scene: &'static Shipped, plan: &Plan) -> Result<Vec<Row>> {
-    let stage = Stage::shipped(scene, plan.size)?;
+fn measure(host: &Host, run: &mut Run<'_, Soft>, scene: &'static str) -> Result<()> {
+    let plan = run.plan;
+    let stage = plan.stage(scene)?;
     // The map is drawn every frame, and what is made of it alone counts.
     let renderer = |map_size| {
         let desc = RenderDesc { size: plan.size, map_size, output: OutputFormat::R32, ..RenderDesc::default() };
         Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
     };
-    let measures = match plan.maps.first() {
-        Some(&map) => measures(host, &stage, plan, &mut renderer(map)?)?,
-        None => vec![],
-    };
-    let progress = Progress::start(format!("suite soft, {}", scene.name));
-    let total = (plan.maps.len() * plan.choices.len() * measures.len()) as u64;
-    let mut rows = vec![];
-    for &map in &plan.maps {
+    let measures = measures(host, &stage, plan, &mut renderer(plan.maps[0])?)?;
+    run.start(scene);
+    let first = run.rows.len();
+    for &map in plan.maps {
         let mut renderer = renderer(map)?;
-        for choice in &plan.choices {
-            let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
+        for (variant, _) in plan.members(scene, map) {
+            let mut technique = renderer.prepare(variant.choice.info.id, &variant.choice.params)?;
             for measure in &measures {
                 renderer.set_light(&stage.scene, measure.light);
-                let row = judge(host, (scene, map, choice), &mut renderer, technique.as_mut(), measure, plan)?;
-                rows.push(row);
-                progress.set(rows.len() as u64, total);
+                // The first frame warms up.
+                renderer.frame(technique.as_mut())?;
+                let frames =
+                    (0..plan.frames).map(|_| renderer.frame(technique.as_mut())).collect::<Result<Vec<_>>>()?;
+                let test = renderer.visibility(technique.as_ref())?;
+                let picture = view::picture(host, renderer.picture())?;
+                let (light_size, unit) = width(&measure.light);
+                let place = |e| {
+                    let place = format!("{scene}, map {map}, light {light_size} {unit}, {}", variant.label);
+                    Error::Usage(format!("{place}: {e}"))
+                };
+                let figures = Soft {
+                    flip: truth::flip(&picture, &measure.picture, &measure.mask)?,
+                    report: metrics::compare(&test, &measure.truth, &measure.mask, plan.size).map_err(place)?,
+                    gpu_ms: stats::technique(&frames).map(|s| s.median),
+                    memory_bytes: technique.memory_bytes(),
+                };
+                run.push(row(scene, (measure.scale, light_size, unit), map, variant, figures));
+                run.drawn(plan.frames + 1);
             }
         }
     }
-    rows.sort_by(|a, b| a.light_scale.total_cmp(&b.light_scale).then(a.shadow_map.cmp(&b.shadow_map)));
-    Ok(rows)
+    let scale = |r: &Row<Soft>| SCALES.iter().position(|s| r.place.number("light_scale") == Some(*s));
+    run.rows[first..].sort_by_key(|r| (scale(r), r.place.get("shadow_map").as_u64()));
+    Ok(())
+}
+
+fn row(scene: &str, (scale, size, unit): (f64, f64, &str), map: u32, variant: &Variant, figures: Soft) -> Row<Soft> {
+    let place = [
+        ("scene", scene.into()),
+        ("light_scale", scale.into()),
+        ("light_size", size.into()),
+        ("light_unit", unit.into()),
+        ("shadow_map", map.into()),
+    ];
+    Row::new(place, variant, &format!("{scene} {scale} {map}"), figures)
 }
 
 /// The truth under the light of every size.
@@ -252,7 +180,7 @@ fn measures(host: &Host, stage: &Stage, plan: &Plan, renderer: &mut Renderer<'_>
     let mut one = |scale| {
         let light = light_view(&stage.scene, &sized(stage, scale));
         tracer.look(stage.camera, &light);
-        let (truth, _) = tracer.truth(plan.samples, Seed::Truth)?;
+        let (truth, _) = tracer.truth(samples(plan), Seed::Truth)?;
         renderer.set_light(&stage.scene, light);
         let mask = mask(host, renderer, &truth)?;
         let picture = view::picture(host, renderer.picture())?;
@@ -261,119 +189,178 @@ fn measures(host: &Host, stage: &Stage, plan: &Plan, renderer: &mut Renderer<'_>
     SCALES.into_iter().map(&mut one).collect()
 }
 
-/// Renders, times and judges; the first frame warms up.
-fn judge(
-    host: &Host,
-    (scene, map, choice): (&'static Shipped, u32, &Choice),
-    renderer: &mut Renderer<'_>,
-    technique: &mut dyn Technique,
-    measure: &Measure,
-    plan: &Plan,
-) -> Result<Row> {
-    renderer.frame(technique)?;
-    let frames = (0..plan.frames).map(|_| renderer.frame(technique)).collect::<Result<Vec<_>>>()?;
-    let test = renderer.visibility(technique)?;
-    let picture = view::picture(host, renderer.picture())?;
-    let (light_size, light_unit) = width(&measure.light);
-    let label = label(choice);
-    let report = metrics::compare(&test, &measure.truth, &measure.mask, plan.size);
-    let place = |e| Error::Usage(format!("{}, map {map}, light {light_size} {light_unit}, {label}: {e}", scene.name));
-    Ok(Row {
-        scene: scene.name,
-        light_scale: measure.scale,
-        light_size,
-        light_unit,
-        shadow_map: map,
-        technique: choice.info.id,
-        params: report::params(choice.info, &choice.params),
-        flip: truth::flip(&picture, &measure.picture, &measure.mask)?,
-        report: report.map_err(place)?,
-        label,
-        gpu_ms: stats::technique(&frames).map(|s| s.median),
-        memory_bytes: technique.memory_bytes(),
-    })
+/// Means for every size of the light and for all together, and the order by error in every scene, light and map.
+fn summary(plan: &Plan, rows: &[Row<Soft>]) -> Summary {
+    let scales = SCALES.into_iter().map(Some).chain([None]);
+    let key = |scale: Option<f64>, (map, variant): (Option<u32>, &Variant)| {
+        let mut place = Record::of([("light_scale", scale.into()), ("shadow_map", map.into())]);
+        place.0.extend(variant.fields());
+        (variant.label.clone(), place)
+    };
+    let keys = scales.flat_map(|scale| plan.cells().map(move |cell| key(scale, cell)));
+    let mut means = means(rows, keys, &COLUMNS, |mine| Record::of([("rows", mine.len().into())]));
+    means.retain(|m| m.figures.number("rows") > Some(0.0));
+    let cells = groups(rows).filter_map(cell).map(Row::from).collect();
+    Fields(vec![("means", means), ("cells", cells)])
 }
 
-/// Rows of the same scene, light and map, one group after another.
-fn by_cell(rows: &[Row]) -> impl Iterator<Item = &[Row]> {
-    rows.chunk_by(|a, b| (a.scene, a.light_scale, a.shadow_map) == (b.scene, b.light_scale, b.shadow_map))
-}
-
-fn cell(rows: &[Row]) -> Option<Cell> {
-    let rmse = |id: &str| rows.iter().find(|r| r.technique == id).map(|r| r.report.rmse);
+/// Says who errs least in one scene with one map under a light of one size.
+fn cell(rows: &[Row<Soft>]) -> Option<Record> {
+    let rmse = |id: &str| rows.iter().find(|r| r.label == id).map(|r| r.figures.report.rmse);
     let mut order: Vec<(&'static str, f64)> = ORDER.iter().filter_map(|&id| Some((id, rmse(id)?))).collect();
     // Stable: of equal ones the papers' order is kept.
     order.sort_by(|a, b| a.1.total_cmp(&b.1));
     let order: Vec<_> = order.into_iter().map(|o| o.0).collect();
-    let expected = ORDER.iter().filter(|id| order.contains(id));
-    let lowest = rows.iter().min_by(|a, b| a.report.rmse.total_cmp(&b.report.rmse))?;
-    Some(Cell {
-        scene: lowest.scene,
-        light_scale: lowest.light_scale,
-        shadow_map: lowest.shadow_map,
-        holds: (order.len() > 1).then(|| order.iter().eq(expected)),
-        order,
-        rbssm_below_pcss_percent: rmse(ORDER[0]).zip(rmse(ORDER[1])).map(|(a, b)| 100.0 * (1.0 - a / b)),
-        edtssm_star: rmse(BESIDE),
-        lowest: lowest.label.clone(),
-        lowest_rmse: lowest.report.rmse,
-    })
+    // Whether that is the papers' order; of fewer than two there is none.
+    let holds = (order.len() > 1).then(|| order.iter().eq(ORDER.iter().filter(|id| order.contains(id))));
+    let below = rmse(ORDER[0]).zip(rmse(ORDER[1])).map(|(a, b)| 100.0 * (1.0 - a / b));
+    let lowest = rows.iter().min_by(|a, b| a.figures.report.rmse.total_cmp(&b.figures.report.rmse))?;
+    let mut cell = lowest.place.only(&["scene", "light_scale", "shadow_map"]);
+    cell.0.extend([
+        ("order", order.into()),
+        ("holds", holds.into()),
+        ("rbssm_below_pcss_percent", below.into()),
+        ("edtssm_star", rmse(BESIDE).into()),
+        ("lowest", lowest.label.as_str().into()),
+        ("lowest_rmse", lowest.figures.report.rmse.into()),
+    ]);
+    Some(cell)
 }
 
-/// For every size of the light, and for all together.
-fn means(rows: &[Row], maps: &[u32]) -> Vec<Mean> {
-    let mut found: Vec<Mean> = vec![];
+/// Everything in tables.
+fn page(results: &Results<'_, Soft>) -> String {
+    let plan = results.plan;
+    let about = format!("against ray-traced shadows of the area light, {} rays a pixel.", samples(plan));
+    let mut text = results.head(&about)
+        + &format!(
+            "`RMSE`, `MAE`: over the judged pixels; `in the band`: RMSE within 8 px of the true penumbra; `over`, `under`: too \
+             dark, too light, mean over the judged pixels; `FLIP`: of the lit pictures; `GPU ms`: the technique's own passes, \
+             median of {} frames, with all that is made of the shadow map anew.\n\n",
+            plan.frames
+        );
+    text += &left_out_note(&plan.left_out);
+    text += &lights(&results.rows);
+    text += &conclusions(results.list("cells"));
     for scale in SCALES.into_iter().map(Some).chain([None]) {
-        for &map in maps {
-            let here = |r: &&Row| r.shadow_map == map && scale.is_none_or(|s| r.light_scale == s);
-            let first = found.len();
-            for row in rows.iter().filter(here) {
-                if found[first..].iter().any(|m| m.label == row.label) {
-                    continue;
-                }
-                let mine: Vec<&Row> = rows.iter().filter(here).filter(|r| r.label == row.label).collect();
-                let of = |f: fn(&Row) -> Option<f64>| mean(mine.iter().map(|r| f(r)));
-                found.push(Mean {
-                    light_scale: scale,
-                    shadow_map: map,
-                    label: row.label.clone(),
-                    technique: row.technique,
-                    params: row.params.clone(),
-                    rows: mine.len(),
-                    rmse: of(|r| Some(r.report.rmse)),
-                    penumbra_rmse: of(|r| r.report.penumbra_rmse),
-                    mae: of(|r| Some(r.report.mae)),
-                    over: of(|r| Some(r.report.over)),
-                    under: of(|r| Some(r.report.under)),
-                    flip: of(|r| Some(r.flip)),
-                    gpu_ms: of(|r| r.gpu_ms),
-                });
-            }
+        let light = scale.map_or_else(|| "all sizes of the light".to_owned(), |s| format!("light x {s}"));
+        let means = results.list("means").iter().filter(|m| m.place.number("light_scale") == scale);
+        let cells = |m: &Row<Record>| [m.place.text("shadow_map"), m.label.clone()];
+        let table = table_of(("map | <technique", cells), (&COLUMNS, Column::of_mean), means);
+        text += &format!("\n## Mean over the scenes, {light}\n\n{table}");
+    }
+    for (scene, rows) in by_scene(&results.rows) {
+        let cells = |r: &Row<Soft>| [x(&r.place), r.place.text("shadow_map"), r.label.clone()];
+        let table = table_of(("light | map | <technique", cells), (&COLUMNS, Column::of_row), rows);
+        text += &format!("\n## {scene}\n\n{table}");
+    }
+    text
+}
+
+/// The light's size by the scene's own.
+fn x(place: &Record) -> String {
+    format!("x {}", place.text("light_scale"))
+}
+
+/// How large the lights are.
+fn lights(rows: &[Row<Soft>]) -> String {
+    let line = |(scene, rows): (String, &[Row<Soft>])| {
+        let unit = rows[0].place.text("light_unit");
+        let kind = if unit == "degrees" { "sun" } else { "spot" };
+        let of = |scale| rows.iter().find(|r| r.place.number("light_scale") == Some(scale))?.place.number("light_size");
+        [scene, format!("{kind}, {unit}")].into_iter().chain(SCALES.map(|s| number(of(s), 4))).collect()
+    };
+    let heads = SCALES.map(|s| format!(" | x {s}")).concat();
+    "## Sizes of the lights\n\nBy the scene's own: full width of a spot's square in world units, full angle of a sun in \
+     degrees.\n\n"
+        .to_owned()
+        + &table(&format!("<scene | <light{heads}"), by_scene(rows).map(line))
+}
+
+/// Whether the papers' order holds, and where not.
+fn conclusions(cells: &[Row<Record>]) -> String {
+    let mut text = format!(
+        "\n## Order by error\n\nThe papers find {} in RMSE. `rbssm below pcss`: per cent of the RMSE of `pcss`. The \
+         lowest is that of all in the cell.\n\n",
+        ORDER.map(|id| format!("`{id}`")).join(" < ")
+    );
+    let order = |c: &Row<Record>| -> Vec<String> {
+        let ids = c.figures.get("order").as_array().into_iter().flatten();
+        ids.filter_map(|id| Some(id.as_str()?.to_owned())).collect()
+    };
+    let mut say_how_often = |what: String, found: Vec<bool>| {
+        if !found.is_empty() {
+            let held = found.iter().filter(|h| **h).count();
+            text += &format!("* {what}: {held} of {} cells.\n", found.len());
+        }
+    };
+    let holds = |c: &Row<Record>| c.figures.get("holds").as_bool();
+    say_how_often("The whole order, of those that there are".into(), cells.iter().filter_map(holds).collect());
+    for pair in ORDER.windows(2) {
+        let is_below = |c: &Row<Record>| {
+            let order = order(c);
+            let place = |id| order.iter().position(|o| o == id);
+            Some(place(pair[0])? < place(pair[1])?)
+        };
+        say_how_often(format!("`{}` below `{}`", pair[0], pair[1]), cells.iter().filter_map(is_below).collect());
+    }
+    for scale in SCALES {
+        let mine = cells.iter().filter(|c| c.figures.number("light_scale") == Some(scale));
+        if let Some(s) = Span::of(mine.filter_map(|c| c.figures.number("rbssm_below_pcss_percent"))) {
+            let [median, min, max] = [s.median, s.min, s.max].map(|v| number(v, 1));
+            text += &format!("* Light x {scale}: `rbssm` is {median} % below `pcss` (median; {min} to {max} %).\n");
         }
     }
-    found
+    let line = |c: &Row<Record>| {
+        let (figures, order) = (&c.figures, order(c));
+        vec![
+            figures.text("scene"),
+            x(figures),
+            figures.text("shadow_map"),
+            if order.is_empty() { "-".to_owned() } else { order.join(" < ") },
+            holds(c).map_or("-", |h| if h { "yes" } else { "no" }).to_owned(),
+            number(figures.number("rbssm_below_pcss_percent"), 1),
+            number(figures.number("edtssm_star"), 4),
+            figures.text("lowest"),
+            number(figures.number("lowest_rmse"), 4),
+        ]
+    };
+    let heads =
+        "<scene | light | map | <from the lowest | <as the papers | rbssm below pcss % | edtssm-star | <lowest | RMSE";
+    text + "\n" + &table(heads, cells.iter().map(line))
+}
+
+/// Mean RMSE over mean GPU time, a line a technique through the sizes of the map.
+fn chart(results: &Results<'_, Soft>) -> Chart {
+    let plan = results.plan;
+    let line = |v: &Variant| {
+        let all = results.list("means").iter().filter(|m| m.place.get("light_scale").is_null() && m.label == v.label);
+        let points = all.filter_map(|m| Some((m.figures.number("gpu_ms")?, m.figures.number("rmse")?))).collect();
+        Line { name: v.label.clone(), points }
+    };
+    let [low, high] = [plan.maps.iter().min(), plan.maps.iter().max()].map(|map| number(map.map(|&m| f64::from(m)), 0));
+    Chart {
+        title: format!("Error of soft shadows over GPU time, maps of {low} to {high}, mean over scenes and lights"),
+        axes: ["GPU ms of the technique's passes", "RMSE"],
+        lines: plan.variants.iter().map(line).collect(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::judge::hard;
     use super::*;
+    use serde_json::Value;
 
     /// A row in which every pixel is too dark by so much.
-    fn row(scene: &'static str, light_scale: f64, shadow_map: u32, technique: &'static str, error: f32) -> Row {
-        Row {
-            scene,
-            light_scale,
-            light_size: light_scale,
-            light_unit: "degrees",
-            shadow_map,
-            label: technique.into(),
-            technique,
-            params: Map::new(),
+    fn row(scene: &'static str, scale: f64, map: u32, technique: &'static str, error: f32) -> Row<Soft> {
+        let figures = Soft {
             flip: f64::from(2.0 * error),
             report: metrics::compare(&[1.0 - error; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap(),
             gpu_ms: (technique != "sm").then(|| 8.0 * f64::from(error)),
             memory_bytes: 0,
-        }
+        };
+        let variant = available(&[(technique, &[])]).found.remove(0);
+        super::row(scene, (scale, scale, "degrees"), map, &variant, figures)
     }
 
     #[test]
@@ -385,17 +372,20 @@ mod tests {
             rows.push(row("a", 1.0, map, BESIDE, 0.125));
         }
         rows.extend([row("a", 4.0, 512, "sm", 0.5), row("a", 4.0, 512, "pcss", 0.5)]);
-        let cells: Vec<_> = by_cell(&rows).filter_map(cell).collect();
-        let holds: Vec<_> = cells.iter().map(|c| (c.shadow_map, c.light_scale, c.holds)).collect();
-        assert_eq!(holds, [(512, 1.0, Some(true)), (1024, 1.0, Some(false)), (512, 4.0, None)]);
-        assert_eq!(cells[1].order, ["pcss", "rbssm", "ssrbssm", "ssabss"]);
-        let below: Vec<_> = cells.iter().map(|c| c.rbssm_below_pcss_percent).collect();
+        let cells: Vec<_> = groups(&rows).filter_map(cell).collect();
+        let holds = |c: &Record| c.get("holds").as_bool();
+        let found: Vec<_> = cells.iter().map(|c| (c.text("shadow_map"), c.text("light_scale"), holds(c))).collect();
+        let expected = [("512", "1", Some(true)), ("1024", "1", Some(false)), ("512", "4", None)];
+        assert_eq!(found, expected.map(|(map, light, holds)| (map.to_owned(), light.to_owned(), holds)));
+        assert_eq!(*cells[1].get("order"), Value::from(vec!["pcss", "rbssm", "ssrbssm", "ssabss"]));
+        let below: Vec<_> = cells.iter().map(|c| c.number("rbssm_below_pcss_percent")).collect();
         assert_eq!(below, [Some(50.0), Some(-100.0), None]);
-        assert_eq!((cells[0].edtssm_star, &cells[0].lowest[..], cells[2].edtssm_star), (Some(0.125), BESIDE, None));
+        assert_eq!((cells[0].number("edtssm_star"), cells[0].text("lowest")), (Some(0.125), BESIDE.to_owned()));
+        assert!(cells[2].get("edtssm_star").is_null());
         // Where one of the four is missing, the others' order still counts.
-        rows.retain(|r| r.technique != "pcss");
-        let cells: Vec<_> = by_cell(&rows).filter_map(cell).collect();
-        assert_eq!(cells.iter().map(|c| c.holds).collect::<Vec<_>>(), [Some(true), Some(true), None]);
+        rows.retain(|r| r.label != "pcss");
+        let found: Vec<_> = groups(&rows).filter_map(cell).map(|c| holds(&c)).collect();
+        assert_eq!(found, [Some(true), Some(true), None]);
     }
 
     #[test]
@@ -406,28 +396,33 @@ mod tests {
         {
             rows.extend(["sm", "pcss"].iter().zip(errors).map(|(id, e)| row(scene, scale, 512, id, e)));
         }
-        let means = means(&rows, &[512, 1024]);
-        let of = |scale, id| means.iter().find(|m| m.light_scale == scale && m.technique == id).unwrap();
-        assert_eq!((of(Some(0.25), "sm").rmse, of(Some(0.25), "sm").rows), (Some(0.375), 2));
-        assert_eq!((of(Some(0.25), "pcss").rmse, of(Some(0.25), "pcss").over), (Some(0.5), Some(0.5)));
-        assert_eq!((of(None, "pcss").rmse, of(None, "pcss").rows, of(None, "pcss").gpu_ms), (Some(0.5), 4, Some(4.0)));
-        assert_eq!((of(None, "sm").gpu_ms, of(None, "sm").flip), (None, Some(0.75)));
+        let plan = SUITE.plan(false, 1, None, DeviceFeatures::default()).unwrap();
+        let summary = summary(&Plan { maps: &[512, 1024], ..plan }, &rows);
+        let means = &summary.0[0].1;
+        let of = |scale: Option<f64>, id, figure| {
+            let mut mine = means.iter().filter(|m| m.place.number("light_scale") == scale);
+            mine.find(|m| m.label == id).unwrap().figures.number(figure)
+        };
+        assert_eq!(["rmse", "rows"].map(|f| of(Some(0.25), "sm", f)), [Some(0.375), Some(2.0)]);
+        assert_eq!(["rmse", "over"].map(|f| of(Some(0.25), "pcss", f)), [Some(0.5), Some(0.5)]);
+        assert_eq!(["rmse", "rows", "gpu_ms"].map(|f| of(None, "pcss", f)), [Some(0.5), Some(4.0), Some(4.0)]);
+        assert_eq!(["gpu_ms", "flip"].map(|f| of(None, "sm", f)), [None, Some(0.75)]);
         // 4 is a size without rows, 1024 a map without.
         assert_eq!(means.len(), 2 * 3);
     }
 
     #[test]
     fn lights_grow_from_the_scenes_own_and_from_a_usual_one_where_that_is_a_point() {
-        for shipped in shipped::ALL {
-            let mut stage = Stage::shipped(shipped, SIZE).unwrap();
+        for name in every_scene() {
+            let mut stage = Stage::shipped(find_scene(name).unwrap(), SIZE).unwrap();
             let of = |stage: &Stage, scale| width(&light_view(&stage.scene, &sized(stage, scale))).0;
             let own = width(&light_view(&stage.scene, &stage.light)).0;
             for scale in SCALES {
-                assert!(own > 0.0 && (of(&stage, scale) / (scale * own) - 1.0).abs() < 1e-12, "{}", shipped.name);
+                assert!(own > 0.0 && (of(&stage, scale) / (scale * own) - 1.0).abs() < 1e-12, "{name}");
             }
-            stage.light = super::super::judge::hard(&stage.light);
+            stage.light = hard(&stage.light);
             let usual = of(&stage, 1.0);
-            assert!(usual > 0.0 && (of(&stage, 4.0) / usual - 4.0).abs() < 1e-12, "{}", shipped.name);
+            assert!(usual > 0.0 && (of(&stage, 4.0) / usual - 4.0).abs() < 1e-12, "{name}");
         }
     }
 }
