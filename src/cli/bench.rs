@@ -4,12 +4,14 @@ mod accuracy;
 mod driver;
 mod edges;
 mod edges_cost;
+mod errors;
 mod hard;
 mod judge;
 mod motion;
 mod penumbra;
 mod penumbrae;
 mod plot;
+mod record;
 mod shapes;
 mod slopes;
 mod soft;
@@ -17,7 +19,7 @@ mod soft_cost;
 mod tilted;
 mod timed;
 
-use self::driver::{AnySuite, find_scene};
+use self::driver::{Suite, find_scene};
 use super::args::{self, DeviceArgs, JsonArgs, usage};
 use super::console::Console;
 use super::progress::duration;
@@ -92,7 +94,7 @@ struct All<'a> {
 }
 
 /// All suites, in the order in which they run.
-static SUITES: [&dyn AnySuite; 14] = [
+static SUITES: [&Suite; 14] = [
     &timed::TECHNIQUES,
     &timed::MAP_SIZES,
     &timed::REVECTORIZATION,
@@ -106,12 +108,12 @@ static SUITES: [&dyn AnySuite; 14] = [
     &motion::SUITE,
     &penumbra::SUITE,
     &soft::SUITE,
-    &shapes::Shapes,
+    &shapes::SUITE,
 ];
 
 /// A line for every suite.
 fn listed() -> String {
-    SUITES.iter().map(|s| console::wrap(&format!("  {:<15} {}", s.name(), s.about()), 18)).collect()
+    SUITES.iter().map(|s| console::wrap(&format!("  {:<15} {}", s.name, s.about), 18)).collect()
 }
 
 fn help() -> String {
@@ -138,10 +140,10 @@ suites before have taken.",
 }
 
 /// The wanted suites, in the order of the list.
-fn wanted(args: &Args) -> Result<Vec<&'static dyn AnySuite>> {
-    let wanted: Vec<_> = SUITES.into_iter().filter(|s| args.suite == "all" || args.suite == s.name()).collect();
+fn wanted(args: &Args) -> Result<Vec<&'static Suite>> {
+    let wanted: Vec<_> = SUITES.into_iter().filter(|s| args.suite == "all" || args.suite == s.name).collect();
     if wanted.is_empty() {
-        let names: Vec<_> = SUITES.iter().map(|s| s.name()).chain(["all"]).collect();
+        let names: Vec<_> = SUITES.iter().map(|s| s.name).chain(["all"]).collect();
         let problem = format!("there is no suite {:?}", args.suite);
         return usage(unknown(&problem, &args.suite, "there are", &names));
     }
@@ -151,7 +153,7 @@ fn wanted(args: &Args) -> Result<Vec<&'static dyn AnySuite>> {
 /// Runs it.
 pub fn run(args: &Args) -> Outcome {
     if args.list {
-        let suites: Vec<_> = SUITES.iter().map(|s| json!({ "name": s.name(), "about": s.about() })).collect();
+        let suites: Vec<_> = SUITES.iter().map(|s| json!({ "name": s.name, "about": s.about })).collect();
         args.json.write(&json!({ "command": report::command(), "suites": suites }))?;
         return if args.json.takes_stdout() { Ok(()) } else { Ok(console::print(listed())?) };
     }
@@ -167,7 +169,7 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// Runs the suites one after the other, and says what comes, how far it is and how long the rest will take.
-fn run_all(args: &Args, suites: &[&dyn AnySuite], host: &Host) -> Result<()> {
+fn run_all(args: &Args, suites: &[&Suite], host: &Host) -> Result<()> {
     let work = suites.iter().map(|suite| suite.pixels(args, host)).collect::<Result<Vec<_>>>()?;
     let total: u64 = work.iter().sum();
     let count = format!("{} suite{}", suites.len(), if suites.len() == 1 { "" } else { "s" });
@@ -189,8 +191,8 @@ fn run_all(args: &Args, suites: &[&dyn AnySuite], host: &Host) -> Result<()> {
                 format!("; {} so far, about {} to go", duration(started.elapsed()), duration(left))
             }
         };
-        console::note(format_args!("suite {} of {}, {}: {}{left}", i + 1, suites.len(), suite.name(), suite.about()));
-        suite.run(args, host)?;
+        console::note(format_args!("suite {} of {}, {}: {}{left}", i + 1, suites.len(), suite.name, suite.about));
+        (suite.run)(suite, args, host)?;
         done += pixels;
     }
     console::note(format_args!("{count} took {}", duration(started.elapsed())));

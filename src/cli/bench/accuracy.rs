@@ -1,15 +1,15 @@
 //! Suite `accuracy`: hard shadows of every shipped scene against the truth, over the size of the map.
 
 use super::driver::*;
-use super::hard::{self, Hard};
+use super::hard;
 use edgeshade::scene::Masked;
 
-pub static SUITE: Suite<Hard> = Suite {
+pub static SUITE: Suite = Suite {
     name: "accuracy",
     about: "error against the truth over scenes and map sizes, with a plot",
     extent: |quick| hard::extent(quick, &[512, 1024, 2048, 4096]),
     variants: |_| contenders(),
     measure: |host, run, scene| hard::measure(host, run, scene, Masked::Keep),
-    page: |r| hard::page(r, "lights without size, against the ray-traced truth.", "", &hard::COLUMNS),
+    page: |r| hard::page(r, "lights without size, against the ray-traced truth.", "", &[]),
     ..hard::BASE
 };

@@ -1,33 +1,23 @@
 //! Suite `edges`: hard shadows that know the casters' edges, next to those from a map alone, against the truth.
 
 use super::driver::*;
-use super::hard::{self, Hard};
+use super::hard;
 use super::judge::mapless;
 use edgeshade::scene::Masked;
 
-pub static SUITE: Suite<Hard> = Suite {
+pub static SUITE: Suite = Suite {
     name: "edges",
     about: "error of hard shadows from the casters' edges over scenes and map sizes, with a plot",
     extent: |quick| hard::extent(quick, &[256, 512, 1024, 2048, 4096]),
-    variants: |device| Ok(mapless(possible(available(&CONTENDERS), device))),
+    variants: |device| Ok(mapless(possible(available(CONTENDERS), device))),
     measure: |host, run, scene| hard::measure(host, run, scene, Masked::Exclude),
     settings: |plan| Record::of([("left_out", plan.left_out.clone().into())]),
-    page: |r| hard::page(r, ABOUT, NOTE, &columns()),
+    page: |r| hard::page(r, ABOUT, NOTE, &COUNTS),
     ..hard::BASE
 };
 
 /// As far as the registry has them.
-const CONTENDERS: [Wanted; 9] = [
-    ("sm", &[]),
-    ("rbsm-star", &[]),
-    ("rbsm-profile", &[]),
-    ("edsm", &[]),
-    ("sssm", &[]),
-    ("edsm-x", &[]),
-    ("edsm-x", &[("slots", "1")]),
-    ("edsm-x", &[("slots", "4")]),
-    ("shadow-volumes", &[]),
-];
+const CONTENDERS: &str = "sm rbsm-star rbsm-profile edsm sssm edsm-x edsm-x:slots=1 edsm-x:slots=4 shadow-volumes";
 
 const ABOUT: &str = "lights without size, alpha-masked surfaces left out, against the ray-traced truth.";
 
@@ -35,15 +25,9 @@ const NOTE: &str = " `edges`: silhouette edges in the scene; `spilled`: entries 
                     than slots; `lost`: entries that found no place there either. `shadow-volumes` has no map and is judged \
                     once a scene.";
 
-/// Those of all suites of this kind, and what passes count of the map of edges.
-fn columns() -> Vec<Column<Hard>> {
-    let counts: [Column<Hard>; 3] = [
-        Column::new("edges", "edges", 0, |h| h.count("edges")),
-        Column::new("edges_spilled", "spilled", 0, |h| h.count("edges_spilled")),
-        Column::new("edges_lost", "lost", 0, |h| h.count("edges_lost")),
-    ];
-    hard::COLUMNS.into_iter().chain(counts).collect()
-}
+/// What passes count of the map of edges.
+const COUNTS: [Column; 3] =
+    [("edges", "counts.edges", 0), ("spilled", "counts.edges_spilled", 0), ("lost", "counts.edges_lost", 0)];
 
 #[cfg(test)]
 mod tests {
@@ -53,25 +37,22 @@ mod tests {
     use edgeshade::metrics;
 
     /// Two lit pixels and two dark ones, of which `wrong` are taken for the other.
-    fn row(scene: &'static str, map: Option<u32>, variant: &Variant, wrong: usize) -> Row<Hard> {
+    fn row(scene: &'static str, map: Option<u32>, variant: &Variant, wrong: usize) -> Row {
         let truth = [1.0, 1.0, 0.0, 0.0];
         let test: Vec<f32> = truth.iter().enumerate().map(|(i, v)| if i < wrong { 1.0 - v } else { *v }).collect();
-        let counts: &[(&'static str, u64)] =
-            if variant.choice.info.id == "edsm-x" { &[("edges", 70), ("edges_lost", 3)] } else { &[] };
+        let counts = [("edges", 70), ("edges_lost", 3)].into_iter().filter(|_| variant.choice.info.id == "edsm-x");
         let report = metrics::compare(&test, &truth, &[true; 4], [2, 2]).unwrap();
-        let figures = Hard { report, counts: counts.iter().copied().collect() };
-        Row::new([("scene", scene.into()), ("shadow_map", map.into())], variant, scene, figures)
+        hard::row(scene, map, variant, &report, counts.collect())
     }
 
     fn plan() -> Plan {
-        let Variants { found, left_out } =
-            mapless(available(&[("sm", &[]), ("edsm-x", &[("slots", "1")]), ("shadow-volumes", &[])]));
+        let Variants { found, left_out } = mapless(available("sm edsm-x:slots=1 shadow-volumes"));
         assert!(left_out.is_empty(), "{left_out:?}");
         let plan = SUITE.plan(false, 1, Some([2, 2]), DeviceFeatures::default()).unwrap();
         Plan { maps: &[256, 512], variants: found, left_out: vec!["none".into()], ..plan }
     }
 
-    fn results(plan: &Plan) -> Results<'_, Hard> {
+    fn results(plan: &Plan) -> Results<'_> {
         let [sm, x, volumes] = &plan.variants[..] else { panic!("three") };
         let mut rows = vec![];
         for (scene, more) in [("a", 0), ("b", 1)] {
@@ -89,9 +70,7 @@ mod tests {
         let plan = plan();
         let results = results(&plan);
         let found: Vec<_> = (results.list("means").iter())
-            .map(|m| {
-                (&m.label[..], m.place.number("shadow_map"), m.figures.number("scenes"), m.figures.number("mismatch"))
-            })
+            .map(|m| (&m.label[..], m.number("shadow_map"), m.number("scenes"), m.number("mismatch")))
             .collect();
         let expected = [
             ("shadow-volumes", None, Some(2.0), Some(0.125)),
@@ -134,7 +113,7 @@ mod tests {
 
     #[test]
     fn every_contender_is_there_once() {
-        let Variants { found, left_out } = mapless(available(&CONTENDERS));
+        let Variants { found, left_out } = mapless(available(CONTENDERS));
         assert!(left_out.is_empty(), "{left_out:?}");
         let labels: Vec<_> = found.iter().map(|v| &v.label).collect();
         assert!(labels.iter().enumerate().all(|(i, l)| !labels[..i].contains(l)), "{labels:?}");

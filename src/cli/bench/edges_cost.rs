@@ -6,13 +6,13 @@ use super::judge::mapless;
 use crate::cli::stats::{self, FRAME_PASSES, PassStats, Span};
 use edgeshade::Need;
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
-use edgeshade::technique::Technique;
-use edgeshade::timing::{FrameTiming, PassTiming, Statistics};
-use glam::{DAffine3, DVec3, dvec3};
+use edgeshade::timing::{FrameTiming, PassTiming};
+use glam::{DAffine3, DVec3, U64Vec3, dvec3, u64vec3};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
 
-pub static SUITE: Suite<Cost> = Suite {
+pub static SUITE: Suite = Suite {
     name: "edges-cost",
     about: "GPU time, primitives and memory of hard shadows, casters standing and moving",
     // Few triangles and many, as in the thesis.
@@ -20,7 +20,7 @@ pub static SUITE: Suite<Cost> = Suite {
         true => Extent { scenes: vec!["jenga"], maps: &[MAP], size: [320, 180] },
         false => Extent { scenes: vec!["jenga", KNOTS], maps: &[MAP], size: SIZE },
     },
-    variants: |device| Ok(mapless(possible(available(&CONTENDERS), device))),
+    variants: |device| Ok(mapless(possible(available(CONTENDERS), device))),
     frames: |plan| STATES.len() as u32 * (plan.frames + 1),
     shows_scenes: true,
     measure,
@@ -38,14 +38,7 @@ const MAP: u32 = 1024;
 const BASE: &str = "sm";
 
 /// As far as registry and device have them.
-const CONTENDERS: [Wanted; 6] = [
-    (BASE, &[]),
-    ("pcf", &[("width", "5")]),
-    ("sssm", &[]),
-    ("edsm", &[]),
-    ("edsm-x", &[("slots", "2")]),
-    ("shadow-volumes", &[("path", "compute")]),
-];
+const CONTENDERS: &str = "sm pcf:width=5 sssm edsm edsm-x:slots=2 shadow-volumes:path=compute";
 
 /// The one pass of every frame that draws the casters into the map.
 const MAP_PASS: &str = "shadow map";
@@ -60,20 +53,8 @@ const FLOOR: &str = "studio";
 /// Whether map and casters' edges are kept from frame to frame, and what a page says of it.
 const STATES: [(&str, &str); 2] = [("standing", "light and casters stand still"), ("moving", "light or casters move")];
 
-/// Of one technique in one scene in one state.
-#[derive(Serialize)]
-pub struct Cost {
-    times: Parts<Time>,
-    /// Of the whole frame, with G-buffer and lighting.
-    frame: Time,
-    /// Null where the device counts nothing.
-    statistics: Option<Parts<Through>>,
-    memory: Memory,
-    passes: Vec<PassStats>,
-}
-
 /// Something of a frame in its two parts, and of both.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Parts<T> {
     /// The shadow map and what the technique makes of the casters: what a light that stands still spares.
     update: T,
@@ -82,35 +63,21 @@ struct Parts<T> {
     both: T,
 }
 
-/// Null where there is nothing, or no timestamps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Time {
-    median_ms: Option<f64>,
-    least_ms: Option<f64>,
-    /// By the time of the base in the same turn, median over the turns.
-    ratio: Option<f64>,
+impl<T> Parts<T> {
+    fn map<U>(self, of: impl Fn(T) -> U) -> Parts<U> {
+        Parts { update: of(self.update), shading: of(self.shading), both: of(self.both) }
+    }
 }
 
-/// What goes through the pipeline in one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Through {
-    /// Assembled from the draws' vertices.
-    primitives: u64,
-    /// Runs of fragment shaders.
-    fragments: u64,
-    /// Runs of compute shaders.
-    compute: u64,
+impl From<Parts<Record>> for Field {
+    fn from(Parts { update, shading, both }: Parts<Record>) -> Self {
+        Record::of([("update", update.into()), ("shading", shading.into()), ("both", both.into())]).into()
+    }
 }
 
-/// Bytes of device memory.
-#[derive(Clone, Copy, Serialize)]
-struct Memory {
-    technique_bytes: u64,
-    /// 0 where none is looked at.
-    shadow_map_bytes: u64,
-    /// Adjacency of the casters' triangles, shared by all techniques; 0 for those that do not need it.
-    casters_bytes: u64,
-}
+/// What goes through the pipeline in one frame: primitives assembled from the draws' vertices, runs of fragment shaders, runs
+/// of compute shaders.
+type Through = U64Vec3;
 
 /// Tells the passes of a technique's update from those of its shading.
 struct Split {
@@ -159,21 +126,9 @@ impl Split {
     /// `None` without statistics.
     fn through(&self, frame: &FrameTiming) -> Option<Parts<Through>> {
         self.sum(frame, |pass| {
-            let Statistics { input_primitives, fragment_invocations, compute_invocations, .. } = pass.statistics?;
-            Some(Through {
-                primitives: input_primitives,
-                fragments: fragment_invocations,
-                compute: compute_invocations,
-            })
+            let s = pass.statistics?;
+            Some(u64vec3(s.input_primitives, s.fragment_invocations, s.compute_invocations))
         })
-    }
-}
-
-impl AddAssign for Through {
-    fn add_assign(&mut self, more: Self) {
-        self.primitives += more.primitives;
-        self.fragments += more.fragments;
-        self.compute += more.compute;
     }
 }
 
@@ -200,7 +155,7 @@ fn repeat_knot(scene: &mut Scene) {
     }
 }
 
-fn measure(host: &Host, run: &mut Run<'_, Cost>, scene: &'static str) -> Result<()> {
+fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let plan = run.plan;
     let stage = stage(scene, plan)?;
     let renderer = |is_moving: bool, statistics: bool| {
@@ -214,32 +169,11 @@ fn measure(host: &Host, run: &mut Run<'_, Cost>, scene: &'static str) -> Result<
         Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
     };
     run.start(scene);
-    let mut measured: Vec<[Vec<FrameTiming>; 2]> = plan.variants.iter().map(|_| [vec![], vec![]]).collect();
-    let mut memory = vec![];
-    {
-        let mut renderers = [renderer(false, false)?, renderer(true, false)?];
-        let mut prepared: Vec<[Box<dyn Technique>; 2]> = vec![];
-        for Variant { choice, .. } in &plan.variants {
-            let prepare = |r: &Renderer<'_>| r.prepare(choice.info.id, &choice.params);
-            prepared.push([prepare(&renderers[0])?, prepare(&renderers[1])?]);
-        }
-        // Turn 0 warms up: a light that stands still has its map and edges then.
-        for turn in 0..=plan.frames {
-            for (techniques, found) in prepared.iter_mut().zip(&mut measured) {
-                for ((renderer, technique), found) in renderers.iter_mut().zip(techniques).zip(found) {
-                    let timing = renderer.frame(technique.as_mut())?;
-                    found.extend((turn > 0).then_some(timing));
-                    run.drawn(1);
-                }
-            }
-        }
-        let adjacency = renderers[0].casters().map_or(0, |c| c.casters.memory_bytes());
-        memory.extend(plan.variants.iter().zip(&prepared).map(|(variant, techniques)| Memory {
-            technique_bytes: techniques[0].memory_bytes(),
-            shadow_map_bytes: if variant.has_no_map { 0 } else { renderers[0].shadow_map().memory_bytes() },
-            casters_bytes: if variant.choice.info.needs.contains(&Need::Casters) { adjacency } else { 0 },
-        }));
-    }
+    let mut renderers = [renderer(false, false)?, renderer(true, false)?];
+    let both: Vec<_> = plan.variants.iter().flat_map(|v| [(0, v), (1, v)]).collect();
+    // The warming turn gives a light that stands still its map and edges.
+    let drawn = run.in_turns(&mut renderers, &both)?;
+    let adjacency = renderers[0].casters().map_or(0, |c| c.casters.memory_bytes());
     // Counting may slow the passes down: it has a frame of its own.
     let mut counted = vec![None; plan.variants.len()];
     if host.context().features().pipeline_statistics {
@@ -249,31 +183,72 @@ fn measure(host: &Host, run: &mut Run<'_, Cost>, scene: &'static str) -> Result<
             *counted = Some(renderer.frame(technique.as_mut())?);
         }
     }
-    let split = |(variant, [standing, _]): (&Variant, &[Vec<FrameTiming>; 2])| {
-        Split::new(standing.last().unwrap_or(&FrameTiming::default()), !variant.has_no_map)
+    let split = |(variant, standing_and_moving): (&Variant, &[Drawn])| {
+        let standing = standing_and_moving[0].frames.last();
+        Split::new(standing.unwrap_or(&FrameTiming::default()), !variant.has_no_map)
     };
-    let splits: Vec<_> = plan.variants.iter().zip(&measured).map(split).collect();
+    let splits: Vec<_> = plan.variants.iter().zip(drawn.chunks(2)).map(split).collect();
     let base = plan.variants.iter().position(|v| v.label == BASE);
     let triangles = stage.scene.triangles();
     for (s, (state, meaning)) in STATES.into_iter().enumerate() {
-        let base_frames = base.map_or(&[][..], |b| &measured[b][s]);
+        let base_frames = base.map_or(&[][..], |b| &drawn[2 * b + s].frames);
         let base_ms: Vec<_> = base_frames.iter().filter_map(|f| Some(splits[base?].ms(f))).collect();
         for (i, variant) in plan.variants.iter().enumerate() {
-            let frames = &measured[i][s];
+            let frames = &drawn[2 * i + s].frames;
             let mine: Vec<_> = frames.iter().filter(|f| !f.passes.is_empty()).map(|f| splits[i].ms(f)).collect();
             let through = counted[i].as_ref().and_then(|f| splits[i].through(f));
-            let figures = Cost {
-                times: times(&mine, &base_ms),
-                frame: whole(frames, base_frames),
-                statistics: through.map(|t| if state == "moving" { t } else { standing(t) }),
-                memory: memory[i],
-                passes: stats::passes(frames),
-            };
+            let through = through.map(|t| if state == "moving" { t } else { standing(t) });
+            let map_bytes = if variant.has_no_map { 0 } else { renderers[0].shadow_map().memory_bytes() };
+            let casters_bytes = if variant.choice.info.needs.contains(&Need::Casters) { adjacency } else { 0 };
+            let bytes = [drawn[2 * i].technique.memory_bytes(), map_bytes, casters_bytes];
             let place = [("scene", scene.into()), ("triangles", triangles.into()), ("state", state.into())];
-            run.push(Row::new(place, variant, &format!("{scene}, {triangles} triangles, {meaning}"), figures));
+            let group = format!("{scene}, {triangles} triangles, {meaning}");
+            let times = (times(&mine, &base_ms), whole(frames, base_frames));
+            let row = row(place, variant, &group, times, through, bytes, stats::passes(frames));
+            run.push(row, 0);
         }
     }
     Ok(())
+}
+
+/// `bytes` are those of the technique, of the shadow map, 0 where none is looked at, and of the adjacency of the casters'
+/// triangles, shared by all techniques, 0 for those that do not need it.
+fn row<const N: usize>(
+    place: [(&'static str, Field); N],
+    variant: &Variant,
+    group: &str,
+    (times, frame): (Parts<Record>, Record),
+    through: Option<Parts<Through>>,
+    bytes: [u64; 3],
+    passes: Vec<PassStats>,
+) -> Row {
+    let statistics =
+        |t: Through| Record::of([("primitives", t.x.into()), ("fragments", t.y.into()), ("compute", t.z.into())]);
+    let names = ["technique_bytes", "shadow_map_bytes", "casters_bytes"];
+    let memory = Record(names.into_iter().zip(bytes.map(Field::from)).collect());
+    let cell = |time: &Record| {
+        let [median, least] = ["median_ms", "least_ms"].map(|name| number(time.number(name), 3));
+        format!("{median} ({least})").into()
+    };
+    let mib = |n: usize| (bytes[..n].iter().sum::<u64>() as f64 / f64::from(1 << 20)).into();
+    let shown = [
+        ("update ms", cell(&times.update)),
+        ("shading ms", cell(&times.shading)),
+        ("both ms", cell(&times.both)),
+        ("frame ms", cell(&frame)),
+        ("own MiB", mib(1)),
+        ("with map", mib(2)),
+        ("with adjacency", mib(3)),
+    ];
+    let figures = Record::of([
+        ("times", times.into()),
+        // The whole frame, with G-buffer and lighting.
+        ("frame", frame.into()),
+        ("statistics", through.map_or(Value::Null.into(), |t| t.map(statistics).into())),
+        ("memory", memory.into()),
+        ("passes", Field::Passes(passes)),
+    ]);
+    Row::of(place, variant, group, figures).and_shown(shown)
 }
 
 /// Where nothing moves only the shading is left.
@@ -282,24 +257,27 @@ fn standing(moving: Parts<Through>) -> Parts<Through> {
 }
 
 /// Statistics per turn; `base[i]` belongs to the same turn as `mine[i]`.
-fn times(mine: &[Parts<f64>], base: &[Parts<f64>]) -> Parts<Time> {
+fn times(mine: &[Parts<f64>], base: &[Parts<f64>]) -> Parts<Record> {
     let of = |pick: fn(&Parts<f64>) -> f64| time(mine.iter().map(pick), base.iter().map(pick));
     Parts { update: of(|p| p.update), shading: of(|p| p.shading), both: of(|p| p.both) }
 }
 
 /// The same of whole frames.
-fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Time {
+fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Record {
     let timed = mine.iter().filter(|f| !f.passes.is_empty());
     time(timed.map(|f| f.total_gpu_ms), base.iter().map(|f| f.total_gpu_ms))
 }
 
-fn time(mine: impl Iterator<Item = f64> + Clone, base: impl Iterator<Item = f64>) -> Time {
+/// Null where there is nothing, or no timestamps. `ratio`: by the time of the base in the same turn, median over the turns.
+fn time(mine: impl Iterator<Item = f64> + Clone, base: impl Iterator<Item = f64>) -> Record {
     let ratios = mine.clone().zip(base).map(|(a, b)| a / b).filter(|r| r.is_finite());
+    let ratio = Span::of(ratios).map(|s| s.median);
     let span = Span::of(mine);
-    Time { median_ms: span.map(|s| s.median), least_ms: span.map(|s| s.min), ratio: Span::of(ratios).map(|s| s.median) }
+    let [median, least] = [span.map(|s| s.median), span.map(|s| s.min)];
+    Record::of([("median_ms", median.into()), ("least_ms", least.into()), ("ratio", ratio.into())])
 }
 
-fn page(results: &Results<'_, Cost>) -> String {
+fn page(results: &Results<'_>) -> String {
     let frames = results.plan.frames;
     let mut text = results.head(&format!("shadow map {MAP}x{MAP}, {frames} frames a row, drawn in turns."))
         + &format!(
@@ -311,39 +289,41 @@ fn page(results: &Results<'_, Cost>) -> String {
              there only `frame` tells, and an update is a moving frame less a standing one.\n\n"
         );
     text += &left_out_note(&results.plan.left_out);
+    const TIMES: [Column; 9] = [
+        ("<technique", "label", 0),
+        ("update ms", "update ms", 0),
+        ("x", "times.update.ratio", 2),
+        ("shading ms", "shading ms", 0),
+        ("x", "times.shading.ratio", 2),
+        ("both ms", "both ms", 0),
+        ("x", "times.both.ratio", 2),
+        ("frame ms", "frame ms", 0),
+        ("x", "frame.ratio", 2),
+    ];
+    const COUNTS: [Column; 10] = [
+        ("<technique", "label", 0),
+        ("primitives, update", "statistics.update.primitives", 0),
+        ("shading", "statistics.shading.primitives", 0),
+        ("fragments, update", "statistics.update.fragments", 0),
+        ("shading", "statistics.shading.fragments", 0),
+        ("compute, update", "statistics.update.compute", 0),
+        ("shading", "statistics.shading.compute", 0),
+        ("MiB", "own MiB", 1),
+        ("with map", "with map", 1),
+        ("with adjacency", "with adjacency", 1),
+    ];
     for group in groups(&results.rows) {
-        let line = |r: &Row<Cost>| {
-            let Cost { times, frame, .. } = &r.figures;
-            let cells = [times.update, times.shading, times.both, *frame]
-                .map(|t| [format!("{} ({})", number(t.median_ms, 3), number(t.least_ms, 3)), number(t.ratio, 2)]);
-            [r.label.clone()].into_iter().chain(cells.into_iter().flatten()).collect()
-        };
-        let heads = "<technique | update ms | x | shading ms | x | both ms | x | frame ms | x";
-        text += &format!("## {}\n\n{}\n", group[0].group, table(heads, group.iter().map(line)));
+        text += &format!("## {}\n\n{}\n", group[0].group, table(&TIMES, group));
     }
-    for group in groups(&results.rows).filter(|g| g[0].place.text("state") == "moving") {
-        let line = |r: &Row<Cost>| {
-            let Cost { statistics, memory, .. } = &r.figures;
-            let picks: [fn(&Through) -> u64; 3] = [|t| t.primitives, |t| t.fragments, |t| t.compute];
-            let counts = picks.into_iter().flat_map(|pick| {
-                let count = |t: &Through| pick(t).to_string();
-                statistics.map_or_else(|| ["-"; 2].map(str::to_owned), |s| [count(&s.update), count(&s.shading)])
-            });
-            let with_map = memory.technique_bytes + memory.shadow_map_bytes;
-            let bytes = [memory.technique_bytes, with_map, with_map + memory.casters_bytes];
-            let mib = bytes.map(|bytes| number(bytes as f64 / f64::from(1 << 20), 1));
-            [r.label.clone()].into_iter().chain(counts).chain(mib).collect()
-        };
-        let heads = "<technique | primitives, update | shading | fragments, update | shading | compute, update | shading \
-                     | MiB | with map | with adjacency";
+    for group in groups(&results.rows).filter(|g| g[0].text("state") == "moving") {
         text += &format!(
             "## {}: what a frame with an update sends through the pipeline, and memory\n\n\
              Primitives that draws assemble and runs of fragment shaders, as in the thesis, and runs of compute shaders, which \
              take the place of both where edges are written by compute; counted in a frame that is not timed. `MiB`: of the \
              technique itself, with its shadow map, and with the adjacency of the casters' triangles, which techniques \
              share.\n\n{}\n",
-            group[0].place.text("scene"),
-            table(heads, group.iter().map(line))
+            group[0].text("scene"),
+            table(&COUNTS, group)
         );
     }
     text
@@ -354,6 +334,7 @@ mod tests {
     use super::*;
     use crate::cli::report::Origin;
     use edgeshade::scene::load_bytes;
+    use edgeshade::timing::Statistics;
 
     fn frame(passes: &[(&str, f64, u64)]) -> FrameTiming {
         let pass = |&(name, gpu_ms, n): &(&str, f64, u64)| PassTiming {
@@ -388,7 +369,7 @@ mod tests {
         assert_eq!(split.ms(&frame(MOVED)), Parts { update: 1.75, shading: 6.0, both: 7.75 });
         assert_eq!(split.ms(&frame(STILL)), Parts { update: 0.0, shading: 6.0, both: 6.0 });
         let through = split.through(&frame(MOVED)).unwrap();
-        let of = |n| Through { primitives: n, fragments: 10 * n, compute: 100 * n };
+        let of = |n| n * u64vec3(1, 10, 100);
         assert_eq!(through, Parts { update: of(13), shading: of(3), both: of(16) });
         assert_eq!(standing(through), Parts { update: of(0), shading: of(3), both: of(3) });
         assert_eq!(split.through(&frame(&[("edges", 1.0, 0)])), None);
@@ -402,28 +383,27 @@ mod tests {
         let part = |update, shading| Parts { update, shading, both: update + shading };
         let found =
             times(&[part(2.0, 4.0), part(9.0, 3.0), part(4.0, 8.0)], &[part(1.0, 0.0), part(3.0, 1.0), part(8.0, 4.0)]);
-        assert_eq!(found.update, Time { median_ms: Some(4.0), least_ms: Some(2.0), ratio: Some(2.0) });
+        let of = |time: &Record| ["median_ms", "least_ms", "ratio"].map(|name| time.number(name));
+        assert_eq!(of(&found.update), [Some(4.0), Some(2.0), Some(2.0)]);
         // By nothing there is no ratio.
-        assert_eq!(found.shading, Time { median_ms: Some(4.0), least_ms: Some(3.0), ratio: Some(2.5) });
-        assert_eq!(found.both.ratio, Some(3.0));
-        assert_eq!(times(&[], &[]), Parts::default());
+        assert_eq!(of(&found.shading), [Some(4.0), Some(3.0), Some(2.5)]);
+        assert_eq!(found.both.number("ratio"), Some(3.0));
+        assert_eq!(of(&times(&[], &[]).both), [None; 3]);
     }
 
     #[test]
     fn the_page_has_a_table_for_each_state_and_one_of_counts() {
         let plan = SUITE.plan(false, 1, Some([4, 4]), DeviceFeatures::default()).unwrap();
-        let Variants { found, left_out } = mapless(available(&CONTENDERS));
+        let Variants { found, left_out } = mapless(available(CONTENDERS));
         assert!(left_out.is_empty(), "{left_out:?}");
         let plan = Plan { variants: found, left_out: vec!["none".into()], ..plan };
         let row = |(variant, (state, _)): (&Variant, (&str, &str))| {
-            let figures = Cost {
-                times: times(&[Parts { update: 1.0, shading: 2.0, both: 3.0 }], &[]),
-                frame: whole(&[FrameTiming { total_gpu_ms: 7.0, ..frame(STILL) }], &[]),
-                statistics: (variant.choice.info.id != "pcf").then(Parts::default),
-                memory: Memory { technique_bytes: 1 << 20, shadow_map_bytes: 4 << 20, casters_bytes: 8 << 20 },
-                passes: vec![],
-            };
-            Row::new([("scene", "jenga".into()), ("state", state.into())], variant, &format!("jenga, {state}"), figures)
+            let place = [("scene", "jenga".into()), ("state", state.into())];
+            let times = times(&[Parts { update: 1.0, shading: 2.0, both: 3.0 }], &[]);
+            let whole = whole(&[FrameTiming { total_gpu_ms: 7.0, ..frame(STILL) }], &[]);
+            let through = (variant.choice.info.id != "pcf").then(Parts::default);
+            let bytes = [1 << 20, 4 << 20, 8 << 20];
+            super::row(place, variant, &format!("jenga, {state}"), (times, whole), through, bytes, vec![])
         };
         let rows = STATES.into_iter().flat_map(|s| plan.variants.iter().map(move |v| row((v, s)))).collect();
         let text = (SUITE.page)(&SUITE.results(&plan, Origin::default(), rows));

@@ -1,36 +1,21 @@
 //! Hard shadows against the truth over the size of the map: what the suites of that kind share.
 
 use super::driver::*;
+use super::errors;
 use super::judge::{frame, hard, is_fixed, mask, renderer, tracer};
 use crate::cli::console;
 use edgeshade::metrics::{self, Report};
 use edgeshade::scene::Masked;
 use std::collections::BTreeMap;
 
-/// Of one variant in one scene with one map.
-#[derive(Serialize)]
-pub struct Hard {
-    #[serde(flatten)]
-    pub report: Report,
-    /// What the passes of the frame counted, by name.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub counts: BTreeMap<&'static str, u64>,
-}
-
-impl Hard {
-    pub fn count(&self, name: &str) -> Option<f64> {
-        self.counts.get(name).map(|&n| n as f64)
-    }
-}
-
 /// What means are made of.
-pub const COLUMNS: [Column<Hard>; 6] = [
-    Column::new("mismatch", "mismatch %", 3, |h| Some(h.report.mismatch)),
-    Column::new("mismatch_per_boundary", "per boundary px", 3, |h| h.report.mismatch_per_boundary),
-    Column::new("over", "over %", 3, |h| Some(h.report.over)),
-    Column::new("under", "under %", 3, |h| Some(h.report.under)),
-    Column::new("boundary_mean", "boundary px", 3, |h| Some(h.report.boundary?.mean)),
-    Column::new("boundary_p95", "p95 px", 2, |h| Some(h.report.boundary?.p95)),
+pub const COLUMNS: [Column; 6] = [
+    ("mismatch %", "mismatch", 3),
+    ("per boundary px", "mismatch_per_boundary", 3),
+    ("over %", "over", 3),
+    ("under %", "under", 3),
+    ("boundary px", "boundary_mean", 3),
+    ("p95 px", "boundary_p95", 2),
 ];
 
 /// What the columns are.
@@ -39,7 +24,7 @@ const LEGEND: &str = "`mismatch`: share of the judged pixels on the wrong side o
                       `under`: too dark, too light. `boundary`: signed mean distance of the boundary from the true one, + \
                       where the shadow is too large; `p95`: its unsigned 95th percentile.";
 
-pub const BASE: Suite<Hard> = Suite { shows_scenes: true, summary, chart: Some(chart), ..Suite::BASE };
+pub const BASE: Suite = Suite { shows_scenes: true, summary, chart: Some(chart), ..Suite::BASE };
 
 /// The given maps; of a quick run the first two, in one small scene.
 pub fn extent(quick: bool, maps: &'static [u32]) -> Extent {
@@ -50,24 +35,21 @@ pub fn extent(quick: bool, maps: &'static [u32]) -> Extent {
 }
 
 /// All maps and variants in one scene, under its light without size.
-pub fn measure(host: &Host, run: &mut Run<'_, Hard>, scene: &'static str, masked: Masked) -> Result<()> {
+pub fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str, masked: Masked) -> Result<()> {
     let plan = run.plan;
     let mut stage = plan.stage(scene)?;
     stage.light = hard(&stage.light);
     stage.scene.set_masked(masked);
-    let mut truth_and_mask = None;
+    let (truth, mask) = {
+        let mut renderer = renderer(host, &stage, plan.size, plan.maps[0])?;
+        let truth = tracer(&stage, renderer.light(), plan.size).hard()?;
+        let mask = mask(host, &mut renderer, &truth)?;
+        (truth.visibility, mask)
+    };
+    run.start(scene);
     for &map in plan.maps {
         let mut renderer = renderer(host, &stage, plan.size, map)?;
-        let (truth, mask) = match &truth_and_mask {
-            Some(known) => known,
-            None => {
-                let truth = tracer(&stage, renderer.light(), plan.size).hard()?;
-                let mask = mask(host, &mut renderer, &truth)?;
-                run.start(scene);
-                truth_and_mask.insert((truth, mask))
-            }
-        };
-        for (variant, group) in plan.members(scene, map) {
+        for (variant, _) in plan.members(scene, map) {
             let (test, timing) = match frame(&mut renderer, &variant.choice) {
                 // What no buffer of this device holds: the other cells are wanted all the same.
                 Err(Error::Parameter(problem)) => {
@@ -76,57 +58,62 @@ pub fn measure(host: &Host, run: &mut Run<'_, Hard>, scene: &'static str, masked
                 }
                 found => found?,
             };
-            let report = metrics::compare(&test, &truth.visibility, mask, plan.size)?;
-            let mut counts = BTreeMap::new();
+            let report = metrics::compare(&test, &truth, &mask, plan.size)?;
+            // What the passes of the frame counted, by name.
+            let mut counts: BTreeMap<_, u64> = BTreeMap::new();
             for &(name, n) in timing.passes.iter().flat_map(|p| &p.counts) {
                 *counts.entry(name).or_default() += u64::from(n);
             }
             let map = (!variant.has_no_map).then_some(map);
-            let place = [("scene", scene.into()), ("shadow_map", map.into())];
-            run.push(Row::new(place, variant, &group, Hard { report, counts }));
-            run.drawn(1);
+            run.push(row(scene, map, variant, &report, counts), 1);
         }
     }
     Ok(())
 }
 
-fn summary(plan: &Plan, rows: &[Row<Hard>]) -> Summary {
-    let key = |(map, variant): (Option<u32>, &Variant)| {
-        let mut place = Record::of([("shadow_map", map.into())]);
-        place.0.extend(variant.fields());
-        (variant.label.clone(), place)
-    };
-    let count = |mine: &[&Row<Hard>]| Record::of([("scenes", mine.len().into())]);
-    Fields(vec![("means", means(rows, plan.cells().map(key), &COLUMNS, count))])
+pub fn row(
+    scene: &str,
+    map: Option<u32>,
+    variant: &Variant,
+    report: &Report,
+    counts: BTreeMap<&'static str, u64>,
+) -> Row {
+    let counts = Record(counts.into_iter().map(|(name, n)| (name, n.into())).collect());
+    let counts = (!counts.0.is_empty()).then(|| ("counts", counts.into()));
+    let place = [("scene", scene.into()), ("shadow_map", map.into())];
+    let boundary =
+        [("boundary_mean", report.boundary.map(|b| b.mean)), ("boundary_p95", report.boundary.map(|b| b.p95))];
+    Row::of(place, variant, scene, errors::figures(report).and(counts)).and_shown(boundary.map(|(n, v)| (n, v.into())))
 }
 
-/// Means over the scenes, then every scene with all `columns`.
-pub fn page(results: &Results<'_, Hard>, about: &str, note: &str, columns: &[Column<Hard>]) -> String {
-    let lead = "<technique | map";
+fn summary(plan: &Plan, rows: &[Row]) -> Record {
+    let count = |mine: &[&Row]| Record::of([("scenes", mine.len().into())]);
+    let means = means(rows, plan.keys(&Record::default()), &COLUMNS, count);
+    Record::of([("means", Field::Rows(means))])
+}
+
+/// Means over the scenes, then every scene with `more` columns.
+pub fn page(results: &Results<'_>, about: &str, note: &str, more: &[Column]) -> String {
+    let columns = [&[("<technique", "label", 0), ("map", "shadow_map", 0)], &COLUMNS[..]].concat();
     let mut text = results.head(about) + LEGEND + note + "\n\n" + &left_out_note(&results.plan.left_out);
-    text += "## Mean over the scenes\n\n";
-    text += &table_of((lead, label_and_map), (&COLUMNS, Column::of_mean), results.list("means"));
-    for (scene, rows) in by_scene(&results.rows) {
-        text += &format!("\n## {scene}\n\n");
-        text += &table_of((lead, label_and_map), (columns, Column::of_row), rows);
+    text += &format!("## Mean over the scenes\n\n{}", table(&columns, results.list("means")));
+    let columns = [&columns, more].concat();
+    for rows in by_scene(&results.rows) {
+        text += &format!("\n## {}\n\n{}", rows[0].text("scene"), table(&columns, rows));
     }
     text
 }
 
-fn label_and_map<F>(row: &Row<F>) -> [String; 2] {
-    [row.label.clone(), row.place.text("shadow_map")]
-}
-
 /// Mean mismatch over the map's size, a line a variant. The fixed depth, ten times as far off, is left to the tables.
 /// What depends on no map is a level line.
-fn chart(results: &Results<'_, Hard>) -> Chart {
+fn chart(results: &Results<'_>) -> Chart {
     let plan = results.plan;
     let line = |variant: &Variant| {
         let mine = results.list("means").iter().filter(|m| m.label == variant.label);
         let points = mine.filter_map(|m| {
-            let percent = 100.0 * m.figures.number("mismatch")?;
+            let percent = 100.0 * m.number("mismatch")?;
             let maps = plan.maps.iter().map(|&map| f64::from(map));
-            let here = maps.filter(|map| m.place.number("shadow_map").is_none_or(|mine| mine == *map));
+            let here = maps.filter(|map| m.number("shadow_map").is_none_or(|mine| mine == *map));
             Some(here.map(|map| (map, percent)).collect::<Vec<_>>())
         });
         Line { name: variant.label.clone(), points: points.flatten().collect() }

@@ -1,9 +1,10 @@
 //! What the suites judge, and what it is judged by: variants of techniques, renderers, truths.
 
+use super::record::Field;
 use crate::cli::args::TruthArgs;
 use crate::cli::report;
 use crate::cli::stage::Stage;
-use crate::cli::techniques::Choice;
+use crate::cli::techniques::{self, Choice};
 use crate::cli::truth::Tracer;
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::Truth;
@@ -12,10 +13,7 @@ use edgeshade::technique::{self, Kind, OutputFormat};
 use edgeshade::timing::FrameTiming;
 use edgeshade::view::LightView;
 use edgeshade::{DeviceFeatures, Result};
-use serde_json::Value;
-
-/// A technique with its settings, as suites list them.
-pub type Wanted = (&'static str, &'static [(&'static str, &'static str)]);
+use std::collections::BTreeSet;
 
 /// A technique with its settings, as suites measure them.
 #[derive(Clone)]
@@ -37,7 +35,7 @@ impl Variant {
     }
 
     /// Technique and settings, as they are written.
-    pub fn fields(&self) -> [(&'static str, Value); 2] {
+    pub fn fields(&self) -> [(&'static str, Field); 2] {
         let Choice { info, params } = &self.choice;
         [("technique", info.id.into()), ("params", report::params(info, params).into())]
     }
@@ -55,16 +53,16 @@ pub fn real_time() -> impl Iterator<Item = &'static str> {
     technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))).map(|t| t.id)
 }
 
-/// Those that the registry has, and what is left out, with the reason where it is a setting.
-pub fn available(wanted: &[Wanted]) -> Variants {
+/// Those of a list that the registry has, and what is left out, with the reason where it is a setting. The list is of
+/// techniques as the command line takes them, `sm pcf:width=15,skip=off`, set apart by blanks.
+pub fn available(wanted: &str) -> Variants {
     let mut variants = Variants::default();
-    for (id, settings) in wanted {
-        let pairs: Vec<_> = settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned())).collect();
-        let label = || settings.iter().fold((*id).to_owned(), |text, (n, v)| format!("{text} {n}={v}"));
-        match Choice::new(id, &pairs) {
-            Ok(choice) => variants.found.push(Variant::new(choice)),
-            Err(_) if technique::find(id).is_err() => variants.left_out.push(label()),
-            Err(e) => variants.left_out.push(format!("{} ({e})", label())),
+    for text in wanted.split_whitespace() {
+        let (id, label) = (text.split(':').next().unwrap_or(text), text.replace([':', ','], " "));
+        match techniques::parse(&[text.to_owned()], None) {
+            Ok(choices) => variants.found.extend(choices.into_iter().map(Variant::new)),
+            Err(_) if technique::find(id).is_err() => variants.left_out.push(label),
+            Err(e) => variants.left_out.push(format!("{label} ({e})")),
         }
     }
     variants
@@ -92,14 +90,9 @@ pub fn left_out_note(left_out: &[String]) -> String {
     format!("Left out, as this version has none: {}.\n\n", left_out.join(", "))
 }
 
-/// Settings that are judged beside the defaults; of a technique or parameter that is not in the registry, nothing is.
-const BESIDE: [(&str, (&str, &str)); 5] = [
-    ("pcf", ("width", "3")),
-    ("rbsm-profile", ("quality", "run")),
-    ("rbsm-profile", ("quality", "neighbours")),
-    ("rbsm-profile", ("quality", "line")),
-    ("rpcf", ("width", "7")),
-];
+/// What is judged beside the defaults, as far as the registry has it.
+const BESIDE: &str =
+    "pcf:width=3 rbsm-profile:quality=run rbsm-profile:quality=neighbours rbsm-profile:quality=line rpcf:width=7";
 
 /// Each variant is judged with this as well, where it has the parameter: one depth for all texels of a kernel.
 const FIXED: (&str, &str) = ("receiver", "fixed");
@@ -107,22 +100,22 @@ const FIXED: (&str, &str) = ("receiver", "fixed");
 /// Draws what `rbsm` and `rbsm-filtered` draw, bit for bit: there is nothing more to judge.
 const SAME: &str = "rbsm-branches";
 
-/// Every real-time technique at its defaults, and the settings above; in the registry's order, none twice.
+/// Every real-time technique at its defaults, and what is judged beside; in the registry's order, none twice.
 pub fn contenders() -> Result<Variants> {
-    let has = |id: &str, name: &str| technique::find(id).is_ok_and(|t| t.params.iter().any(|p| p.name == name));
-    let defaults = real_time().filter(|&id| id != SAME).map(|id| (id, vec![]));
-    let beside = BESIDE.iter().filter(|(id, (name, _))| has(id, name)).map(|&(id, setting)| (id, vec![setting]));
     let mut found: Vec<Variant> = vec![];
-    for (id, settings) in defaults.chain(beside) {
-        for more in [None, Some(FIXED).filter(|f| has(id, f.0))] {
-            let settings = settings.iter().copied().chain(more).map(|(n, v)| (n.to_owned(), v.to_owned()));
-            let variant = Variant::new(Choice::new(id, &settings.collect::<Vec<_>>())?);
-            if found.iter().all(|v| v.label != variant.label) {
-                found.push(variant);
+    for text in real_time().filter(|&id| id != SAME).chain(BESIDE.split_whitespace()) {
+        for Variant { choice, .. } in available(text).found {
+            let mut fixed = choice.clone();
+            let has_it = choice.info.params.iter().any(|p| p.name == FIXED.0);
+            if has_it {
+                fixed.params.set(choice.info.id, FIXED.0, FIXED.1)?;
             }
+            found.extend([choice, fixed].map(Variant::new));
         }
     }
     found.sort_by_key(|v| technique::ALL.iter().position(|t| t.id == v.choice.info.id));
+    let mut labels = BTreeSet::new();
+    found.retain(|v| labels.insert(v.label.clone()));
     Ok(Variants { found, left_out: vec![] })
 }
 
@@ -186,9 +179,7 @@ mod tests {
 
     #[test]
     fn what_is_not_there_is_left_out_and_named() {
-        let wanted: [Wanted; 4] =
-            [("sm", &[]), ("none", &[("a", "1")]), ("pcf", &[("width", "15")]), ("pcf", &[("no", "1")])];
-        let Variants { found, left_out } = available(&wanted);
+        let Variants { found, left_out } = available("sm none:a=1 pcf:width=15 pcf:no=1");
         assert_eq!(found.into_iter().map(|v| v.label).collect::<Vec<_>>(), ["sm", "pcf width=15"]);
         assert!(left_out.len() == 2 && left_out[0] == "none a=1", "{left_out:?}");
         assert!(left_out[1].starts_with("pcf no=1 (") && left_out[1].len() > 20, "{left_out:?}");
@@ -198,11 +189,11 @@ mod tests {
 
     #[test]
     fn what_the_device_cannot_do_is_left_out_with_the_reason() {
-        let wanted: [Wanted; 2] = [("sm", &[]), ("edsm-x", &[("slots", "4")])];
+        let wanted = "sm edsm-x:slots=4";
         let all = DeviceFeatures { int64_atomics: true, ..DeviceFeatures::default() };
-        let Variants { found, left_out } = possible(available(&wanted), all);
+        let Variants { found, left_out } = possible(available(wanted), all);
         assert_eq!((found.len(), left_out.len()), (2, 0));
-        let Variants { found, left_out } = possible(available(&wanted), DeviceFeatures::default());
+        let Variants { found, left_out } = possible(available(wanted), DeviceFeatures::default());
         assert_eq!(found.into_iter().map(|v| v.label).collect::<Vec<_>>(), ["sm"]);
         assert!(
             left_out.len() == 1 && left_out[0].starts_with("edsm-x slots=4 (the device has no 64-bit"),

@@ -7,8 +7,9 @@ use edgeshade::metrics::{self, Motion, Shot};
 use edgeshade::scene::Renderer;
 use edgeshade::view::{CameraView, LightView};
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, dvec2, dvec3};
+use serde_json::json;
 
-pub static SUITE: Suite<Motion> = Suite {
+pub static SUITE: Suite = Suite {
     name: "motion",
     about: "change and flicker as light and camera move by sub-texels",
     // Thin bars under a sun, wooden blocks under a spot light; texels about as wide as the pixels of the image.
@@ -61,11 +62,14 @@ const MOVEMENTS: [(Movement, &str); 3] = [
     (Movement::CameraMoved, "camera-moved"),
 ];
 
-/// In percent.
-const COLUMNS: [Column<Motion>; 3] = [
-    Column::new("change", "change", 3, |m| Some(100.0 * m.change?)),
-    Column::new("change_error", "not the truth's", 3, |m| Some(100.0 * m.change_error?)),
-    Column::new("flicker", "flicker", 3, |m| Some(100.0 * m.flicker?)),
+/// In the order of the JSON.
+const FIGURES: [&str; 7] = ["pairs", "change", "change_truth", "change_error", "triples", "flicker", "flicker_truth"];
+
+const COLUMNS: [Column; 4] = [
+    ("<technique", "label", 0),
+    ("change", "change", 3),
+    ("not the truth's", "change_error", 3),
+    ("flicker", "flicker", 3),
 ];
 
 fn frames(plan: &Plan) -> u32 {
@@ -89,7 +93,7 @@ struct Pose {
     mask: Vec<bool>,
 }
 
-fn measure(host: &Host, run: &mut Run<'_, Motion>, scene: &'static str) -> Result<()> {
+fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let plan = run.plan;
     run.start(scene);
     let mut stage = plan.stage(scene)?;
@@ -108,10 +112,18 @@ fn measure(host: &Host, run: &mut Run<'_, Motion>, scene: &'static str) -> Resul
             poses.push(Pose { camera, light, truth: truth.visibility, mask });
         }
         for (variant, _) in plan.members(scene, MAP) {
-            let figures = judge(&mut renderer, &stage, &poses, &variant.choice, plan.size)?;
+            let motion = judge(&mut renderer, &stage, &poses, &variant.choice, plan.size)?;
+            let mut json = json!(motion);
+            let figures = FIGURES.map(|name| (name, json[name].take().into()));
             let group = format!("{scene}, {}", name.replace('-', " "));
-            run.push(Row::new([("scene", scene.into()), ("movement", name.into())], variant, &group, figures));
-            run.drawn(frames(plan));
+            let place = [("scene", scene.into()), ("movement", name.into())];
+            let percent = |v: Option<f64>| v.map(|v| 100.0 * v).into();
+            let row = Row::of(place, variant, &group, Record::of(figures)).and_shown([
+                ("change", percent(motion.change)),
+                ("change_error", percent(motion.change_error)),
+                ("flicker", percent(motion.flicker)),
+            ]);
+            run.push(row, frames(plan));
         }
     }
     Ok(())
@@ -188,7 +200,7 @@ fn moved(stage: &Stage, light: &LightView, movement: Movement, texels: f64) -> (
     (camera, light)
 }
 
-fn page(results: &Results<'_, Motion>) -> String {
+fn page(results: &Results<'_>) -> String {
     let frames = frames(results.plan);
     let about = format!("map {MAP}, {frames} frames, {STEP} texels a frame, lights without size.");
     let mut text = results.head(&about)
@@ -198,9 +210,7 @@ fn page(results: &Results<'_, Motion>) -> String {
              does not; `flicker` the share of pixels that go lit, dark, lit or dark, lit, dark in three frames. All in percent.\n"
         );
     for rows in groups(&results.rows) {
-        let cells = |r: &Row<Motion>| [r.label.clone()];
-        text +=
-            &format!("\n## {}\n\n{}", rows[0].group, table_of(("<technique", cells), (&COLUMNS, Column::of_row), rows));
+        text += &format!("\n## {}\n\n{}", rows[0].group, table(&COLUMNS, rows));
     }
     text
 }

@@ -3,12 +3,12 @@
 mod texel;
 
 use super::driver::*;
+use super::errors::{self, COLUMNS, LEGEND, lowest};
 use super::judge::{mask, renderer, tracer, visibility};
 use crate::cli::techniques::Choice;
 use edgeshade::metrics::{self, Report};
-use edgeshade::technique;
 
-pub static SUITE: Suite<Report> = Suite {
+pub static SUITE: Suite = Suite {
     name: "penumbra",
     about: "error against penumbrae of the same width over scenes and map sizes, with a plot",
     extent: |quick| match quick {
@@ -16,7 +16,8 @@ pub static SUITE: Suite<Report> = Suite {
         false => Extent { scenes: every_scene(), maps: &[512, 1024, 2048], size: [640, 360] },
     },
     variants: |_| {
-        Ok(Variants { found: contenders().map(|(_, c)| c.variant(None)).collect::<Result<_>>()?, left_out: vec![] })
+        let found = GROUPS.into_iter().map(|(_, group)| contenders(group, None)).collect::<Result<Vec<_>>>()?;
+        Ok(Variants { found: found.concat(), left_out: vec![] })
     },
     measure,
     summary,
@@ -28,74 +29,32 @@ pub static SUITE: Suite<Report> = Suite {
 /// What is to be the lowest of its group.
 const SUBJECT: &str = "edtsm-star";
 
-/// Contenders at one width of the penumbra.
-struct Group {
-    /// Width of the penumbra in texels of the map at hand, and of the kernels.
-    texels: u32,
-    contenders: &'static [Contender],
-}
+/// Contenders at one width of the penumbra: that width in texels of the map at hand, and kernels as wide.
+const GROUPS: [(u32, &str); 2] = [
+    (15, "pcf:width=15 edtsm edtsm-star edtsm-star:nearest=pixel,surfaces=depth,seeds=any,edge=pixel,receiver=fixed"),
+    (7, "pcf:width=7 rpcf:width=7 edtsm edtsm-star"),
+];
 
-/// A technique; those that have a parameter `penumbra` are given the group's width on top.
-struct Contender {
-    name: &'static str,
-    id: &'static str,
-    settings: &'static [(&'static str, &'static str)],
-}
-
-/// Parameter that takes the width.
+/// Parameter that takes the width, in the world.
 const PENUMBRA: &str = "penumbra";
 
-/// EDTSM* as its paper has it.
-const PAPER: &[(&str, &str)] =
-    &[("nearest", "pixel"), ("surfaces", "depth"), ("seeds", "any"), ("edge", "pixel"), ("receiver", "fixed")];
-
-const GROUPS: [Group; 2] = [
-    Group {
-        texels: 15,
-        contenders: &[
-            Contender { name: "pcf", id: "pcf", settings: &[("width", "15")] },
-            Contender { name: "edtsm", id: "edtsm", settings: &[] },
-            Contender { name: SUBJECT, id: "edtsm-star", settings: &[] },
-            Contender { name: "edtsm-star as in the paper", id: "edtsm-star", settings: PAPER },
-        ],
-    },
-    Group {
-        texels: 7,
-        contenders: &[
-            Contender { name: "pcf", id: "pcf", settings: &[("width", "7")] },
-            Contender { name: "rpcf", id: "rpcf", settings: &[("width", "7")] },
-            Contender { name: "edtsm", id: "edtsm", settings: &[] },
-            Contender { name: SUBJECT, id: "edtsm-star", settings: &[] },
-        ],
-    },
-];
-
-/// What tables and means show.
-const COLUMNS: [Column<Report>; 5] = [
-    Column::new("rmse", "RMSE", 4, |r| Some(r.rmse)),
-    Column::new("penumbra_rmse", "in the band", 4, |r| r.penumbra_rmse),
-    Column::new("mae", "MAE", 4, |r| Some(r.mae)),
-    Column::new("over", "over", 4, |r| Some(r.over)),
-    Column::new("under", "under", 4, |r| Some(r.under)),
-];
-
-/// Every contender with the width of its group.
-fn contenders() -> impl Iterator<Item = (u32, &'static Contender)> {
-    GROUPS.iter().flat_map(|g| g.contenders.iter().map(|c| (g.texels, c)))
+/// The contenders of a group under their ids, with that width of the penumbra where they have such a parameter. One that
+/// has settings of its own beside the width of a kernel has those of its paper.
+fn contenders(group: &str, penumbra: Option<f64>) -> Result<Vec<Variant>> {
+    let one = |Variant { label, mut choice, .. }: Variant| {
+        let id = choice.info.id;
+        let is_of_paper = label != id && !label.contains(" width=");
+        let has_penumbra = choice.info.params.iter().any(|p| p.name == PENUMBRA);
+        if let Some(width) = penumbra.filter(|_| has_penumbra) {
+            choice.params.set(id, PENUMBRA, &width.to_string())?;
+        }
+        let label = if is_of_paper { format!("{id} as in the paper") } else { id.to_owned() };
+        Ok(Variant { label, ..Variant::new(choice) })
+    };
+    available(group).found.into_iter().map(one).collect()
 }
 
-impl Contender {
-    /// It under its name, where it has such a parameter with that width of the penumbra.
-    fn variant(&self, penumbra: Option<f64>) -> Result<Variant> {
-        let has_penumbra = technique::find(self.id)?.params.iter().any(|p| p.name == PENUMBRA);
-        let settings = self.settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned()));
-        let penumbra = penumbra.filter(|_| has_penumbra).map(|p| (PENUMBRA.to_owned(), p.to_string()));
-        let choice = Choice::new(self.id, &settings.chain(penumbra).collect::<Vec<_>>())?;
-        Ok(Variant { label: self.name.into(), ..Variant::new(choice) })
-    }
-}
-
-fn measure(host: &Host, run: &mut Run<'_, Report>, scene: &'static str) -> Result<()> {
+fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let Plan { size, maps, .. } = *run.plan;
     run.start(scene);
     let stage = run.plan.stage(scene)?;
@@ -113,25 +72,23 @@ fn measure(host: &Host, run: &mut Run<'_, Report>, scene: &'static str) -> Resul
                     .ok_or_else(|| Error::Usage(format!("{scene}: nothing to judge at {size:?} pixels")))?,
             ),
         } / f64::from(map);
-        for Group { texels, contenders } in &GROUPS {
-            let penumbra = to_4_digits(f64::from(*texels) * texel);
+        for (texels, group) in GROUPS {
+            let penumbra = to_4_digits(f64::from(texels) * texel);
             let settings = [(PENUMBRA.to_owned(), penumbra.to_string())];
             let (truth, _) = tracer.fixed_penumbra(&Choice::new("fixed-penumbra", &settings)?)?;
-            for contender in *contenders {
-                let variant = contender.variant(Some(penumbra))?;
+            for variant in contenders(group, Some(penumbra))? {
                 let test = visibility(&mut renderer, &variant.choice)?;
                 let report = metrics::compare(&test, &truth.visibility, &mask, size);
                 let place = || format!("{scene}, map {map}, {}", Variant::new(variant.choice.clone()).label);
                 let report = report.map_err(|e| Error::Usage(format!("{}: {e}", place())))?;
-                run.push(row(scene, map, *texels, penumbra, &variant, report));
-                run.drawn(1);
+                run.push(row(scene, map, texels, penumbra, &variant, report), 1);
             }
         }
     }
     Ok(())
 }
 
-fn row(scene: &str, map: u32, texels: u32, penumbra: f64, variant: &Variant, report: Report) -> Row<Report> {
+fn row(scene: &str, map: u32, texels: u32, penumbra: f64, variant: &Variant, report: Report) -> Row {
     let place = [
         ("scene", scene.into()),
         ("shadow_map", map.into()),
@@ -140,7 +97,8 @@ fn row(scene: &str, map: u32, texels: u32, penumbra: f64, variant: &Variant, rep
         ("penumbra", penumbra.into()),
         ("variant", variant.label.as_str().into()),
     ];
-    Row::new(place, variant, &format!("{scene} {map} {texels}"), report)
+    let row = Row::of(place, variant, &format!("{scene} {map} {texels}"), errors::figures(&report));
+    row.and_shown([("penumbra", penumbra.to_string().into())])
 }
 
 /// So that a width can be repeated as it is printed.
@@ -148,69 +106,60 @@ fn to_4_digits(width: f64) -> f64 {
     format!("{width:.3e}").parse().unwrap_or(width)
 }
 
-/// The lowest error of a group, and whose.
-fn lowest(group: &[Row<Report>]) -> Option<&Row<Report>> {
-    group.iter().min_by(|a, b| a.figures.rmse.total_cmp(&b.figures.rmse))
-}
-
 /// Means over the scenes, and every group in which the subject is not the lowest.
-fn summary(plan: &Plan, rows: &[Row<Report>]) -> Summary {
-    let lowest_rows: Vec<_> = groups(rows).filter_map(lowest).collect();
-    let key = |map: u32, (texels, c): (u32, &Contender)| {
-        let place = [("shadow_map", map.into()), ("texels", texels.into()), ("variant", c.name.into())];
-        (c.name.to_owned(), Record::of(place))
-    };
-    let keys = plan.maps.iter().flat_map(|&map| contenders().map(move |c| key(map, c)));
-    let means = means(rows, keys, &COLUMNS, |mine| {
-        let lowest = mine.iter().filter(|r| lowest_rows.iter().any(|l| std::ptr::eq(*l, **r))).count();
+fn summary(_: &Plan, rows: &[Row]) -> Record {
+    let cells = by_scene(rows).next().unwrap_or_default();
+    let keys = cells.iter().map(|r| Row::new(&r.label, "", r.fields.only(&["shadow_map", "texels", "variant"])));
+    let is_lowest = |r: &Row| groups(rows).filter_map(lowest).any(|lowest| std::ptr::eq(lowest, r));
+    let means = means(rows, keys.collect(), &COLUMNS, |mine| {
+        let lowest = mine.iter().filter(|r| is_lowest(r)).count();
         Record::of([("scenes", mine.len().into()), ("lowest", lowest.into())])
     });
     let beaten = groups(rows).filter_map(|group| {
         let best = lowest(group)?;
         let mine = group.iter().find(|r| r.label == SUBJECT)?;
-        let mut figures = mine.place.only(&["scene", "shadow_map", "texels"]);
-        let by = best.label.as_str().into();
-        figures.0.extend([("rmse", mine.figures.rmse.into()), ("by", by), ("by_rmse", best.figures.rmse.into())]);
-        (mine.figures.rmse > best.figures.rmse).then(|| figures.into())
+        let [rmse, by_rmse] = [mine, best].map(|r| r.number("rmse"));
+        let beaten = [("rmse", rmse.into()), ("by", best.label.as_str().into()), ("by_rmse", by_rmse.into())];
+        let place = mine.fields.only(&["scene", "shadow_map", "texels"]);
+        (rmse > by_rmse).then(|| Row::new("", "", place.and(beaten)))
     });
-    Fields(vec![("means", means), ("beaten", beaten.collect())])
+    Record::of([("means", Field::Rows(means)), ("beaten", Field::Rows(beaten.collect()))])
 }
 
 /// Everything in tables.
-fn page(results: &Results<'_, Report>) -> String {
+fn page(results: &Results<'_>) -> String {
     let mut text = results.head("against ray-traced penumbrae of a fixed width.")
         + "All of a group are meant to be equally wide: 15 or 7 texels of the map at hand. Kernels are that wide in texels; the \
            truth and the techniques that know widths in the world are given P, world units: so many times the width of a texel \
            on what the camera sees, which is the square root of the area that a texel covers on the surface, the median over \
            the judged pixels. Where a texel is larger or smaller than there, kernels are wider or narrower than the truth, and \
-           that is an error of theirs.\n\n\
-           `RMSE`, `MAE`: over the judged pixels; `in the band`: RMSE within 8 px of the true penumbra; `over`, `under`: too \
-           dark, too light, mean over the judged pixels.\n\n";
+           that is an error of theirs.\n\n"
+        + LEGEND
+        + ".\n\n";
     text += &beaten(results);
-    let mut means: Vec<_> = results.list("means").iter().collect();
+    let of_all = |m: &Row| format!("{} of {}", number(m.number("lowest"), 0), number(m.number("scenes"), 0));
+    let means = results.list("means").iter().map(|m| m.clone().and_shown([("lowest_of", of_all(m).into())]));
+    let mut means: Vec<_> = means.collect();
     // The widest first, as in the list of groups.
-    means.sort_by_key(|m| GROUPS.iter().position(|g| m.place.number("texels") == Some(g.texels.into())));
-    let cells = |m: &Row<Record>| {
-        let lowest = format!("{} of {}", m.figures.text("lowest"), m.figures.text("scenes"));
-        [m.place.text("texels"), m.place.text("shadow_map"), m.label.clone(), lowest]
-    };
-    let lead = "texels | map | <variant | lowest in";
-    text += &format!("\n## Mean over the scenes\n\n{}", table_of((lead, cells), (&COLUMNS, Column::of_mean), means));
-    let cells = |r: &Row<Report>| ["shadow_map", "texels", "penumbra", "variant"].map(|name| r.place.text(name));
-    for (scene, rows) in by_scene(&results.rows) {
-        let lead = "map | texels | P | <variant";
-        text += &format!("\n## {scene}\n\n{}", table_of((lead, cells), (&COLUMNS, Column::of_row), rows));
+    means.sort_by_key(|m| GROUPS.iter().position(|g| m.number("texels") == Some(g.0.into())));
+    let lead =
+        [("texels", "texels", 0), ("map", "shadow_map", 0), ("<variant", "label", 0), ("lowest in", "lowest_of", 0)];
+    text += &format!("\n## Mean over the scenes\n\n{}", table(&[&lead[..], &COLUMNS].concat(), &means));
+    let lead = [("map", "shadow_map", 0), ("texels", "texels", 0), ("P", "penumbra", 0), ("<variant", "label", 0)];
+    let columns = [&lead[..], &COLUMNS].concat();
+    for rows in by_scene(&results.rows) {
+        text += &format!("\n## {}\n\n{}", rows[0].text("scene"), table(&columns, rows));
     }
     text
 }
 
 /// Says where the subject is not the lowest.
-fn beaten(results: &Results<'_, Report>) -> String {
+fn beaten(results: &Results<'_>) -> String {
     let total = results.rows.iter().filter(|r| r.label == SUBJECT).count();
     let list = results.list("beaten").iter().map(|b| {
-        let [scene, map, texels, by] = ["scene", "shadow_map", "texels", "by"].map(|name| b.figures.text(name));
-        let [mine, other] = ["rmse", "by_rmse"].map(|name| number(b.figures.number(name), 4));
-        format!("{scene} {map}, {texels} texels ({mine}; {by} {other})")
+        let [map, texels] = ["shadow_map", "texels"].map(|name| number(b.number(name), 0));
+        let [mine, other] = ["rmse", "by_rmse"].map(|name| number(b.number(name), 4));
+        format!("{} {map}, {texels} texels ({mine}; {} {other})", b.text("scene"), b.text("by"))
     });
     let list: Vec<_> = list.collect();
     match list.len() {
@@ -220,17 +169,18 @@ fn beaten(results: &Results<'_, Report>) -> String {
 }
 
 /// Mean RMSE over the map's size, a line a variant and group.
-fn chart(results: &Results<'_, Report>) -> Chart {
-    let line = |(texels, c): (u32, &Contender)| {
-        let is_mine = |m: &&Row<Record>| m.label == c.name && m.place.number("texels") == Some(texels.into());
-        let mine = results.list("means").iter().filter(is_mine);
-        let points = mine.filter_map(|m| Some((m.place.number("shadow_map")?, m.figures.number("rmse")?))).collect();
-        Line { name: format!("{texels} texels: {}", c.name), points }
+fn chart(results: &Results<'_>) -> Chart {
+    let means = results.list("means");
+    let is_first = |m: &&Row| m.number("shadow_map") == means[0].number("shadow_map");
+    let line = |first: &Row| {
+        let mine = means.iter().filter(|m| m.label == first.label && m.number("texels") == first.number("texels"));
+        let points = mine.filter_map(|m| Some((m.number("shadow_map")?, m.number("rmse")?))).collect();
+        Line { name: format!("{} texels: {}", number(first.number("texels"), 0), first.label), points }
     };
     Chart {
         title: "Error against penumbrae of the same width, mean over the scenes".into(),
         axes: ["shadow map, texels a side", "RMSE"],
-        lines: contenders().map(line).collect(),
+        lines: means.iter().filter(is_first).map(line).collect(),
     }
 }
 
@@ -240,12 +190,12 @@ mod tests {
     use crate::cli::report::Origin;
 
     /// Rows of one scene with one map, all of the first group, with these errors.
-    fn cell(scene: &'static str, shadow_map: u32, errors: &[f32]) -> Vec<Row<Report>> {
-        let row = |(c, &e): (&Contender, &f32)| {
+    fn cell(scene: &'static str, shadow_map: u32, errors: &[f32]) -> Vec<Row> {
+        let row = |(variant, &e): (&Variant, &f32)| {
             let report = metrics::compare(&[1.0 - e; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap();
-            row(scene, shadow_map, GROUPS[0].texels, 1.0, &c.variant(None).unwrap(), report)
+            row(scene, shadow_map, GROUPS[0].0, 1.0, variant, report)
         };
-        GROUPS[0].contenders.iter().zip(errors).map(row).collect()
+        contenders(GROUPS[0].1, None).unwrap().iter().zip(errors).map(row).collect()
     }
 
     #[test]
@@ -257,9 +207,9 @@ mod tests {
         let plan = SUITE.plan(false, 1, None, DeviceFeatures::default()).unwrap();
         let results = SUITE.results(&plan, Origin::default(), rows);
         let of = |map: u32, name, figure| {
-            let place = |m: &Row<Record>| (m.place.number("shadow_map"), m.place.number("texels"));
+            let place = |m: &Row| (m.number("shadow_map"), m.number("texels"));
             let mut means = results.list("means").iter().filter(|m| place(m) == (Some(map.into()), Some(15.0)));
-            means.find(|m| m.label == name).unwrap().figures.number(figure)
+            means.find(|m| m.label == name).unwrap().number(figure)
         };
         assert_eq!(["rmse", "scenes", "lowest"].map(|f| of(512, SUBJECT, f)), [Some(0.5), Some(2.0), Some(1.0)]);
         assert_eq!(["rmse", "lowest"].map(|f| of(1024, SUBJECT, f)), [Some(0.25), Some(1.0)]);
@@ -273,14 +223,15 @@ mod tests {
 
     #[test]
     fn every_group_has_the_subject_and_its_settings_are_known() {
-        for group in &GROUPS {
-            assert_eq!(group.contenders.iter().filter(|c| c.name == SUBJECT).count(), 1);
-            for c in group.contenders {
-                let settings: Vec<_> = c.settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned())).collect();
-                let choice = Choice::new(c.id, &settings).unwrap();
-                let width = c.settings.iter().find(|s| s.0 == "width").map(|s| s.1.to_owned());
-                assert!(width.is_none_or(|w| w == group.texels.to_string()), "{}", c.name);
-                assert_eq!(choice.settings() == "-", settings.is_empty() || choice.info.id == "rpcf", "{}", c.name);
+        for (texels, group) in GROUPS {
+            let variants = contenders(group, None).unwrap();
+            assert_eq!(variants.len(), group.split(' ').count());
+            assert_eq!(variants.iter().filter(|v| v.label == SUBJECT).count(), 1);
+            for (v, text) in variants.iter().zip(group.split(' ')) {
+                assert!(!text.contains("width") || v.choice.params.int("width") == texels, "{text}");
+                let is_plain = !text.contains(':') || v.choice.info.id == "rpcf";
+                assert_eq!(v.choice.settings() == "-", is_plain, "{text}");
+                assert_eq!(v.label.ends_with(" as in the paper"), text.contains("receiver=fixed"), "{text}");
             }
         }
         assert_eq!((to_4_digits(0.012_345_6), to_4_digits(123_456.0)), (0.012_35, 123_500.0));

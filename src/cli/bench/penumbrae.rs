@@ -2,14 +2,13 @@
 
 use super::driver::*;
 use super::timed;
-use crate::cli::report::BenchRow;
 
-pub static SUITE: Suite<BenchRow> = Suite {
+pub static SUITE: Suite = Suite {
     name: "penumbrae",
     about: "what fixed-size penumbrae add to sm, next to pcf of 15x15, on every shipped scene",
     // The default penumbra is 15 texels of this map.
     extent: |quick| timed::extent(quick, every_scene().into_iter().chain([GROUND]).collect(), &[1024]),
-    variants: |_| Ok(available(&VARIANTS)),
+    variants: |_| Ok(available(VARIANTS)),
     group: |scene, _, variant| (scene != GROUND || ALONE.contains(&&variant.label[..])).then(|| scene.to_owned()),
     page: |results| timed::page(results) + &conclusions(&results.rows),
     ..timed::BASE
@@ -21,35 +20,22 @@ const GROUND: &str = "courtyard, ground alone";
 const SUBJECT: &str = "edtsm-star";
 const FILTER: &str = "pcf width=15";
 
-const VARIANTS: [Wanted; 8] = [
-    ("sm", &[]),
-    ("pcf", &[("width", "15")]),
-    ("rbsm-star", &[]),
-    ("edtsm-star", &[]),
-    ("edtsm-star", &[("skip", "off")]),
-    ("edtsm-star", &[("nearest", "pixel")]),
-    ("edtsm", &[]),
-    ("edtsm-star", &[("filter_taps", "7")]),
-];
+const VARIANTS: &str = "sm pcf:width=15 rbsm-star edtsm-star edtsm-star:skip=off edtsm-star:nearest=pixel edtsm \
+                        edtsm-star:filter_taps=7";
 /// Of these, what is timed where there is no shadow edge.
 const ALONE: [&str; 4] = ["sm", FILTER, SUBJECT, "edtsm-star skip=off"];
 
 /// What the table's figures come to.
-fn conclusions(rows: &[Row<BenchRow>]) -> String {
+fn conclusions(rows: &[Row]) -> String {
     let (mut sums, mut shares) = (vec![], vec![]);
     for group in groups(rows) {
-        let find = |name: &str| group.iter().find(|r| r.label == name).map(|r| &r.figures);
+        let find = |name: &str| group.iter().find(|r| r.label == name);
         let (Some(subject), Some(filter)) = (find(SUBJECT), find(FILTER)) else { continue };
         // Both are shares of the same frame of `sm`.
-        let ratio = subject.added_to_frame.zip(filter.added_to_frame).map(|(a, b)| a / b);
-        sums.push(vec![
-            subject.group.clone(),
-            number(filter.added_ms, 3),
-            number(subject.added_ms, 3),
-            number(ratio, 2),
-            number(filter.frame_ratio, 3),
-            number(subject.frame_ratio, 3),
-        ]);
+        let ratio = subject.number("added_to_frame").zip(filter.number("added_to_frame")).map(|(a, b)| a / b);
+        let [filter_adds, adds] = [filter, subject].map(|r| number(r.number("added_ms"), 3));
+        let [filter_frame, frame] = [filter, subject].map(|r| number(r.number("frame_ratio"), 3));
+        sums.push(vec![subject.group.clone(), filter_adds, adds, number(ratio, 2), filter_frame, frame]);
         shares.push(vec![subject.group.clone(), timed::passes(subject)]);
     }
     "\n## What penumbrae add\n\n\
@@ -57,9 +43,9 @@ fn conclusions(rows: &[Row<BenchRow>]) -> String {
      15x15 texels adds; `frame`: the whole frame by that of `sm`. Medians over the turns. With the ground alone no shadow edge \
      is seen.\n\n"
         .to_owned()
-        + &table("<scene | pcf adds ms | edtsm-star adds ms | by pcf's | frame with pcf | frame with edtsm-star", sums)
+        + &plain_table("<scene | pcf adds ms | edtsm-star adds ms | by pcf's | frame with pcf | frame with edtsm-star", sums)
         + "\n## Passes of `edtsm-star`\n\nShare of the technique's time; tiles that were worked on, of all.\n\n"
-        + &table("<scene | <passes", shares)
+        + &plain_table("<scene | <passes", shares)
 }
 
 #[cfg(test)]
@@ -80,16 +66,14 @@ mod tests {
     #[test]
     fn ratios_are_between_rows_of_one_group() {
         let one = |(scene, label, group): (&str, String, String)| {
-            let mut row = row(&group, &label, 40.0, 40.0);
             let far = if scene == GROUND { 8.0 } else { 2.0 };
-            row.figures.added_ms = None;
-            row.figures.added_to_frame = match &label[..] {
-                FILTER => Some(0.5),
-                SUBJECT => Some(0.5 * far),
-                _ => Some(100.0),
+            let added = match &label[..] {
+                FILTER => 0.5,
+                SUBJECT => 0.5 * far,
+                _ => 100.0,
             };
-            row.figures.frame_ratio = row.figures.added_to_frame.map(|a| 1.0 + a);
-            row
+            let row = row(&group, &label, 100.0 * added, 0.0);
+            Row::new(&label, &group, row.fields.only(&["added_to_frame", "frame_ratio"]))
         };
         let text = conclusions(&cells().into_iter().map(one).collect::<Vec<_>>());
         assert_eq!(text.matches("| - | - | 2.00 | 1.500 | 2.000 |").count(), every_scene().len(), "{text}");

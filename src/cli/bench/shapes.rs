@@ -1,6 +1,6 @@
 //! The suite `shapes`: the study of the visibility functions. It needs no device.
 
-use super::driver::*;
+use super::driver::{Result, Suite, number, plain_table};
 use super::{Args, shown};
 use crate::cli::progress::Progress;
 use crate::cli::report;
@@ -9,36 +9,26 @@ use edgeshade::reference::shapes::study::{self, Method, Options, Row};
 use edgeshade::reference::shapes::{Class, Shape, TILE};
 use serde_json::{Value, json};
 
-pub struct Shapes;
+pub static SUITE: Suite = Suite {
+    name: "shapes",
+    about: "visibility functions on analytic shapes, with a picture (CPU)",
+    run: |_, args, _| run(args),
+    ..Suite::BASE
+};
 
-impl AnySuite for Shapes {
-    fn name(&self) -> &'static str {
-        "shapes"
-    }
-
-    fn about(&self) -> &'static str {
-        "visibility functions on analytic shapes, with a picture (CPU)"
-    }
-
-    /// None: it draws on the CPU.
-    fn pixels(&self, _: &Args, _: &Host) -> Result<u64> {
-        Ok(0)
-    }
-
-    /// Writes `shapes.md`, `shapes.json` and `shapes.png`.
-    fn run(&self, args: &Args, _: &Host) -> Result<()> {
-        let options = Options::default();
-        let rows = {
-            let progress = Progress::start("suite shapes");
-            study::study(&options, |done, total| progress.set(done, total))
-        };
-        let path = args.output.join("shapes.json");
-        args.write(&path, &as_json(&options, &rows))?;
-        let markdown = markdown(&options, &rows);
-        write_atomic(&path.with_extension("md"), markdown.as_bytes())?;
-        write_png(&path.with_extension("png"), &picture()?)?;
-        args.say(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
-    }
+/// Writes `shapes.md`, `shapes.json` and `shapes.png`.
+fn run(args: &Args) -> Result<()> {
+    let options = Options::default();
+    let rows = {
+        let progress = Progress::start("suite shapes");
+        study::study(&options, |done, total| progress.set(done, total))
+    };
+    let path = args.output.join("shapes.json");
+    args.write(&path, &as_json(&options, &rows))?;
+    let markdown = markdown(&options, &rows);
+    write_atomic(&path.with_extension("md"), markdown.as_bytes())?;
+    write_png(&path.with_extension("png"), &picture()?)?;
+    args.say(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
 }
 
 /// The largest distance of the traversals that the papers use, and that one row stands for all with.
@@ -120,8 +110,8 @@ fn markdown(options: &Options, rows: &[Row]) -> String {
         options.shapes as usize * Class::ALL.len(),
         Class::ALL.len(),
         env!("CARGO_PKG_VERSION"),
-        table(&heads, usual.iter().map(line)),
-        table(&class_heads, Class::ALL.iter().enumerate().map(class_line)),
+        plain_table(&heads, usual.iter().map(line)),
+        plain_table(&class_heads, Class::ALL.iter().enumerate().map(class_line)),
         n = options.subsamples,
     )
 }

@@ -5,7 +5,7 @@ use super::judge::{mask, renderer, tracer, visibility};
 use super::tilted::{Edge, Lamp, MAP, Tilted, is_complete};
 use edgeshade::metrics;
 
-pub static SUITE: Suite<Record> = Suite {
+pub static SUITE: Suite = Suite {
     name: "slopes",
     about: "false shadow and boundary error over the receiver's tilt",
     // 4.4 and 1.7 pixels a texel.
@@ -49,7 +49,7 @@ fn tilts(plan: &Plan) -> &'static [u32] {
     if plan.quick { &[0, 60, 80] } else { &[0, 10, 30, 45, 60, 70, 75, 80, 85] }
 }
 
-fn one_tilt(host: &Host, run: &mut Run<'_, Record>, (scene, lamp): (&'static str, Lamp), tilt: u32) -> Result<()> {
+fn one_tilt(host: &Host, run: &mut Run<'_>, (scene, lamp): (&'static str, Lamp), tilt: u32) -> Result<()> {
     let plan = run.plan;
     let size = plan.size;
     let tilted = Tilted::new(lamp, f64::from(tilt).to_radians(), size);
@@ -86,14 +86,13 @@ fn one_tilt(host: &Host, run: &mut Run<'_, Record>, (scene, lamp): (&'static str
             ("under", report.under.into()),
         ]);
         let place = [("light", scene.into()), ("tilt_degrees", tilt.into())];
-        run.push(Row::new(place, variant, &group, figures));
-        run.drawn(1);
+        run.push(Row::of(place, variant, &group, figures), 1);
     }
     Ok(())
 }
 
 /// A table a figure and light, a row a technique, a column a tilt.
-fn page(results: &Results<'_, Record>) -> String {
+fn page(results: &Results<'_>) -> String {
     let plan = results.plan;
     let about = format!(
         "map {MAP}, {} pixels a texel at every tilt; triangles, discs and bars 2.5 texels wide over a plane, light without \
@@ -106,10 +105,10 @@ fn page(results: &Results<'_, Record>) -> String {
         for (scene, light) in [("sun", "sun"), ("spot", "spot light")] {
             let line = |v: &Variant| {
                 let mine = results.rows.iter().filter(|r| r.group == scene && r.label == v.label);
-                let cells = mine.map(|r| number(r.figures.number(figure).map(|v| scale * v), 3));
+                let cells = mine.map(|r| number(r.number(figure).map(|v| scale * v), 3));
                 [v.label.clone()].into_iter().chain(cells).collect()
             };
-            sections.push(format!("## {title}: {light}\n\n{}", table(&heads, plan.variants.iter().map(line))));
+            sections.push(format!("## {title}: {light}\n\n{}", plain_table(&heads, plan.variants.iter().map(line))));
         }
     }
     results.head(&about) + &sections.join("\n")
@@ -124,14 +123,12 @@ mod tests {
     fn a_technique_without_bias_is_seen_to_have_acne() {
         let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
         let plan = SUITE.plan(false, 1, Some([256, 256]), DeviceFeatures::default()).unwrap();
-        let offsets: [Wanted; 3] =
-            [("sm", &[("normal_offset", "0")]), ("sm", &[("normal_offset", "1")]), ("sm", &[("normal_offset", "16")])];
-        let plan = Plan { variants: available(&offsets).found, ..plan };
+        let offsets = "sm:normal_offset=0 sm:normal_offset=1 sm:normal_offset=16";
+        let plan = Plan { variants: available(offsets).found, ..plan };
         for (scene, lamp) in [("sun", Lamp::Sun), ("spot", Lamp::Spot)] {
             let mut run = Run::new(&SUITE, &plan);
             one_tilt(&host, &mut run, (scene, lamp), 60).unwrap();
-            let figures: Vec<_> = run.rows.iter().map(|r| &r.figures).collect();
-            let [bare, usual, large] = figures[..] else { panic!("a row a variant") };
+            let [bare, usual, large] = &run.rows[..] else { panic!("a row a variant") };
             // Half of a texel's plane lies above its centre.
             assert!((0.3..0.7).contains(&bare.number("false_shadow").unwrap()), "{bare:?}");
             let of = |name| usual.number(name);

@@ -1,6 +1,7 @@
 //! Suite `soft`: soft shadows of area lights against the ray-traced truth, over scenes, sizes of map and of light.
 
 use super::driver::*;
+use super::errors::{self, LEGEND, lowest};
 use super::judge::{mask, tracer};
 use crate::cli::stats::{self, Span};
 use crate::cli::truth::{self, Seed};
@@ -11,14 +12,14 @@ use edgeshade::scene::{Light, LightShape, RenderDesc, Renderer, light_view};
 use edgeshade::technique::OutputFormat;
 use edgeshade::view::{LightKind, LightView};
 
-pub static SUITE: Suite<Soft> = Suite {
+pub static SUITE: Suite = Suite {
     name: "soft",
     about: "error and GPU time of soft shadows over scenes, maps and light sizes, with a plot",
     extent: |quick| match quick {
         true => Extent { scenes: vec!["jenga", "robot"], maps: &[1024], size: [192, 108] },
         false => Extent { scenes: every_scene(), maps: &[512, 1024, 2048, 4096], size: [640, 360] },
     },
-    variants: |_| Ok(available(&CONTENDERS)),
+    variants: |_| Ok(available(CONTENDERS)),
     frames: |plan| SCALES.len() as u32 * (plan.frames + 1),
     shows_scenes: true,
     measure,
@@ -36,44 +37,16 @@ pub static SUITE: Suite<Soft> = Suite {
 const SCALES: [f64; 3] = [0.25, 1.0, 4.0];
 
 /// What is judged, as far as the registry has it: without penumbrae, with those of a fixed width, with those of the light.
-const CONTENDERS: [Wanted; 9] = [
-    ("sm", &[]),
-    ("pcf", &[("width", "15")]),
-    ("pcss", &[]),
-    ("rbssm", &[]),
-    ("ssrbssm", &[]),
-    ("ssabss", &[]),
-    ("edtssm", &[]),
-    ("edtssm-star", &[]),
-    ("soft-auto", &[]),
-];
+const CONTENDERS: &str = "sm pcf:width=15 pcss rbssm ssrbssm ssabss edtssm edtssm-star soft-auto";
 /// From the lowest error to the highest, as the papers find them.
 const ORDER: [&str; 4] = ["rbssm", "pcss", "ssrbssm", "ssabss"];
 /// What the papers do not place.
 const BESIDE: &str = "edtssm-star";
 
-/// Of one technique in one scene with one map under a light of one size.
-#[derive(Serialize)]
-pub struct Soft {
-    /// Mean FLIP difference of the lit pictures.
-    flip: f64,
-    #[serde(flatten)]
-    report: Report,
-    /// The technique's own passes, median over the frames.
-    gpu_ms: Option<f64>,
-    memory_bytes: u64,
+/// Those of all soft shadows, and what is measured beside.
+fn columns() -> Vec<Column> {
+    [&errors::COLUMNS[..], &[("FLIP", "flip", 4), ("GPU ms", "gpu_ms", 3)]].concat()
 }
-
-/// What tables and means show.
-const COLUMNS: [Column<Soft>; 7] = [
-    Column::new("rmse", "RMSE", 4, |s| Some(s.report.rmse)),
-    Column::new("penumbra_rmse", "in the band", 4, |s| s.report.penumbra_rmse),
-    Column::new("mae", "MAE", 4, |s| Some(s.report.mae)),
-    Column::new("over", "over", 4, |s| Some(s.report.over)),
-    Column::new("under", "under", 4, |s| Some(s.report.under)),
-    Column::new("flip", "FLIP", 4, |s| Some(s.flip)),
-    Column::new("gpu_ms", "GPU ms", 3, |s| s.gpu_ms),
-];
 
 /// A light of one size, and what is compared with under it.
 struct Measure {
@@ -118,7 +91,7 @@ fn width(light: &LightView) -> (f64, &'static str) {
     }
 }
 
-fn measure(host: &Host, run: &mut Run<'_, Soft>, scene: &'static str) -> Result<()> {
+fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let plan = run.plan;
     let stage = plan.stage(scene)?;
     // The map is drawn every frame, and what is made of it alone counts.
@@ -146,23 +119,22 @@ fn measure(host: &Host, run: &mut Run<'_, Soft>, scene: &'static str) -> Result<
                     let place = format!("{scene}, map {map}, light {light_size} {unit}, {}", variant.label);
                     Error::Usage(format!("{place}: {e}"))
                 };
-                let figures = Soft {
-                    flip: truth::flip(&picture, &measure.picture, &measure.mask)?,
-                    report: metrics::compare(&test, &measure.truth, &measure.mask, plan.size).map_err(place)?,
-                    gpu_ms: stats::technique(&frames).map(|s| s.median),
-                    memory_bytes: technique.memory_bytes(),
-                };
-                run.push(row(scene, (measure.scale, light_size, unit), map, variant, figures));
-                run.drawn(plan.frames + 1);
+                let report = metrics::compare(&test, &measure.truth, &measure.mask, plan.size).map_err(place)?;
+                let flip = truth::flip(&picture, &measure.picture, &measure.mask)?;
+                // The technique's own passes, median over the frames.
+                let gpu_ms = stats::technique(&frames).map(|s| s.median);
+                let figures = figures(flip, &report, gpu_ms, technique.memory_bytes());
+                let light = (measure.scale, light_size, unit);
+                run.push(row(scene, light, map, variant, figures), plan.frames + 1);
             }
         }
     }
-    let scale = |r: &Row<Soft>| SCALES.iter().position(|s| r.place.number("light_scale") == Some(*s));
-    run.rows[first..].sort_by_key(|r| (scale(r), r.place.get("shadow_map").as_u64()));
+    let scale = |r: &Row| SCALES.iter().position(|s| r.number("light_scale") == Some(*s));
+    run.rows[first..].sort_by_key(|r| (scale(r), r.number("shadow_map").map(f64::to_bits)));
     Ok(())
 }
 
-fn row(scene: &str, (scale, size, unit): (f64, f64, &str), map: u32, variant: &Variant, figures: Soft) -> Row<Soft> {
+fn row(scene: &str, (scale, size, unit): (f64, f64, &str), map: u32, variant: &Variant, figures: Record) -> Row {
     let place = [
         ("scene", scene.into()),
         ("light_scale", scale.into()),
@@ -170,7 +142,13 @@ fn row(scene: &str, (scale, size, unit): (f64, f64, &str), map: u32, variant: &V
         ("light_unit", unit.into()),
         ("shadow_map", map.into()),
     ];
-    Row::new(place, variant, &format!("{scene} {scale} {map}"), figures)
+    let row = Row::of(place, variant, &format!("{scene} {scale} {map}"), figures);
+    row.and_shown([("light", format!("x {scale}").into())])
+}
+
+fn figures(flip: f64, report: &Report, gpu_ms: Option<f64>, memory_bytes: u64) -> Record {
+    let beside = [("gpu_ms", gpu_ms.into()), ("memory_bytes", memory_bytes.into())];
+    Record::of([("flip", flip.into())]).and(errors::figures(report).0).and(beside)
 }
 
 /// The truth under the light of every size.
@@ -190,151 +168,141 @@ fn measures(host: &Host, stage: &Stage, plan: &Plan, renderer: &mut Renderer<'_>
 }
 
 /// Means for every size of the light and for all together, and the order by error in every scene, light and map.
-fn summary(plan: &Plan, rows: &[Row<Soft>]) -> Summary {
+fn summary(plan: &Plan, rows: &[Row]) -> Record {
     let scales = SCALES.into_iter().map(Some).chain([None]);
-    let key = |scale: Option<f64>, (map, variant): (Option<u32>, &Variant)| {
-        let mut place = Record::of([("light_scale", scale.into()), ("shadow_map", map.into())]);
-        place.0.extend(variant.fields());
-        (variant.label.clone(), place)
-    };
-    let keys = scales.flat_map(|scale| plan.cells().map(move |cell| key(scale, cell)));
-    let mut means = means(rows, keys, &COLUMNS, |mine| Record::of([("rows", mine.len().into())]));
-    means.retain(|m| m.figures.number("rows") > Some(0.0));
-    let cells = groups(rows).filter_map(cell).map(Row::from).collect();
-    Fields(vec![("means", means), ("cells", cells)])
+    let keys = scales.flat_map(|scale| plan.keys(&Record::of([("light_scale", scale.into())])));
+    let count = |mine: &[&Row]| Record::of([("rows", mine.len().into())]);
+    let mut means = means(rows, keys.collect(), &columns(), count);
+    means.retain(|m| m.number("rows") > Some(0.0));
+    let cells = groups(rows).filter_map(cell).collect();
+    Record::of([("means", Field::Rows(means)), ("cells", Field::Rows(cells))])
 }
 
 /// Says who errs least in one scene with one map under a light of one size.
-fn cell(rows: &[Row<Soft>]) -> Option<Record> {
-    let rmse = |id: &str| rows.iter().find(|r| r.label == id).map(|r| r.figures.report.rmse);
+fn cell(rows: &[Row]) -> Option<Row> {
+    let rmse = |id: &str| rows.iter().find(|r| r.label == id)?.number("rmse");
     let mut order: Vec<(&'static str, f64)> = ORDER.iter().filter_map(|&id| Some((id, rmse(id)?))).collect();
     // Stable: of equal ones the papers' order is kept.
     order.sort_by(|a, b| a.1.total_cmp(&b.1));
     let order: Vec<_> = order.into_iter().map(|o| o.0).collect();
     // Whether that is the papers' order; of fewer than two there is none.
     let holds = (order.len() > 1).then(|| order.iter().eq(ORDER.iter().filter(|id| order.contains(id))));
-    let below = rmse(ORDER[0]).zip(rmse(ORDER[1])).map(|(a, b)| 100.0 * (1.0 - a / b));
-    let lowest = rows.iter().min_by(|a, b| a.figures.report.rmse.total_cmp(&b.figures.report.rmse))?;
-    let mut cell = lowest.place.only(&["scene", "light_scale", "shadow_map"]);
-    cell.0.extend([
+    let below = rmse(ORDER[0]).zip(rmse(ORDER[1])).map(|(a, b)| 1.0 - a / b);
+    let lowest = lowest(rows)?;
+    let shown = [
+        ("light", lowest.text("light").into()),
+        ("order", if order.is_empty() { "-".into() } else { order.join(" < ").into() }),
+        ("holds", holds.map(|h| if h { "yes" } else { "no" }).into()),
+        ("rbssm_below_pcss", below.into()),
+    ];
+    let figures = [
         ("order", order.into()),
         ("holds", holds.into()),
-        ("rbssm_below_pcss_percent", below.into()),
+        ("rbssm_below_pcss_percent", below.map(|b| 100.0 * b).into()),
         ("edtssm_star", rmse(BESIDE).into()),
         ("lowest", lowest.label.as_str().into()),
-        ("lowest_rmse", lowest.figures.report.rmse.into()),
-    ]);
-    Some(cell)
+        ("lowest_rmse", lowest.number("rmse").into()),
+    ];
+    let place = lowest.fields.only(&["scene", "light_scale", "shadow_map"]);
+    Some(Row::new("", "", place.and(figures)).and_shown(shown))
 }
 
 /// Everything in tables.
-fn page(results: &Results<'_, Soft>) -> String {
+fn page(results: &Results<'_>) -> String {
     let plan = results.plan;
     let about = format!("against ray-traced shadows of the area light, {} rays a pixel.", samples(plan));
     let mut text = results.head(&about)
         + &format!(
-            "`RMSE`, `MAE`: over the judged pixels; `in the band`: RMSE within 8 px of the true penumbra; `over`, `under`: too \
-             dark, too light, mean over the judged pixels; `FLIP`: of the lit pictures; `GPU ms`: the technique's own passes, \
-             median of {} frames, with all that is made of the shadow map anew.\n\n",
+            "{LEGEND}; `FLIP`: of the lit pictures; `GPU ms`: the technique's own passes, median of {} frames, with all that is \
+             made of the shadow map anew.\n\n",
             plan.frames
         );
     text += &left_out_note(&plan.left_out);
     text += &lights(&results.rows);
     text += &conclusions(results.list("cells"));
+    let lead = [("light", "light", 0), ("map", "shadow_map", 0), ("<technique", "label", 0)];
+    let columns = [&lead[..], &columns()].concat();
     for scale in SCALES.into_iter().map(Some).chain([None]) {
         let light = scale.map_or_else(|| "all sizes of the light".to_owned(), |s| format!("light x {s}"));
-        let means = results.list("means").iter().filter(|m| m.place.number("light_scale") == scale);
-        let cells = |m: &Row<Record>| [m.place.text("shadow_map"), m.label.clone()];
-        let table = table_of(("map | <technique", cells), (&COLUMNS, Column::of_mean), means);
-        text += &format!("\n## Mean over the scenes, {light}\n\n{table}");
+        let means = results.list("means").iter().filter(|m| m.number("light_scale") == scale);
+        text += &format!("\n## Mean over the scenes, {light}\n\n{}", table(&columns[1..], means));
     }
-    for (scene, rows) in by_scene(&results.rows) {
-        let cells = |r: &Row<Soft>| [x(&r.place), r.place.text("shadow_map"), r.label.clone()];
-        let table = table_of(("light | map | <technique", cells), (&COLUMNS, Column::of_row), rows);
-        text += &format!("\n## {scene}\n\n{table}");
+    for rows in by_scene(&results.rows) {
+        text += &format!("\n## {}\n\n{}", rows[0].text("scene"), table(&columns, rows));
     }
     text
 }
 
-/// The light's size by the scene's own.
-fn x(place: &Record) -> String {
-    format!("x {}", place.text("light_scale"))
-}
-
 /// How large the lights are.
-fn lights(rows: &[Row<Soft>]) -> String {
-    let line = |(scene, rows): (String, &[Row<Soft>])| {
-        let unit = rows[0].place.text("light_unit");
+fn lights(rows: &[Row]) -> String {
+    let line = |rows: &[Row]| {
+        let unit = rows[0].text("light_unit");
         let kind = if unit == "degrees" { "sun" } else { "spot" };
-        let of = |scale| rows.iter().find(|r| r.place.number("light_scale") == Some(scale))?.place.number("light_size");
-        [scene, format!("{kind}, {unit}")].into_iter().chain(SCALES.map(|s| number(of(s), 4))).collect()
+        let of = |scale| rows.iter().find(|r| r.number("light_scale") == Some(scale))?.number("light_size");
+        let light = [rows[0].text("scene").to_owned(), format!("{kind}, {unit}")];
+        light.into_iter().chain(SCALES.map(|s| number(of(s), 4))).collect()
     };
     let heads = SCALES.map(|s| format!(" | x {s}")).concat();
     "## Sizes of the lights\n\nBy the scene's own: full width of a spot's square in world units, full angle of a sun in \
      degrees.\n\n"
         .to_owned()
-        + &table(&format!("<scene | <light{heads}"), by_scene(rows).map(line))
+        + &plain_table(&format!("<scene | <light{heads}"), by_scene(rows).map(line))
 }
 
 /// Whether the papers' order holds, and where not.
-fn conclusions(cells: &[Row<Record>]) -> String {
+fn conclusions(cells: &[Row]) -> String {
     let mut text = format!(
         "\n## Order by error\n\nThe papers find {} in RMSE. `rbssm below pcss`: per cent of the RMSE of `pcss`. The \
          lowest is that of all in the cell.\n\n",
         ORDER.map(|id| format!("`{id}`")).join(" < ")
     );
-    let order = |c: &Row<Record>| -> Vec<String> {
-        let ids = c.figures.get("order").as_array().into_iter().flatten();
-        ids.filter_map(|id| Some(id.as_str()?.to_owned())).collect()
-    };
-    let mut say_how_often = |what: String, found: Vec<bool>| {
+    let mut say_how_often = |what: &str, holds: &dyn Fn(&Row) -> Option<bool>| {
+        let found: Vec<_> = cells.iter().filter_map(holds).collect();
         if !found.is_empty() {
             let held = found.iter().filter(|h| **h).count();
             text += &format!("* {what}: {held} of {} cells.\n", found.len());
         }
     };
-    let holds = |c: &Row<Record>| c.figures.get("holds").as_bool();
-    say_how_often("The whole order, of those that there are".into(), cells.iter().filter_map(holds).collect());
+    say_how_often("The whole order, of those that there are", &holds);
     for pair in ORDER.windows(2) {
-        let is_below = |c: &Row<Record>| {
-            let order = order(c);
-            let place = |id| order.iter().position(|o| o == id);
+        let is_below = |c: &Row| {
+            let place = |id| c.text("order").split(" < ").position(|o| o == id);
             Some(place(pair[0])? < place(pair[1])?)
         };
-        say_how_often(format!("`{}` below `{}`", pair[0], pair[1]), cells.iter().filter_map(is_below).collect());
+        say_how_often(&format!("`{}` below `{}`", pair[0], pair[1]), &is_below);
     }
     for scale in SCALES {
-        let mine = cells.iter().filter(|c| c.figures.number("light_scale") == Some(scale));
-        if let Some(s) = Span::of(mine.filter_map(|c| c.figures.number("rbssm_below_pcss_percent"))) {
+        let mine = cells.iter().filter(|c| c.number("light_scale") == Some(scale));
+        if let Some(s) = Span::of(mine.filter_map(|c| c.number("rbssm_below_pcss_percent"))) {
             let [median, min, max] = [s.median, s.min, s.max].map(|v| number(v, 1));
             text += &format!("* Light x {scale}: `rbssm` is {median} % below `pcss` (median; {min} to {max} %).\n");
         }
     }
-    let line = |c: &Row<Record>| {
-        let (figures, order) = (&c.figures, order(c));
-        vec![
-            figures.text("scene"),
-            x(figures),
-            figures.text("shadow_map"),
-            if order.is_empty() { "-".to_owned() } else { order.join(" < ") },
-            holds(c).map_or("-", |h| if h { "yes" } else { "no" }).to_owned(),
-            number(figures.number("rbssm_below_pcss_percent"), 1),
-            number(figures.number("edtssm_star"), 4),
-            figures.text("lowest"),
-            number(figures.number("lowest_rmse"), 4),
-        ]
-    };
-    let heads =
-        "<scene | light | map | <from the lowest | <as the papers | rbssm below pcss % | edtssm-star | <lowest | RMSE";
-    text + "\n" + &table(heads, cells.iter().map(line))
+    const COLUMNS: [Column; 9] = [
+        ("<scene", "scene", 0),
+        ("light", "light", 0),
+        ("map", "shadow_map", 0),
+        ("<from the lowest", "order", 0),
+        ("<as the papers", "holds", 0),
+        ("rbssm below pcss %", "rbssm_below_pcss", 1),
+        ("edtssm-star", "edtssm_star", 4),
+        ("<lowest", "lowest", 0),
+        ("RMSE", "lowest_rmse", 4),
+    ];
+    text + "\n" + &table(&COLUMNS, cells)
+}
+
+/// Whether the papers' order holds in a cell.
+fn holds(cell: &Row) -> Option<bool> {
+    Some(cell.text("holds")).filter(|text| !text.is_empty()).map(|text| text == "yes")
 }
 
 /// Mean RMSE over mean GPU time, a line a technique through the sizes of the map.
-fn chart(results: &Results<'_, Soft>) -> Chart {
+fn chart(results: &Results<'_>) -> Chart {
     let plan = results.plan;
     let line = |v: &Variant| {
-        let all = results.list("means").iter().filter(|m| m.place.get("light_scale").is_null() && m.label == v.label);
-        let points = all.filter_map(|m| Some((m.figures.number("gpu_ms")?, m.figures.number("rmse")?))).collect();
+        let all = results.list("means").iter().filter(|m| m.number("light_scale").is_none() && m.label == v.label);
+        let points = all.filter_map(|m| Some((m.number("gpu_ms")?, m.number("rmse")?))).collect();
         Line { name: v.label.clone(), points }
     };
     let [low, high] = [plan.maps.iter().min(), plan.maps.iter().max()].map(|map| number(map.map(|&m| f64::from(m)), 0));
@@ -349,17 +317,13 @@ fn chart(results: &Results<'_, Soft>) -> Chart {
 mod tests {
     use super::super::judge::hard;
     use super::*;
-    use serde_json::Value;
 
     /// A row in which every pixel is too dark by so much.
-    fn row(scene: &'static str, scale: f64, map: u32, technique: &'static str, error: f32) -> Row<Soft> {
-        let figures = Soft {
-            flip: f64::from(2.0 * error),
-            report: metrics::compare(&[1.0 - error; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap(),
-            gpu_ms: (technique != "sm").then(|| 8.0 * f64::from(error)),
-            memory_bytes: 0,
-        };
-        let variant = available(&[(technique, &[])]).found.remove(0);
+    fn row(scene: &'static str, scale: f64, map: u32, technique: &'static str, error: f32) -> Row {
+        let report = metrics::compare(&[1.0 - error; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap();
+        let gpu_ms = (technique != "sm").then(|| 8.0 * f64::from(error));
+        let figures = figures(f64::from(2.0 * error), &report, gpu_ms, 0);
+        let variant = available(technique).found.remove(0);
         super::row(scene, (scale, scale, "degrees"), map, &variant, figures)
     }
 
@@ -373,15 +337,15 @@ mod tests {
         }
         rows.extend([row("a", 4.0, 512, "sm", 0.5), row("a", 4.0, 512, "pcss", 0.5)]);
         let cells: Vec<_> = groups(&rows).filter_map(cell).collect();
-        let holds = |c: &Record| c.get("holds").as_bool();
-        let found: Vec<_> = cells.iter().map(|c| (c.text("shadow_map"), c.text("light_scale"), holds(c))).collect();
-        let expected = [("512", "1", Some(true)), ("1024", "1", Some(false)), ("512", "4", None)];
-        assert_eq!(found, expected.map(|(map, light, holds)| (map.to_owned(), light.to_owned(), holds)));
-        assert_eq!(*cells[1].get("order"), Value::from(vec!["pcss", "rbssm", "ssrbssm", "ssabss"]));
+        let found: Vec<_> = cells.iter().map(|c| (c.number("shadow_map"), c.text("light"), holds(c))).collect();
+        let expected =
+            [(Some(512.0), "x 1", Some(true)), (Some(1024.0), "x 1", Some(false)), (Some(512.0), "x 4", None)];
+        assert_eq!(found, expected);
+        assert_eq!(*cells[1].fields.get("order"), vec!["pcss", "rbssm", "ssrbssm", "ssabss"].into());
         let below: Vec<_> = cells.iter().map(|c| c.number("rbssm_below_pcss_percent")).collect();
         assert_eq!(below, [Some(50.0), Some(-100.0), None]);
-        assert_eq!((cells[0].number("edtssm_star"), cells[0].text("lowest")), (Some(0.125), BESIDE.to_owned()));
-        assert!(cells[2].get("edtssm_star").is_null());
+        assert_eq!((cells[0].number("edtssm_star"), cells[0].text("lowest")), (Some(0.125), BESIDE));
+        assert_eq!(cells[2].number("edtssm_star"), None);
         // Where one of the four is missing, the others' order still counts.
         rows.retain(|r| r.label != "pcss");
         let found: Vec<_> = groups(&rows).filter_map(cell).map(|c| holds(&c)).collect();
@@ -398,10 +362,10 @@ mod tests {
         }
         let plan = SUITE.plan(false, 1, None, DeviceFeatures::default()).unwrap();
         let summary = summary(&Plan { maps: &[512, 1024], ..plan }, &rows);
-        let means = &summary.0[0].1;
+        let Field::Rows(means) = summary.get("means") else { panic!("no means") };
         let of = |scale: Option<f64>, id, figure| {
-            let mut mine = means.iter().filter(|m| m.place.number("light_scale") == scale);
-            mine.find(|m| m.label == id).unwrap().figures.number(figure)
+            let mut mine = means.iter().filter(|m| m.number("light_scale") == scale);
+            mine.find(|m| m.label == id).unwrap().number(figure)
         };
         assert_eq!(["rmse", "rows"].map(|f| of(Some(0.25), "sm", f)), [Some(0.375), Some(2.0)]);
         assert_eq!(["rmse", "over"].map(|f| of(Some(0.25), "pcss", f)), [Some(0.5), Some(0.5)]);

@@ -2,13 +2,12 @@
 
 use super::driver::*;
 use super::timed;
-use crate::cli::report::BenchRow;
 
-pub static SUITE: Suite<BenchRow> = Suite {
+pub static SUITE: Suite = Suite {
     name: "soft-cost",
     about: "what soft shadows of an area light add to sm, pass by pass, and what their skipping saves",
     extent: |quick| timed::extent(quick, every_scene(), &[1024]),
-    variants: |_| Ok(available(&VARIANTS)),
+    variants: |_| Ok(available(VARIANTS)),
     page: |results| timed::page(results) + &added(&results.rows) + &savings(&results.rows) + &shares(&results.rows),
     ..timed::BASE
 };
@@ -17,21 +16,8 @@ pub static SUITE: Suite<BenchRow> = Suite {
 const RIVAL: &str = "pcss";
 
 /// As far as the registry has them.
-const VARIANTS: [Wanted; 13] = [
-    ("sm", &[]),
-    ("pcf", &[("width", "15")]),
-    ("pcss", &[]),
-    ("pcss", &[("skip", "off")]),
-    ("rbssm", &[]),
-    ("rbssm-naive", &[]),
-    ("rbssm", &[("skip", "off")]),
-    ("rbssm", &[("reuse", "off")]),
-    ("ssrbssm", &[]),
-    ("ssabss", &[]),
-    ("edtssm", &[]),
-    ("edtssm-star", &[]),
-    ("soft-auto", &[]),
-];
+const VARIANTS: &str = "sm pcf:width=15 pcss pcss:skip=off rbssm rbssm-naive rbssm:skip=off rbssm:reuse=off ssrbssm ssabss edtssm \
+                        edtssm-star soft-auto";
 
 /// What a technique has, and the variant without it.
 const SAVINGS: [(&str, &str, &str); 4] = [
@@ -41,29 +27,29 @@ const SAVINGS: [(&str, &str, &str); 4] = [
     ("both", "rbssm", "rbssm-naive"),
 ];
 
-fn find<'a>(group: &'a [Row<BenchRow>], name: &str) -> Option<&'a BenchRow> {
-    group.iter().find(|r| r.label == name).map(|r| &r.figures)
+fn find<'a>(group: &'a [Row], name: &str) -> Option<&'a Row> {
+    group.iter().find(|r| r.label == name)
 }
 
 /// By how many times a variant adds what the rival adds to the same frame of `sm`; where that adds nothing, nothing.
-fn by_rival(group: &[Row<BenchRow>], row: &BenchRow) -> Option<f64> {
-    let rival = find(group, RIVAL)?.added_to_frame.filter(|a| *a > 0.0)?;
-    Some(row.added_to_frame? / rival)
+fn by_rival(group: &[Row], row: &Row) -> Option<f64> {
+    let rival = find(group, RIVAL)?.number("added_to_frame").filter(|a| *a > 0.0)?;
+    Some(row.number("added_to_frame")? / rival)
 }
 
-fn added(rows: &[Row<BenchRow>]) -> String {
+fn added(rows: &[Row]) -> String {
     let mut lines = vec![];
     // By label, over the scenes.
     let mut all: Vec<(&str, Vec<f64>)> = vec![];
     for group in groups(rows) {
-        for Row { label, figures, .. } in &group[1..] {
-            let ratio = by_rival(group, figures);
-            match all.iter_mut().find(|(l, _)| l == label) {
+        for row in &group[1..] {
+            let ratio = by_rival(group, row);
+            match all.iter_mut().find(|(label, _)| *label == row.label) {
                 Some((_, found)) => found.extend(ratio),
-                None => all.push((label, ratio.into_iter().collect())),
+                None => all.push((&row.label, ratio.into_iter().collect())),
             }
-            let [added, frame] = [figures.added_ms, figures.frame_ratio].map(|v| number(v, 3));
-            lines.push(vec![figures.group.clone(), label.clone(), added, number(ratio, 2), frame]);
+            let [added, frame] = ["added_ms", "frame_ratio"].map(|name| number(row.number(name), 3));
+            lines.push(vec![row.group.clone(), row.label.clone(), added, number(ratio, 2), frame]);
         }
     }
     let spreads = all.iter().map(|(label, ratios)| {
@@ -75,8 +61,8 @@ fn added(rows: &[Row<BenchRow>]) -> String {
          `adds`: milliseconds that a technique's passes take more than those of `sm`; `by {RIVAL}'s`: that by what \
          `{RIVAL}` adds; `frame`: the whole frame by that of `sm`. Medians over the turns.\n\n{}\n\
          Over the scenes, by {RIVAL}'s:\n\n{}",
-        table(&format!("<scene | <technique | adds ms | by {RIVAL}'s | frame"), lines),
-        table("<technique | geometric mean | least | most", spreads)
+        plain_table(&format!("<scene | <technique | adds ms | by {RIVAL}'s | frame"), lines),
+        plain_table("<technique | geometric mean | least | most", spreads)
     )
 }
 
@@ -89,13 +75,14 @@ fn spread(ratios: &[f64]) -> [Option<f64>; 3] {
     [has.then_some(mean), has.then_some(least), has.then_some(most)]
 }
 
-fn savings(rows: &[Row<BenchRow>]) -> String {
+fn savings(rows: &[Row]) -> String {
     let mut lines = vec![];
     for group in groups(rows) {
         for (what, with, without) in SAVINGS {
             let (Some(a), Some(b)) = (find(group, with), find(group, without)) else { continue };
-            let saved = a.gpu_ms.zip(b.gpu_ms).map(|(a, b)| 100.0 * (1.0 - a / b));
-            let [with_ms, without_ms] = [a.gpu_ms, b.gpu_ms].map(|ms| number(ms, 3));
+            let [a_ms, b_ms] = [a, b].map(|r| r.number("gpu_ms"));
+            let saved = a_ms.zip(b_ms).map(|(a, b)| 100.0 * (1.0 - a / b));
+            let [with_ms, without_ms] = [a_ms, b_ms].map(|ms| number(ms, 3));
             lines.push(vec![a.group.clone(), what.into(), with.into(), with_ms, without_ms, number(saved, 1)]);
         }
     }
@@ -106,14 +93,14 @@ fn savings(rows: &[Row<BenchRow>]) -> String {
      Milliseconds of the technique's own passes, with and without; `saved`: per cent of those without, negative where it \
      costs more than it saves.\n\n"
         .to_owned()
-        + &table("<scene | <what | <technique | with ms | without ms | saved %", lines)
+        + &plain_table("<scene | <what | <technique | with ms | without ms | saved %", lines)
 }
 
-fn shares(rows: &[Row<BenchRow>]) -> String {
-    let line = |r: &Row<BenchRow>| vec![r.figures.group.clone(), r.label.clone(), timed::passes(&r.figures)];
+fn shares(rows: &[Row]) -> String {
+    let line = |r: &Row| vec![r.group.clone(), r.label.clone(), timed::passes(r)];
     "\n## Passes\n\nShare of the technique's time; in brackets tiles or pixels that were worked on, of all.\n\n"
         .to_owned()
-        + &table("<scene | <technique | <passes", rows.iter().map(line))
+        + &plain_table("<scene | <technique | <passes", rows.iter().map(line))
 }
 
 #[cfg(test)]

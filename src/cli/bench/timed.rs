@@ -3,16 +3,11 @@
 
 use super::driver::*;
 use super::judge::real_time;
-use crate::cli::report::{self, BenchRow};
 use crate::cli::stats::{self, FRAME_PASSES, PassStats, Span};
-use crate::cli::techniques::Choice;
 use edgeshade::scene::{RenderDesc, Renderer, shipped};
-use edgeshade::technique::Technique;
 use edgeshade::timing::FrameTiming;
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 
-pub const BASE: Suite<BenchRow> = Suite {
+pub const BASE: Suite = Suite {
     frames: |plan| plan.frames + 1,
     measure,
     settings: |plan| Record::of([("frames", plan.frames.into())]),
@@ -20,28 +15,28 @@ pub const BASE: Suite<BenchRow> = Suite {
     ..Suite::BASE
 };
 
-pub static TECHNIQUES: Suite<BenchRow> = Suite {
+pub static TECHNIQUES: Suite = Suite {
     name: "techniques",
     about: "every real-time technique on every shipped scene",
     extent: |quick| extent(quick, every_scene(), &[1024]),
-    variants: |_| Ok(available(&defaults())),
+    variants: defaults,
     ..BASE
 };
 
-pub static MAP_SIZES: Suite<BenchRow> = Suite {
+pub static MAP_SIZES: Suite = Suite {
     name: "map-sizes",
     about: "every real-time technique, maps of 512 to 4096 texels",
     extent: |quick| extent(quick, vec![shipped::DEFAULT], &[512, 1024, 2048, 4096]),
-    variants: |_| Ok(available(&defaults())),
+    variants: defaults,
     group: |_, _, variant| Some(variant.label.clone()),
     ..BASE
 };
 
-pub static REVECTORIZATION: Suite<BenchRow> = Suite {
+pub static REVECTORIZATION: Suite = Suite {
     name: "revectorization",
     about: "what the RBSM family adds to sm, maps of 512 to 4096 texels",
     extent: |quick| extent(quick, vec![shipped::DEFAULT, "robot"], &[512, 1024, 2048, 4096]),
-    variants: |_| Ok(available(&FAMILY)),
+    variants: |_| Ok(available(FAMILY)),
     group: |scene, map, variant| {
         let is_averaged = ["pcf", "rpcf"].contains(&variant.choice.info.id);
         Some(format!("{scene} {map} {}", if is_averaged { "averaged" } else { "hard" }))
@@ -49,38 +44,20 @@ pub static REVECTORIZATION: Suite<BenchRow> = Suite {
     ..BASE
 };
 
-pub static PCF: Suite<BenchRow> = Suite {
+pub static PCF: Suite = Suite {
     name: "pcf",
     about: "pcf of widths 3 to 31, loop and gather, with and without skipping",
     extent: |quick| extent(quick, vec![shipped::DEFAULT], &[1024]),
-    variants: |_| widths(),
+    variants: widths,
     group: |_, _, variant| Some(format!("width {}", variant.choice.params.int("width"))),
     ..BASE
 };
 
-const FAMILY: [Wanted; 21] = [
-    ("sm", &[]),
-    ("rbsm", &[("skip", "off")]),
-    ("rbsm", &[("skip", "list")]),
-    ("rbsm-branches", &[("skip", "off")]),
-    ("rbsm-branches", &[("skip", "list")]),
-    ("rbsm-filtered", &[("skip", "off")]),
-    ("rbsm-filtered", &[("skip", "list")]),
-    ("rbsm-branches", &[("variant", "filtered"), ("skip", "off")]),
-    ("rbsm-branches", &[("variant", "filtered"), ("skip", "list")]),
-    ("rbsm-star", &[("skip", "off")]),
-    ("rbsm-star", &[("skip", "list")]),
-    ("rbsm-profile", &[("skip", "off")]),
-    ("rbsm-profile", &[("skip", "list")]),
-    ("rbsm-profile", &[("quality", "neighbours")]),
-    ("rbsm-profile", &[("quality", "line")]),
-    ("pcf", &[("width", "7")]),
-    ("rpcf", &[("skip", "off")]),
-    ("rpcf", &[("skip", "list")]),
-    ("rpcf", &[("skip", "bounds")]),
-    ("rpcf", &[("visibility", "star")]),
-    ("rpcf", &[("visibility", "profile")]),
-];
+const FAMILY: &str = "sm rbsm:skip=off rbsm:skip=list rbsm-branches:skip=off rbsm-branches:skip=list rbsm-filtered:skip=off \
+                      rbsm-filtered:skip=list rbsm-branches:variant=filtered,skip=off rbsm-branches:variant=filtered,skip=list \
+                      rbsm-star:skip=off rbsm-star:skip=list rbsm-profile:skip=off rbsm-profile:skip=list \
+                      rbsm-profile:quality=neighbours rbsm-profile:quality=line pcf:width=7 rpcf:skip=off rpcf:skip=list \
+                      rpcf:skip=bounds rpcf:visibility=star rpcf:visibility=profile";
 
 /// These scenes and maps; of a quick run the default scene alone, with and without what stands on its ground.
 pub fn extent(quick: bool, mut scenes: Vec<&'static str>, maps: &'static [u32]) -> Extent {
@@ -88,29 +65,28 @@ pub fn extent(quick: bool, mut scenes: Vec<&'static str>, maps: &'static [u32]) 
     Extent { scenes, maps, size: SIZE }
 }
 
-fn defaults() -> Vec<Wanted> {
-    real_time().map(|id| (id, &[][..])).collect()
+/// Every real-time technique.
+fn defaults(_: DeviceFeatures) -> Result<Variants> {
+    Ok(available(&real_time().collect::<Vec<_>>().join(" ")))
 }
 
-fn widths() -> Result<Variants> {
-    let mut found = vec![];
-    for width in ["3", "7", "15", "31"] {
+fn widths(_: DeviceFeatures) -> Result<Variants> {
+    let mut wanted = String::new();
+    for width in [3, 7, 15, 31] {
         for skip in ["off", "pixels", "tiles"] {
             for fetch in ["loop", "gather"] {
-                let settings = [("width", width), ("fetch", fetch), ("skip", skip)];
-                let choice = Choice::new("pcf", &settings.map(|(n, v)| (n.to_owned(), v.to_owned())))?;
-                found.push(Variant::new(choice));
+                wanted += &format!("pcf:width={width},fetch={fetch},skip={skip} ");
             }
         }
     }
-    Ok(Variants { found, left_out: vec![] })
+    Ok(available(&wanted))
 }
 
 /// After the name of a scene: nothing is drawn but what its objects stand on.
 const GROUND_ALONE: &str = ", ground alone";
 
 /// A group at a time: its variants are compared with each other.
-fn measure(host: &Host, run: &mut Run<'_, BenchRow>, scene: &'static str) -> Result<()> {
+fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let plan = run.plan;
     let size = plan.size;
     run.start(scene);
@@ -122,42 +98,23 @@ fn measure(host: &Host, run: &mut Run<'_, BenchRow>, scene: &'static str) -> Res
     let names: Vec<_> = cells.iter().map(|c| c.0.clone()).collect();
     cells.sort_by_key(|c| names.iter().position(|name| *name == c.0));
     for members in cells.chunk_by(|a, b| a.0 == b.0) {
-        let mut renderers: BTreeMap<u32, Renderer<'_>> = BTreeMap::new();
-        let mut prepared: Vec<(Box<dyn Technique>, u64, Vec<FrameTiming>)> = vec![];
-        for &(_, map_size, variant) in members {
-            let renderer = match renderers.entry(map_size) {
-                Entry::Occupied(entry) => entry.into_mut(),
-                Entry::Vacant(entry) => {
-                    let desc = RenderDesc { size, map_size, ..RenderDesc::default() };
-                    entry.insert(Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)?)
-                }
-            };
-            let technique = renderer.prepare(variant.choice.info.id, &variant.choice.params)?;
-            let memory = technique.memory_bytes();
-            prepared.push((technique, memory, vec![]));
-        }
-        // Turn 0 warms up.
-        for turn in 0..=plan.frames {
-            for ((_, map, _), (technique, _, frames)) in members.iter().zip(&mut prepared) {
-                let Some(renderer) = renderers.get_mut(map) else { continue };
-                let timing = renderer.frame(technique.as_mut())?;
-                frames.extend((turn > 0).then_some(timing));
-                run.drawn(1);
-            }
-        }
-        for ((group, shadow_map, variant), (_, memory_bytes, frames)) in members.iter().zip(&prepared) {
-            let Choice { info, params } = &variant.choice;
-            let figures = BenchRow {
-                scene: shipped.name,
-                ground_alone: ground.is_some(),
-                technique: info.id,
-                params: report::params(info, params),
-                shadow_map: *shadow_map,
-                group: group.clone(),
-                memory_bytes: *memory_bytes,
-                ..times(frames, &prepared[0].2)
-            };
-            run.push(Row { label: variant.label.clone(), group: group.clone(), ..Row::from(figures) });
+        let mut maps: Vec<u32> = members.iter().map(|m| m.1).collect();
+        maps.dedup();
+        let renderer = |&map_size: &u32| {
+            let desc = RenderDesc { size, map_size, ..RenderDesc::default() };
+            Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
+        };
+        let mut renderers = maps.iter().map(renderer).collect::<Result<Vec<_>>>()?;
+        let place = |map| maps.iter().position(|&m| m == map).unwrap_or(0);
+        let variants: Vec<_> = members.iter().map(|&(_, map, variant)| (place(map), variant)).collect();
+        let drawn = run.in_turns(&mut renderers, &variants)?;
+        for ((group, map, variant), mine) in members.iter().zip(&drawn) {
+            let place = Record::of([("scene", shipped.name.into())])
+                .and(ground.map(|_| ("ground_alone", true.into())))
+                .and(variant.fields())
+                .and([("shadow_map", (*map).into()), ("group", group.as_str().into())]);
+            let row = row(&variant.label, group, place, &mine.frames, &drawn[0].frames, mine.memory_bytes);
+            run.push(row.and_shown([("scene", scene.into())]), 0);
         }
     }
     Ok(())
@@ -168,54 +125,63 @@ fn added_ms(mine: &FrameTiming, base: &FrameTiming) -> f64 {
     stats::technique_ms(mine) - stats::technique_ms(base)
 }
 
-/// The times of a row; `first` has the same turns of the group's first variant.
-fn times(frames: &[FrameTiming], first: &[FrameTiming]) -> BenchRow {
-    let span = stats::technique(frames);
+/// `first` has the same turns of the group's first variant.
+fn row(label: &str, group: &str, place: Record, frames: &[FrameTiming], first: &[FrameTiming], memory: u64) -> Row {
     let over_turns = |f: fn(&FrameTiming, &FrameTiming) -> f64| {
         let values = frames.iter().zip(first).map(|(mine, base)| f(mine, base));
         Span::of(values.filter(|v| v.is_finite())).map(|s| s.median)
     };
-    BenchRow {
-        gpu_ms: span.map(|s| s.median),
-        gpu_ms_min: span.map(|s| s.min),
-        gpu_ms_max: span.map(|s| s.max),
-        ratio: over_turns(|mine, base| stats::technique_ms(mine) / stats::technique_ms(base)),
-        added_ms: span.and(over_turns(added_ms)),
-        added_to_frame: over_turns(|mine, base| added_ms(mine, base) / base.total_gpu_ms),
-        frame_ratio: over_turns(|mine, base| mine.total_gpu_ms / base.total_gpu_ms),
-        passes: stats::passes(frames),
-        total_gpu_ms: stats::total(frames).map(|s| s.median),
-        ..BenchRow::default()
-    }
+    let span = stats::technique(frames);
+    let [median, min, max] = [span.map(|s| s.median), span.map(|s| s.min), span.map(|s| s.max)];
+    let added_to_frame = over_turns(|mine, base| added_ms(mine, base) / base.total_gpu_ms);
+    let passes = stats::passes(frames);
+    let map_ms = passes.iter().find(|p| p.name == "shadow map").map(|p| p.gpu_ms);
+    let tiles = passes.iter().find_map(|p| Some(format!("{} of {}", p.tiles_active?, p.tiles_total?)));
+    let shown = [
+        ("settings", label.split_once(' ').map_or("-", |(_, settings)| settings).into()),
+        ("range", format!("{} ({}–{})", number(median, 3), number(min, 3), number(max, 3)).into()),
+        ("adds", added_to_frame.map(|a| format!("{:+.1} %", 100.0 * a)).into()),
+        ("map_ms", map_ms.into()),
+        ("tiles", tiles.into()),
+        ("mib", (memory as f64 / f64::from(1 << 20)).into()),
+    ];
+    let figures = [
+        // The technique's own passes: median and range over the frames.
+        ("gpu_ms", median.into()),
+        ("gpu_ms_min", min.into()),
+        ("gpu_ms_max", max.into()),
+        // Against the group's first variant in the same turn, medians over the turns: own passes by its own, what they take
+        // more, the same as a share of its whole frame, and the whole frames.
+        ("ratio", over_turns(|mine, base| stats::technique_ms(mine) / stats::technique_ms(base)).into()),
+        ("added_ms", span.and(over_turns(added_ms)).into()),
+        ("added_to_frame", added_to_frame.into()),
+        ("frame_ratio", over_turns(|mine, base| mine.total_gpu_ms / base.total_gpu_ms).into()),
+        ("passes", Field::Passes(passes)),
+        ("total_gpu_ms", stats::total(frames).map(|s| s.median).into()),
+        ("memory_bytes", memory.into()),
+    ];
+    Row::new(label, group, place.and(figures)).and_shown(shown)
 }
 
 /// The times of all rows.
-pub fn page(results: &Results<'_, BenchRow>) -> String {
+pub fn page(results: &Results<'_>) -> String {
+    const COLUMNS: [Column; 11] = [
+        ("<scene", "scene", 0),
+        ("<technique", "technique", 0),
+        ("<settings", "settings", 0),
+        ("map", "shadow_map", 0),
+        ("technique ms", "range", 0),
+        ("ratio", "ratio", 3),
+        ("adds", "adds", 0),
+        ("shadow map ms", "map_ms", 3),
+        ("frame ms", "total_gpu_ms", 3),
+        ("tiles", "tiles", 0),
+        ("MiB", "mib", 1),
+    ];
     let mut text = results.head(&format!("{} frames a variant, drawn in turns.", results.plan.frames));
     text += "GPU milliseconds, median (range). `technique` is its own passes; `ratio` is against the first row of the group, and \
              `adds` what it adds to that row's whole frame.\n\n";
-    let heads =
-        "<scene | <technique | <settings | map | technique ms | ratio | adds | shadow map ms | frame ms | tiles | MiB";
-    let line = |row: &Row<BenchRow>| {
-        let r = &row.figures;
-        let map_ms = r.passes.iter().find(|p| p.name == "shadow map").map(|p| p.gpu_ms);
-        let tiles = r.passes.iter().find_map(|p| Some((p.tiles_active?, p.tiles_total?)));
-        let [median, min, max] = [r.gpu_ms, r.gpu_ms_min, r.gpu_ms_max].map(|ms| number(ms, 3));
-        vec![
-            if r.ground_alone { r.group.clone() } else { r.scene.to_owned() },
-            r.technique.to_owned(),
-            row.label.split_once(' ').map_or("-", |(_, settings)| settings).to_owned(),
-            r.shadow_map.to_string(),
-            format!("{median} ({min}–{max})"),
-            number(r.ratio, 3),
-            r.added_to_frame.map_or_else(|| "-".into(), |a| format!("{:+.1} %", 100.0 * a)),
-            number(map_ms, 3),
-            number(r.total_gpu_ms, 3),
-            tiles.map_or_else(|| "-".into(), |(active, total)| format!("{active} of {total}")),
-            number(r.memory_bytes as f64 / f64::from(1 << 20), 1),
-        ]
-    };
-    text += &table(heads, results.rows.iter().map(line));
+    text += &table(&COLUMNS, &results.rows);
     let note = left_out_note(&results.plan.left_out);
     if note.is_empty() { text } else { text + "\n" + note.trim_end() + "\n" }
 }
@@ -224,9 +190,10 @@ pub fn page(results: &Results<'_, BenchRow>) -> String {
 const SMALL_SHARE: f64 = 0.01;
 
 /// Share and tiles of each of a technique's own passes, those of one name together, the smallest last in one.
-pub fn passes(row: &BenchRow) -> String {
+pub fn passes(row: &Row) -> String {
+    let Field::Passes(passes) = row.fields.get("passes") else { return String::new() };
     let mut own: Vec<(PassStats, u32)> = vec![];
-    for pass in row.passes.iter().filter(|p| !FRAME_PASSES.contains(&p.name.as_str())) {
+    for pass in passes.iter().filter(|p| !FRAME_PASSES.contains(&p.name.as_str())) {
         match own.iter_mut().find(|(p, _)| p.name == pass.name) {
             Some((p, times)) => {
                 p.gpu_ms += pass.gpu_ms;
@@ -256,19 +223,16 @@ pub fn passes(row: &BenchRow) -> String {
 pub mod tests {
     use super::*;
 
-    /// A row that takes so many times as long as the first of its group, whose frame takes 100 ms.
-    pub fn row(group: &str, label: &str, gpu_ms: f64, base: f64) -> Row<BenchRow> {
+    /// A row of a technique that takes so long; the first of its group takes `base` of a frame of 100 ms.
+    pub fn row(group: &str, label: &str, gpu_ms: f64, base: f64) -> Row {
         let added = gpu_ms - base;
-        let figures = BenchRow {
-            scene: "jenga",
-            group: group.into(),
-            gpu_ms: Some(gpu_ms),
-            added_ms: Some(added),
-            added_to_frame: Some(added / 100.0),
-            frame_ratio: Some(1.0 + added / 100.0),
-            ..BenchRow::default()
-        };
-        Row { label: label.into(), group: group.into(), ..Row::from(figures) }
+        let figures = Record::of([
+            ("gpu_ms", gpu_ms.into()),
+            ("added_ms", added.into()),
+            ("added_to_frame", (added / 100.0).into()),
+            ("frame_ratio", (1.0 + added / 100.0).into()),
+        ]);
+        Row::new(label, group, figures)
     }
 
     #[test]
@@ -291,7 +255,7 @@ pub mod tests {
             pass("filter", 5.0, Some(2)),
             pass("clear", 0.3, None),
         ];
-        let row = BenchRow { passes: passes_ms.into(), ..BenchRow::default() };
+        let row = Row::new("", "", Record::of([("passes", Field::Passes(passes_ms.into()))]));
         assert_eq!(passes(&row), "hard 74.0 %, filter (2 times) 25.0 % (2 of 8), 2 others 1.0 %");
     }
 }
