@@ -139,7 +139,7 @@ suites before have taken.",
     )
 }
 
-/// The wanted suites, in the order of the list.
+/// The suites that the command line asks for, in the order of the list.
 fn wanted(args: &Args) -> Result<Vec<&'static Suite>> {
     let wanted: Vec<_> = SUITES.into_iter().filter(|s| args.suite == "all" || args.suite == s.name).collect();
     if wanted.is_empty() {
@@ -150,7 +150,7 @@ fn wanted(args: &Args) -> Result<Vec<&'static Suite>> {
     Ok(wanted)
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Args) -> Outcome {
     if args.list {
         let suites: Vec<_> = SUITES.iter().map(|s| json!({ "name": s.name, "about": s.about })).collect();
@@ -216,7 +216,7 @@ fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// A file name's worth of a device's name.
+/// A device's name in the form of a file name.
 fn slug(name: &str) -> String {
     let mut slug = String::new();
     for c in name.to_ascii_lowercase().chars() {

@@ -3,7 +3,7 @@
 //! A suite is a [`Suite`]: data, the measurement of one scene, and the prose of its page.
 
 pub use super::judge::{Variant, Variants, available, contenders, left_out_note, possible};
-pub use super::plot::Line;
+pub use super::plot::{Chart, Line};
 pub use super::record::{Column, Field, Record, Row, by_scene, groups, means, plain_table, table};
 pub use crate::cli::stage::Stage;
 pub use edgeshade::host::Host;
@@ -26,9 +26,9 @@ pub const SIZE: [u32; 2] = [1280, 720];
 /// A suite as data. It names what differs from [`Suite::BASE`].
 pub struct Suite {
     pub name: &'static str,
-    /// Its purpose, for the list.
+    /// Purpose, for the list.
     pub about: &'static str,
-    /// What it runs over; given true, in a quick run.
+    /// Scenes, maps and image size; given true, those of a quick run.
     pub extent: fn(bool) -> Extent,
     /// The variants that registry and device have.
     pub variants: fn(DeviceFeatures) -> Result<Variants>,
@@ -36,7 +36,7 @@ pub struct Suite {
     pub group: Group,
     /// Frames that a variant is drawn for in a scene with a map.
     pub frames: fn(&Plan) -> u32,
-    /// Each scene has a progress of its own.
+    /// Shows a progress of its own for each scene.
     pub shows_scenes: bool,
     /// Measures all variants in one scene.
     pub measure: fn(&Host, &mut Run<'_>, &'static str) -> Result<()>,
@@ -68,7 +68,7 @@ impl Suite {
         run,
     };
 
-    /// `size` is that of the image, if it is not the suite's own.
+    /// Plans a run; `size` replaces the suite's own size of the image.
     pub fn plan(&self, quick: bool, frames: u32, size: Option<[u32; 2]>, device: DeviceFeatures) -> Result<Plan> {
         let extent = (self.extent)(quick);
         let Variants { found: variants, left_out } = (self.variants)(device)?;
@@ -91,7 +91,7 @@ impl Suite {
         self.plan(args.quick, args.frames, args.size, host.context().features())
     }
 
-    /// Pixels that its frames have in all: what the time is estimated from.
+    /// Pixels of all frames together, which the time is estimated from.
     pub fn pixels(&self, args: &Args, host: &Host) -> Result<u64> {
         let plan = self.plan_of(args, host)?;
         Ok(plan.size.map(u64::from).iter().product::<u64>() * self.frames_in(&plan, &plan.scenes))
@@ -116,9 +116,9 @@ fn run(suite: &Suite, args: &Args, host: &Host) -> Result<()> {
     args.write(&path, &results.json())?;
     write_atomic(&path.with_extension("md"), page.as_bytes())?;
     args.say(format_args!("{page}\nwrote {} and .md\n", shown(&path)))?;
-    let Some(Chart { title, axes, lines }) = chart else { return Ok(()) };
-    let picture = plot::svg(&title, axes, &lines)
-        .map_err(|e| Error::Usage(format!("drawing the plot of suite {}: {e}", suite.name)))?;
+    let Some(chart) = chart else { return Ok(()) };
+    let picture =
+        plot::svg(&chart).map_err(|e| Error::Usage(format!("drawing the plot of suite {}: {e}", suite.name)))?;
     let path = path.with_extension("svg");
     write_atomic(&path, picture.as_bytes())?;
     args.say(format_args!("wrote {}", shown(&path)))
@@ -127,12 +127,12 @@ fn run(suite: &Suite, args: &Args, host: &Host) -> Result<()> {
 /// Names the group of a variant in a scene with a map.
 pub type Group = fn(&str, u32, &Variant) -> Option<String>;
 
-/// What a suite runs over.
+/// Scenes, maps and image size of a suite.
 pub struct Extent {
     pub scenes: Vec<&'static str>,
     /// Sides of the shadow maps, texels.
     pub maps: &'static [u32],
-    /// Of the image, unless the command line says otherwise; pixels.
+    /// Size of the image unless the command line gives one, pixels.
     pub size: [u32; 2],
 }
 
@@ -146,7 +146,7 @@ pub fn find_scene(name: &str) -> Result<&'static Shipped> {
     shipped::find(name).ok_or_else(|| Error::Usage(format!("there is no scene {name}")))
 }
 
-/// What is run.
+/// Everything that a run of a suite needs to know.
 pub struct Plan {
     pub suite: &'static str,
     pub quick: bool,
@@ -156,7 +156,7 @@ pub struct Plan {
     pub maps: &'static [u32],
     pub size: [u32; 2],
     pub variants: Vec<Variant>,
-    /// Variants that registry or device do not have.
+    /// Variants that the registry or the device lacks.
     pub left_out: Vec<String>,
     pub group: Group,
 }
@@ -167,13 +167,13 @@ impl Plan {
         Stage::shipped(find_scene(scene)?, self.size)
     }
 
-    /// Variants that are measured in a scene with a map, and their groups. One that looks at no map comes once.
+    /// Variants that are measured in a scene with a map, and their groups. A variant without a map comes with the first map only.
     pub fn members(&self, scene: &str, map: u32) -> impl Iterator<Item = (&Variant, String)> {
         let variants = self.variants.iter().filter(move |v| !v.has_no_map || Some(&map) == self.maps.first());
         variants.filter_map(move |v| Some((v, (self.group)(scene, map, v)?)))
     }
 
-    /// Keys of [`means`]: `place` with every map and every variant that depends on it, and first those that depend on none.
+    /// Keys of [`means`]: `place` with the variants that look at no map, then with every map and every other variant.
     pub fn keys(&self, place: &Record) -> Vec<Row> {
         let maps = [None].into_iter().chain(self.maps.iter().copied().map(Some));
         let cells = maps
@@ -183,14 +183,6 @@ impl Plan {
         };
         cells.map(key).collect()
     }
-}
-
-/// A plot over two logarithmic axes.
-pub struct Chart {
-    pub title: String,
-    /// What x and y are.
-    pub axes: [&'static str; 2],
-    pub lines: Vec<Line>,
 }
 
 /// A suite under way.
@@ -258,12 +250,12 @@ impl<'a> Run<'a> {
 pub struct Drawn {
     renderer: usize,
     pub technique: Box<dyn Technique>,
-    /// Before the first frame.
+    /// Memory before the first frame.
     pub memory_bytes: u64,
     pub frames: Vec<FrameTiming>,
 }
 
-/// What the suite has found.
+/// Everything that a suite has found.
 pub struct Results<'a> {
     origin: Origin,
     pub settings: Record,
@@ -273,7 +265,7 @@ pub struct Results<'a> {
 }
 
 impl Results<'_> {
-    /// The figures as they are written.
+    /// The object that is written as JSON.
     fn json(self) -> Record {
         let Origin { device, driver, version, command, timing } = self.origin;
         Record::of([
@@ -296,7 +288,7 @@ impl Results<'_> {
         format!("# Suite `{suite}`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, {about}\n\n")
     }
 
-    /// A list of the summary.
+    /// A list of the summary by its name.
     pub fn list(&self, name: &str) -> &[Row] {
         if let Field::Rows(rows) = self.summary.get(name) { rows } else { &[] }
     }

@@ -16,7 +16,7 @@ pub static SUITE: Suite = Suite {
     ..hard::BASE
 };
 
-/// As far as the registry has them.
+/// Contenders, as far as the registry has them.
 const CONTENDERS: &str = "sm rbsm-star rbsm-profile edsm sssm edsm-x edsm-x:slots=1 edsm-x:slots=4 shadow-volumes";
 
 const ABOUT: &str = "lights without size, alpha-masked surfaces left out, against the ray-traced truth.";
@@ -25,7 +25,7 @@ const NOTE: &str = " `edges`: silhouette edges in the scene; `spilled`: entries 
                     than slots; `lost`: entries that found no place there either. `shadow-volumes` has no map and is judged \
                     once a scene.";
 
-/// What passes count of the map of edges.
+/// Counts of the map of edges.
 const COUNTS: [Column; 3] =
     [("edges", "counts.edges", 0), ("spilled", "counts.edges_spilled", 0), ("lost", "counts.edges_lost", 0)];
 
@@ -105,8 +105,7 @@ mod tests {
     #[test]
     fn the_plot_has_a_point_for_every_map_and_a_level_line_without() {
         let plan = plan();
-        let Chart { title, axes, lines } = SUITE.chart.unwrap()(&results(&plan));
-        let svg = plot::svg(&title, axes, &lines).unwrap();
+        let svg = plot::svg(&SUITE.chart.unwrap()(&results(&plan))).unwrap();
         assert_eq!(svg.matches("<circle").count(), 3 * 2);
         assert!(svg.contains("shadow-volumes"));
     }

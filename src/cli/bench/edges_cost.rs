@@ -1,5 +1,5 @@
-//! Suite `edges-cost`: what hard shadows cost that know the casters' edges, as \[Kenzel 2013\] sets them side by side in figures
-//! 5.2 to 5.4: the update of the shadow map, the shading, what goes through the pipeline, memory.
+//! Suite `edges-cost`: cost of hard shadows that know the casters' edges, as in figures 5.2 to 5.4 of \[Kenzel 2013\]: update
+//! of the shadow map, shading, statistics of the pipeline, memory.
 
 use super::driver::*;
 use super::judge::mapless;
@@ -34,31 +34,31 @@ pub static SUITE: Suite = Suite {
 
 /// Side of the map, texels.
 const MAP: u32 = 1024;
-/// What the others are set against.
+/// Variant that the others are set against.
 const BASE: &str = "sm";
 
-/// As far as registry and device have them.
+/// Contenders, as far as the registry and the device have them.
 const CONTENDERS: &str = "sm pcf:width=5 sssm edsm edsm-x:slots=2 shadow-volumes:path=compute";
 
 /// The one pass of every frame that draws the casters into the map.
 const MAP_PASS: &str = "shadow map";
 
-/// Several of the scene `knot` on one floor.
+/// Scene that repeats the object of `knot` on one floor.
 const KNOTS: &str = "knots";
-/// Where they stand, by the place of the shipped one, metres: side by side as the light sees them.
+/// Places of the knots relative to the shipped one, metres: side by side as the light sees them.
 const PLACES: [DVec3; 2] = [dvec3(-0.6, 0.0, 0.9), dvec3(2.0, 0.0, -1.4)];
 /// The one object of the scene that is not repeated.
 const FLOOR: &str = "studio";
 
-/// Whether map and casters' edges are kept from frame to frame, and what a page says of it.
+/// States of light and casters, and their names on the page. While they stand still, map and edges are kept.
 const STATES: [(&str, &str); 2] = [("standing", "light and casters stand still"), ("moving", "light or casters move")];
 
-/// Something of a frame in its two parts, and of both.
+/// A quantity of a frame in its two parts, and of both.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Parts<T> {
-    /// The shadow map and what the technique makes of the casters: what a light that stands still spares.
+    /// Shadow map and what the technique makes of the casters, which a light that stands still spares.
     update: T,
-    /// What the technique does in every frame.
+    /// Work of the technique in every frame.
     shading: T,
     both: T,
 }
@@ -75,13 +75,12 @@ impl From<Parts<Record>> for Field {
     }
 }
 
-/// What goes through the pipeline in one frame: primitives assembled from the draws' vertices, runs of fragment shaders, runs
-/// of compute shaders.
+/// Counts of one frame: primitives assembled from the draws' vertices, runs of fragment shaders, runs of compute shaders.
 type Through = U64Vec3;
 
 /// Tells the passes of a technique's update from those of its shading.
 struct Split {
-    /// How often a pass of each name comes in a frame in which nothing has moved.
+    /// Number of passes of each name in a frame in which nothing has moved.
     kept: BTreeMap<String, usize>,
     has_map: bool,
 }
@@ -95,9 +94,8 @@ impl Split {
         Self { kept, has_map }
     }
 
-    /// Sums something over the passes that the technique answers for: not the G-buffer nor the lighting, and a shadow map only
-    /// if it looks at one. Passes beyond those of a frame in which nothing has moved are of the update. `None` where a pass
-    /// has none of it.
+    /// Sums a quantity over the passes that the technique answers for: not the G-buffer nor the lighting, and a shadow map only
+    /// if it looks at one. Passes beyond those of a static frame count as update. `None` if a pass lacks the quantity.
     fn sum<T: AddAssign + Copy + Default>(
         &self,
         frame: &FrameTiming,
@@ -118,12 +116,12 @@ impl Split {
         Some(sum)
     }
 
-    /// Milliseconds.
+    /// Milliseconds of a frame.
     fn ms(&self, frame: &FrameTiming) -> Parts<f64> {
         self.sum(frame, |pass| Some(pass.gpu_ms)).unwrap_or_default()
     }
 
-    /// `None` without statistics.
+    /// Counts of a frame; `None` without statistics.
     fn through(&self, frame: &FrameTiming) -> Option<Parts<Through>> {
         self.sum(frame, |pass| {
             let s = pass.statistics?;
@@ -211,8 +209,8 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     Ok(())
 }
 
-/// `bytes` are those of the technique, of the shadow map, 0 where none is looked at, and of the adjacency of the casters'
-/// triangles, shared by all techniques, 0 for those that do not need it.
+/// A row of one technique. `bytes` are those of the technique, of the shadow map (0 if it looks at none) and of the adjacency
+/// of the casters' triangles, which techniques share (0 if it does not need it).
 fn row<const N: usize>(
     place: [(&'static str, Field); N],
     variant: &Variant,
@@ -251,7 +249,7 @@ fn row<const N: usize>(
     Row::of(place, variant, group, figures).and_shown(shown)
 }
 
-/// Where nothing moves only the shading is left.
+/// Counts of a frame in which nothing moves: only the shading is left.
 fn standing(moving: Parts<Through>) -> Parts<Through> {
     Parts { update: Through::default(), shading: moving.shading, both: moving.shading }
 }
@@ -268,7 +266,7 @@ fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Record {
     time(timed.map(|f| f.total_gpu_ms), base.iter().map(|f| f.total_gpu_ms))
 }
 
-/// Null where there is nothing, or no timestamps. `ratio`: by the time of the base in the same turn, median over the turns.
+/// Times over the turns, null without timestamps; `ratio` is the median of the ratios to the base in the same turn.
 fn time(mine: impl Iterator<Item = f64> + Clone, base: impl Iterator<Item = f64>) -> Record {
     let ratios = mine.clone().zip(base).map(|(a, b)| a / b).filter(|r| r.is_finite());
     let ratio = Span::of(ratios).map(|s| s.median);

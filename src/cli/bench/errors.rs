@@ -4,7 +4,7 @@ use super::driver::*;
 use edgeshade::metrics::{Displacement, Report};
 use serde_json::Value;
 
-/// Of soft shadows: what tables show, and what means are made of.
+/// Errors of soft shadows, for tables and means.
 pub const COLUMNS: [Column; 5] = [
     ("RMSE", "rmse", 4),
     ("in the band", "penumbra_rmse", 4),
@@ -13,7 +13,7 @@ pub const COLUMNS: [Column; 5] = [
     ("under", "under", 4),
 ];
 
-/// What these columns are.
+/// Explanation of these columns.
 pub const LEGEND: &str = "`RMSE`, `MAE`: over the judged pixels; `in the band`: RMSE within 8 px of the true penumbra; `over`, \
                           `under`: too dark, too light, mean over the judged pixels";
 

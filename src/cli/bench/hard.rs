@@ -8,7 +8,7 @@ use edgeshade::metrics::{self, Report};
 use edgeshade::scene::Masked;
 use std::collections::BTreeMap;
 
-/// What means are made of.
+/// Errors of hard shadows, for tables and means.
 pub const COLUMNS: [Column; 6] = [
     ("mismatch %", "mismatch", 3),
     ("per boundary px", "mismatch_per_boundary", 3),
@@ -18,7 +18,7 @@ pub const COLUMNS: [Column; 6] = [
     ("p95 px", "boundary_p95", 2),
 ];
 
-/// What the columns are.
+/// Explanation of these columns.
 const LEGEND: &str = "`mismatch`: share of the judged pixels on the wrong side of one half. `per boundary px`: mismatched \
                       pixels per pixel of the truth's boundary, the mean distance between the two boundaries, px. `over`, \
                       `under`: too dark, too light. `boundary`: signed mean distance of the boundary from the true one, + \
@@ -26,7 +26,7 @@ const LEGEND: &str = "`mismatch`: share of the judged pixels on the wrong side o
 
 pub const BASE: Suite = Suite { shows_scenes: true, summary, chart: Some(chart), ..Suite::BASE };
 
-/// The given maps; of a quick run the first two, in one small scene.
+/// All scenes with the given maps; a quick run has the first two in one small scene.
 pub fn extent(quick: bool, maps: &'static [u32]) -> Extent {
     match quick {
         true => Extent { scenes: vec!["jenga"], maps: &maps[..2], size: [320, 180] },
@@ -34,7 +34,7 @@ pub fn extent(quick: bool, maps: &'static [u32]) -> Extent {
     }
 }
 
-/// All maps and variants in one scene, under its light without size.
+/// Judges all maps and variants in one scene, under its light without size.
 pub fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str, masked: Masked) -> Result<()> {
     let plan = run.plan;
     let mut stage = plan.stage(scene)?;
@@ -92,7 +92,7 @@ fn summary(plan: &Plan, rows: &[Row]) -> Record {
     Record::of([("means", Field::Rows(means))])
 }
 
-/// Means over the scenes, then every scene with `more` columns.
+/// Tables of means over the scenes, then of every scene with `more` columns.
 pub fn page(results: &Results<'_>, about: &str, note: &str, more: &[Column]) -> String {
     let columns = [&[("<technique", "label", 0), ("map", "shadow_map", 0)], &COLUMNS[..]].concat();
     let mut text = results.head(about) + LEGEND + note + "\n\n" + &left_out_note(&results.plan.left_out);
@@ -105,7 +105,7 @@ pub fn page(results: &Results<'_>, about: &str, note: &str, more: &[Column]) -> 
 }
 
 /// Mean mismatch over the map's size, a line a variant. The fixed depth, ten times as far off, is left to the tables.
-/// What depends on no map is a level line.
+/// A variant without a map is a level line.
 fn chart(results: &Results<'_>) -> Chart {
     let plan = results.plan;
     let line = |variant: &Variant| {

@@ -21,7 +21,7 @@ pub struct Variant {
     /// Id and changed settings, for people.
     pub label: String,
     pub choice: Choice,
-    /// It looks at no shadow map: it is measured once a scene.
+    /// Looks at no shadow map, so that it is measured once a scene.
     pub has_no_map: bool,
 }
 
@@ -53,8 +53,8 @@ pub fn real_time() -> impl Iterator<Item = &'static str> {
     technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))).map(|t| t.id)
 }
 
-/// Those of a list that the registry has, and what is left out, with the reason where it is a setting. The list is of
-/// techniques as the command line takes them, `sm pcf:width=15,skip=off`, set apart by blanks.
+/// Splits a list of techniques as the command line takes them, such as `sm pcf:width=15,skip=off`, into those that the
+/// registry has and those that are left out, with the reason where it is a setting.
 pub fn available(wanted: &str) -> Variants {
     let mut variants = Variants::default();
     for text in wanted.split_whitespace() {
@@ -68,7 +68,7 @@ pub fn available(wanted: &str) -> Variants {
     variants
 }
 
-/// Sorts out what the device cannot do, with the reason.
+/// Leaves out what the device cannot do, with the reason.
 pub fn possible(Variants { found, mut left_out }: Variants, device: DeviceFeatures) -> Variants {
     let missing = |v: &Variant| v.choice.info.needs.iter().find(|n| !n.is_met(device));
     left_out
@@ -82,7 +82,7 @@ pub fn mapless(mut variants: Variants) -> Variants {
     variants
 }
 
-/// What a page says of what is left out; empty if nothing is.
+/// A page's note of what is left out; empty if nothing is.
 pub fn left_out_note(left_out: &[String]) -> String {
     if left_out.is_empty() {
         return String::new();
@@ -90,17 +90,17 @@ pub fn left_out_note(left_out: &[String]) -> String {
     format!("Left out, as this version has none: {}.\n\n", left_out.join(", "))
 }
 
-/// What is judged beside the defaults, as far as the registry has it.
+/// Variants that are judged beside the defaults, as far as the registry has them.
 const BESIDE: &str =
     "pcf:width=3 rbsm-profile:quality=run rbsm-profile:quality=neighbours rbsm-profile:quality=line rpcf:width=7";
 
-/// Each variant is judged with this as well, where it has the parameter: one depth for all texels of a kernel.
+/// Setting that each variant with this parameter is judged with as well: one depth for all texels of a kernel.
 const FIXED: (&str, &str) = ("receiver", "fixed");
 
-/// Draws what `rbsm` and `rbsm-filtered` draw, bit for bit: there is nothing more to judge.
+/// Technique that is not judged, as it draws what `rbsm` and `rbsm-filtered` draw, bit for bit.
 const SAME: &str = "rbsm-branches";
 
-/// Every real-time technique at its defaults, and what is judged beside; in the registry's order, none twice.
+/// Every real-time technique at its defaults, and the variants beside; in the registry's order, none twice.
 pub fn contenders() -> Result<Variants> {
     let mut found: Vec<Variant> = vec![];
     for text in real_time().filter(|&id| id != SAME).chain(BESIDE.split_whitespace()) {
@@ -119,7 +119,7 @@ pub fn contenders() -> Result<Variants> {
     Ok(Variants { found, left_out: vec![] })
 }
 
-/// Whether all of its texels are compared with one depth.
+/// True if all texels are compared with one depth.
 pub fn is_fixed(choice: &Choice) -> bool {
     choice.params.show().iter().any(|(name, value)| *name == FIXED.0 && value == FIXED.1)
 }

@@ -34,16 +34,16 @@ pub static SUITE: Suite = Suite {
 
 /// Side of the shadow map, texels.
 const MAP: u32 = 512;
-/// Texels a frame.
+/// Length of a step, texels a frame.
 const STEP: f64 = 0.125;
 /// Direction of the steps in the map: along neither axis, nor the diagonal. Radians.
 const DIRECTION: f64 = 0.5;
-/// What is near a boundary, pixels.
+/// Distance that counts as near a boundary, pixels.
 const BAND: u32 = 4;
 /// Texels that a sun's map is wider than its casters on each side, so that none leaves it.
 const MARGIN: f64 = 4.0;
 
-/// What moves.
+/// Kind of movement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Movement {
     /// A spot about its own place, so that only the map's texels move; a sun about the middle of its view, so that
@@ -62,7 +62,7 @@ const MOVEMENTS: [(Movement, &str); 3] = [
     (Movement::CameraMoved, "camera-moved"),
 ];
 
-/// In the order of the JSON.
+/// Figures in the order of the JSON.
 const FIGURES: [&str; 7] = ["pairs", "change", "change_truth", "change_error", "triples", "flicker", "flicker_truth"];
 
 const COLUMNS: [Column; 4] = [
@@ -76,7 +76,7 @@ fn frames(plan: &Plan) -> u32 {
     if plan.quick { 4 } else { 16 }
 }
 
-/// The truth, and what is not compared with one depth for all texels: of that there is nothing but noise to follow.
+/// The truth, and all contenders but those with one depth for all texels, in which there is nothing but noise to follow.
 fn variants(_: DeviceFeatures) -> Result<Variants> {
     let truth = Choice::new("ray-traced", &[("samples".into(), "1".into())])?;
     let mut variants = contenders()?;

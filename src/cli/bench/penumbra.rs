@@ -26,10 +26,10 @@ pub static SUITE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// What is to be the lowest of its group.
+/// Variant that should have the lowest error of its group.
 const SUBJECT: &str = "edtsm-star";
 
-/// Contenders at one width of the penumbra: that width in texels of the map at hand, and kernels as wide.
+/// Widths of the penumbra in texels of the map at hand, and the contenders with kernels as wide.
 const GROUPS: [(u32, &str); 2] = [
     (15, "pcf:width=15 edtsm edtsm-star edtsm-star:nearest=pixel,surfaces=depth,seeds=any,edge=pixel,receiver=fixed"),
     (7, "pcf:width=7 rpcf:width=7 edtsm edtsm-star"),
@@ -38,8 +38,8 @@ const GROUPS: [(u32, &str); 2] = [
 /// Parameter that takes the width, in the world.
 const PENUMBRA: &str = "penumbra";
 
-/// The contenders of a group under their ids, with that width of the penumbra where they have such a parameter. One that
-/// has settings of its own beside the width of a kernel has those of its paper.
+/// The contenders of a group under their ids, with the given width of the penumbra where they have such a parameter. A
+/// contender with settings other than the width of its kernel has those of its paper.
 fn contenders(group: &str, penumbra: Option<f64>) -> Result<Vec<Variant>> {
     let one = |Variant { label, mut choice, .. }: Variant| {
         let id = choice.info.id;
@@ -101,7 +101,7 @@ fn row(scene: &str, map: u32, texels: u32, penumbra: f64, variant: &Variant, rep
     row.and_shown([("penumbra", penumbra.to_string().into())])
 }
 
-/// So that a width can be repeated as it is printed.
+/// Rounds a width, so that it can be repeated as it is printed.
 fn to_4_digits(width: f64) -> f64 {
     format!("{width:.3e}").parse().unwrap_or(width)
 }
@@ -126,7 +126,7 @@ fn summary(_: &Plan, rows: &[Row]) -> Record {
     Record::of([("means", Field::Rows(means)), ("beaten", Field::Rows(beaten.collect()))])
 }
 
-/// Everything in tables.
+/// Tables of means over the scenes, then of every scene.
 fn page(results: &Results<'_>) -> String {
     let mut text = results.head("against ray-traced penumbrae of a fixed width.")
         + "All of a group are meant to be equally wide: 15 or 7 texels of the map at hand. Kernels are that wide in texels; the \

@@ -22,10 +22,10 @@ const FILTER: &str = "pcf width=15";
 
 const VARIANTS: &str = "sm pcf:width=15 rbsm-star edtsm-star edtsm-star:skip=off edtsm-star:nearest=pixel edtsm \
                         edtsm-star:filter_taps=7";
-/// Of these, what is timed where there is no shadow edge.
+/// Variants that are timed where there is no shadow edge.
 const ALONE: [&str; 4] = ["sm", FILTER, SUBJECT, "edtsm-star skip=off"];
 
-/// What the table's figures come to.
+/// Tables of what penumbrae add, and of the passes.
 fn conclusions(rows: &[Row]) -> String {
     let (mut sums, mut shares) = (vec![], vec![]);
     for group in groups(rows) {

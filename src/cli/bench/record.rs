@@ -10,6 +10,7 @@ use serde_json::Value;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record(pub Vec<(&'static str, Field)>);
 
+/// A value, or an object or list whose fields keep their order.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Field {
@@ -42,13 +43,13 @@ impl Record {
         Self(fields.into())
     }
 
-    /// With these fields behind the others.
+    /// Appends fields.
     pub fn and(mut self, more: impl IntoIterator<Item = (&'static str, Field)>) -> Self {
         self.0.extend(more);
         self
     }
 
-    /// The fields of these names.
+    /// Copies the fields of these names.
     pub fn only(&self, names: &[&str]) -> Self {
         Self(self.0.iter().filter(|f| names.contains(&f.0)).cloned().collect())
     }
@@ -84,7 +85,7 @@ pub struct Row {
     pub group: String,
     #[serde(flatten)]
     pub fields: Record,
-    /// Fields of tables alone.
+    /// Fields that only tables show; they hide those of the same name above.
     #[serde(skip)]
     pub shown: Record,
 }
@@ -94,7 +95,7 @@ impl Row {
         Self { label: label.to_owned(), group: group.to_owned(), fields, shown: Record::default() }
     }
 
-    /// `place` says where; technique and settings go between it and the figures.
+    /// A row with technique and settings between `place` and the figures.
     pub fn of<const N: usize>(
         place: [(&'static str, Field); N],
         variant: &Variant,
@@ -159,6 +160,7 @@ fn mean(values: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
 /// what stands under a head that ends in `%` is a share.
 pub type Column = (&'static str, &'static str, usize);
 
+/// A table with a line for every row.
 pub fn table<'r>(columns: &[Column], rows: impl IntoIterator<Item = &'r Row>) -> String {
     let heads: Vec<_> = columns.iter().map(|c| c.0).collect();
     let cell = |row: &Row, &(head, name, digits): &Column| match row.text(name) {

@@ -116,7 +116,7 @@ fn markdown(options: &Options, rows: &[Row]) -> String {
     )
 }
 
-/// A row of cells a shape: the truth and every method.
+/// A picture with a row of cells for every shape: the truth and every method.
 fn picture() -> Result<Picture> {
     struct Cell {
         label: String,

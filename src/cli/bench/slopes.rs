@@ -28,10 +28,10 @@ pub static SUITE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// How far from every true shadow a dark pixel counts as false, texels.
+/// Distance from every true shadow beyond which a dark pixel counts as false, texels.
 const NEAR: f64 = 2.0;
 
-/// A table each: title, figure, and what it is shown by.
+/// Tables: title, figure, and the factor that it is shown with.
 const TABLES: [(&str, &str, f64); 5] = [
     (
         "Displacement of the boundary, texels (mismatched area per length of the true boundary)",
@@ -91,7 +91,7 @@ fn one_tilt(host: &Host, run: &mut Run<'_>, (scene, lamp): (&'static str, Lamp),
     Ok(())
 }
 
-/// A table a figure and light, a row a technique, a column a tilt.
+/// A table for every figure and light, with a line for every technique and a column for every tilt.
 fn page(results: &Results<'_>) -> String {
     let plan = results.plan;
     let about = format!(

@@ -36,19 +36,19 @@ pub static SUITE: Suite = Suite {
 /// Sizes of the light by the scene's own.
 const SCALES: [f64; 3] = [0.25, 1.0, 4.0];
 
-/// What is judged, as far as the registry has it: without penumbrae, with those of a fixed width, with those of the light.
+/// Contenders, as far as the registry has them: without penumbrae, with those of a fixed width, with those of the light.
 const CONTENDERS: &str = "sm pcf:width=15 pcss rbssm ssrbssm ssabss edtssm edtssm-star soft-auto";
-/// From the lowest error to the highest, as the papers find them.
+/// Techniques from the lowest error to the highest, as the papers find them.
 const ORDER: [&str; 4] = ["rbssm", "pcss", "ssrbssm", "ssabss"];
-/// What the papers do not place.
+/// Technique that the papers do not place.
 const BESIDE: &str = "edtssm-star";
 
-/// Those of all soft shadows, and what is measured beside.
+/// Errors, and what is measured beside.
 fn columns() -> Vec<Column> {
     [&errors::COLUMNS[..], &[("FLIP", "flip", 4), ("GPU ms", "gpu_ms", 3)]].concat()
 }
 
-/// A light of one size, and what is compared with under it.
+/// A light of one size, and the truth under it.
 struct Measure {
     scale: f64,
     light: LightView,
@@ -63,7 +63,7 @@ fn samples(plan: &Plan) -> u32 {
     if plan.quick { 64 } else { 1024 }
 }
 
-/// The light so many times as large as the scene's own; where that has no size, as one that says nothing of it.
+/// The light scaled from the scene's own size, or from the usual size where the scene's light is a point.
 fn sized(stage: &Stage, scale: f64) -> Light {
     let with = |spot, sun| {
         let shape = match stage.light.shape {
@@ -207,7 +207,7 @@ fn cell(rows: &[Row]) -> Option<Row> {
     Some(Row::new("", "", place.and(figures)).and_shown(shown))
 }
 
-/// Everything in tables.
+/// Tables of lights, of the order by error, of means, then of every scene.
 fn page(results: &Results<'_>) -> String {
     let plan = results.plan;
     let about = format!("against ray-traced shadows of the area light, {} rays a pixel.", samples(plan));
@@ -233,7 +233,7 @@ fn page(results: &Results<'_>) -> String {
     text
 }
 
-/// How large the lights are.
+/// Table of the lights' sizes.
 fn lights(rows: &[Row]) -> String {
     let line = |rows: &[Row]| {
         let unit = rows[0].text("light_unit");
@@ -249,7 +249,7 @@ fn lights(rows: &[Row]) -> String {
         + &plain_table(&format!("<scene | <light{heads}"), by_scene(rows).map(line))
 }
 
-/// Whether the papers' order holds, and where not.
+/// Says whether the papers' order holds, and where it does not.
 fn conclusions(cells: &[Row]) -> String {
     let mut text = format!(
         "\n## Order by error\n\nThe papers find {} in RMSE. `rbssm below pcss`: per cent of the RMSE of `pcss`. The \
@@ -292,7 +292,7 @@ fn conclusions(cells: &[Row]) -> String {
     text + "\n" + &table(&COLUMNS, cells)
 }
 
-/// Whether the papers' order holds in a cell.
+/// True if the papers' order holds in a cell; `None` of fewer than two techniques.
 fn holds(cell: &Row) -> Option<bool> {
     Some(cell.text("holds")).filter(|text| !text.is_empty()).map(|text| text == "yes")
 }

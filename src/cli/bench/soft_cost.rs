@@ -12,14 +12,14 @@ pub static SUITE: Suite = Suite {
     ..timed::BASE
 };
 
-/// What the others are set against.
+/// Variant that the others are set against.
 const RIVAL: &str = "pcss";
 
-/// As far as the registry has them.
+/// Variants, as far as the registry has them.
 const VARIANTS: &str = "sm pcf:width=15 pcss pcss:skip=off rbssm rbssm-naive rbssm:skip=off rbssm:reuse=off ssrbssm ssabss edtssm \
                         edtssm-star soft-auto";
 
-/// What a technique has, and the variant without it.
+/// Accelerations, with a variant that has each and one that does not.
 const SAVINGS: [(&str, &str, &str); 4] = [
     ("hierarchical map", "pcss", "pcss skip=off"),
     ("hierarchical map", "rbssm", "rbssm skip=off"),
@@ -31,7 +31,7 @@ fn find<'a>(group: &'a [Row], name: &str) -> Option<&'a Row> {
     group.iter().find(|r| r.label == name)
 }
 
-/// By how many times a variant adds what the rival adds to the same frame of `sm`; where that adds nothing, nothing.
+/// Time that a variant adds to the frame of `sm` by the time that the rival adds; `None` where the rival adds nothing.
 fn by_rival(group: &[Row], row: &Row) -> Option<f64> {
     let rival = find(group, RIVAL)?.number("added_to_frame").filter(|a| *a > 0.0)?;
     Some(row.number("added_to_frame")? / rival)

@@ -1,5 +1,4 @@
-//! Variants timed in turns, A B A B, so that what drifts drifts for all of them: what the suites of that kind share, and
-//! those of them that draw no conclusions.
+//! Variants timed in turns: what the suites of that kind share, and those of them that draw no conclusions.
 
 use super::driver::*;
 use super::judge::real_time;
@@ -59,7 +58,7 @@ const FAMILY: &str = "sm rbsm:skip=off rbsm:skip=list rbsm-branches:skip=off rbs
                       rbsm-profile:quality=neighbours rbsm-profile:quality=line pcf:width=7 rpcf:skip=off rpcf:skip=list \
                       rpcf:skip=bounds rpcf:visibility=star rpcf:visibility=profile";
 
-/// These scenes and maps; of a quick run the default scene alone, with and without what stands on its ground.
+/// The given scenes and maps; a quick run has the default scene alone, with and without what stands on its ground.
 pub fn extent(quick: bool, mut scenes: Vec<&'static str>, maps: &'static [u32]) -> Extent {
     scenes.retain(|s| !quick || s.starts_with(shipped::DEFAULT));
     Extent { scenes, maps, size: SIZE }
@@ -82,10 +81,10 @@ fn widths(_: DeviceFeatures) -> Result<Variants> {
     Ok(available(&wanted))
 }
 
-/// After the name of a scene: nothing is drawn but what its objects stand on.
+/// Suffix of a scene of which only the ground is drawn.
 const GROUND_ALONE: &str = ", ground alone";
 
-/// A group at a time: its variants are compared with each other.
+/// Draws a group at a time, as its variants are compared with each other.
 fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let plan = run.plan;
     let size = plan.size;
@@ -120,12 +119,12 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     Ok(())
 }
 
-/// What a frame's technique takes more than that of another frame.
+/// Milliseconds that a frame's technique takes beyond that of another frame.
 fn added_ms(mine: &FrameTiming, base: &FrameTiming) -> f64 {
     stats::technique_ms(mine) - stats::technique_ms(base)
 }
 
-/// `first` has the same turns of the group's first variant.
+/// A row of times; `first` has the same turns of the group's first variant.
 fn row(label: &str, group: &str, place: Record, frames: &[FrameTiming], first: &[FrameTiming], memory: u64) -> Row {
     let over_turns = |f: fn(&FrameTiming, &FrameTiming) -> f64| {
         let values = frames.iter().zip(first).map(|(mine, base)| f(mine, base));
@@ -163,7 +162,7 @@ fn row(label: &str, group: &str, place: Record, frames: &[FrameTiming], first: &
     Row::new(label, group, place.and(figures)).and_shown(shown)
 }
 
-/// The times of all rows.
+/// A table of the times of all rows.
 pub fn page(results: &Results<'_>) -> String {
     const COLUMNS: [Column; 11] = [
         ("<scene", "scene", 0),
@@ -186,7 +185,7 @@ pub fn page(results: &Results<'_>) -> String {
     if note.is_empty() { text } else { text + "\n" + note.trim_end() + "\n" }
 }
 
-/// Passes below this share of the technique's time are told together.
+/// Share of the technique's time below which passes are told together.
 const SMALL_SHARE: f64 = 0.01;
 
 /// Share and tiles of each of a technique's own passes, those of one name together, the smallest last in one.
