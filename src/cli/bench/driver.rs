@@ -4,7 +4,7 @@
 
 pub use super::judge::{Variant, Variants, available, contenders, left_out_note, possible};
 pub use super::plot::{Chart, Line};
-pub use super::record::{Column, Field, Record, Row, by_scene, groups, means, plain_table, table};
+pub use super::record::{Column, Field, Record, Row, by_scene, groups, means, plain_table, table, tables_by_scene};
 pub use crate::cli::stage::Stage;
 pub use edgeshade::host::Host;
 pub use edgeshade::table::number;

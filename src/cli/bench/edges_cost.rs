@@ -53,27 +53,12 @@ const FLOOR: &str = "studio";
 /// States of light and casters, and their names on the page. While they stand still, map and edges are kept.
 const STATES: [(&str, &str); 2] = [("standing", "light and casters stand still"), ("moving", "light or casters move")];
 
-/// A quantity of a frame in its two parts, and of both.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Parts<T> {
-    /// Shadow map and what the technique makes of the casters, which a light that stands still spares.
-    update: T,
-    /// Work of the technique in every frame.
-    shading: T,
-    both: T,
-}
+/// The parts of a frame: the shadow map and what the technique makes of the casters, which a light that stands still spares;
+/// the work of the technique in every frame; and both.
+const PARTS: [&str; 3] = ["update", "shading", "both"];
 
-impl<T> Parts<T> {
-    fn map<U>(self, of: impl Fn(T) -> U) -> Parts<U> {
-        Parts { update: of(self.update), shading: of(self.shading), both: of(self.both) }
-    }
-}
-
-impl From<Parts<Record>> for Field {
-    fn from(Parts { update, shading, both }: Parts<Record>) -> Self {
-        Record::of([("update", update.into()), ("shading", shading.into()), ("both", both.into())]).into()
-    }
-}
+/// A quantity of each of the [`PARTS`].
+type Parts<T> = [T; 3];
 
 /// Counts of one frame: primitives assembled from the draws' vertices, runs of fragment shaders, runs of compute shaders.
 type Through = U64Vec3;
@@ -101,7 +86,7 @@ impl Split {
         frame: &FrameTiming,
         of: fn(&PassTiming) -> Option<T>,
     ) -> Option<Parts<T>> {
-        let mut sum = Parts::default();
+        let mut sum = Parts::<T>::default();
         for (i, pass) in frame.passes.iter().enumerate() {
             let is_own = if pass.name == MAP_PASS { self.has_map } else { !FRAME_PASSES.contains(&pass.name.as_str()) };
             if !is_own {
@@ -110,8 +95,8 @@ impl Split {
             let repeat = frame.passes[..i].iter().filter(|p| p.name == pass.name).count();
             let is_kept = repeat < self.kept.get(&pass.name).copied().unwrap_or(0);
             let value = of(pass)?;
-            *if is_kept { &mut sum.shading } else { &mut sum.update } += value;
-            sum.both += value;
+            sum[usize::from(is_kept)] += value;
+            sum[2] += value;
         }
         Some(sum)
     }
@@ -220,6 +205,7 @@ fn row<const N: usize>(
     bytes: [u64; 3],
     passes: Vec<PassStats>,
 ) -> Row {
+    let parts = |records: Parts<Record>| Record(PARTS.into_iter().zip(records.map(Field::from)).collect());
     let statistics =
         |t: Through| Record::of([("primitives", t.x.into()), ("fragments", t.y.into()), ("compute", t.z.into())]);
     let names = ["technique_bytes", "shadow_map_bytes", "casters_bytes"];
@@ -230,19 +216,19 @@ fn row<const N: usize>(
     };
     let mib = |n: usize| (bytes[..n].iter().sum::<u64>() as f64 / f64::from(1 << 20)).into();
     let shown = [
-        ("update ms", cell(&times.update)),
-        ("shading ms", cell(&times.shading)),
-        ("both ms", cell(&times.both)),
+        ("update ms", cell(&times[0])),
+        ("shading ms", cell(&times[1])),
+        ("both ms", cell(&times[2])),
         ("frame ms", cell(&frame)),
         ("own MiB", mib(1)),
         ("with map", mib(2)),
         ("with adjacency", mib(3)),
     ];
     let figures = Record::of([
-        ("times", times.into()),
+        ("times", parts(times).into()),
         // The whole frame, with G-buffer and lighting.
         ("frame", frame.into()),
-        ("statistics", through.map_or(Value::Null.into(), |t| t.map(statistics).into())),
+        ("statistics", through.map_or(Value::Null.into(), |t| parts(t.map(statistics)).into())),
         ("memory", memory.into()),
         ("passes", Field::Passes(passes)),
     ]);
@@ -251,13 +237,12 @@ fn row<const N: usize>(
 
 /// Counts of a frame in which nothing moves: only the shading is left.
 fn standing(moving: Parts<Through>) -> Parts<Through> {
-    Parts { update: Through::default(), shading: moving.shading, both: moving.shading }
+    [Through::ZERO, moving[1], moving[1]]
 }
 
 /// Statistics per turn; `base[i]` belongs to the same turn as `mine[i]`.
 fn times(mine: &[Parts<f64>], base: &[Parts<f64>]) -> Parts<Record> {
-    let of = |pick: fn(&Parts<f64>) -> f64| time(mine.iter().map(pick), base.iter().map(pick));
-    Parts { update: of(|p| p.update), shading: of(|p| p.shading), both: of(|p| p.both) }
+    [0, 1, 2].map(|part| time(mine.iter().map(|ms| ms[part]), base.iter().map(|ms| ms[part])))
 }
 
 /// The same of whole frames.
@@ -364,29 +349,29 @@ mod tests {
     #[test]
     fn what_a_standing_light_spares_is_the_update() {
         let split = Split::new(&frame(STILL), true);
-        assert_eq!(split.ms(&frame(MOVED)), Parts { update: 1.75, shading: 6.0, both: 7.75 });
-        assert_eq!(split.ms(&frame(STILL)), Parts { update: 0.0, shading: 6.0, both: 6.0 });
+        assert_eq!(split.ms(&frame(MOVED)), [1.75, 6.0, 7.75]);
+        assert_eq!(split.ms(&frame(STILL)), [0.0, 6.0, 6.0]);
         let through = split.through(&frame(MOVED)).unwrap();
         let of = |n| n * u64vec3(1, 10, 100);
-        assert_eq!(through, Parts { update: of(13), shading: of(3), both: of(16) });
-        assert_eq!(standing(through), Parts { update: of(0), shading: of(3), both: of(3) });
+        assert_eq!(through, [of(13), of(3), of(16)]);
+        assert_eq!(standing(through), [of(0), of(3), of(3)]);
         assert_eq!(split.through(&frame(&[("edges", 1.0, 0)])), None);
         // Of who looks at no map none is counted.
         let split = Split::new(&frame(STILL), false);
-        assert_eq!(split.ms(&frame(MOVED)), Parts { update: 0.75, shading: 6.0, both: 6.75 });
+        assert_eq!(split.ms(&frame(MOVED)), [0.75, 6.0, 6.75]);
     }
 
     #[test]
     fn ratios_are_of_the_same_turn() {
-        let part = |update, shading| Parts { update, shading, both: update + shading };
+        let part = |update, shading| [update, shading, update + shading];
         let found =
             times(&[part(2.0, 4.0), part(9.0, 3.0), part(4.0, 8.0)], &[part(1.0, 0.0), part(3.0, 1.0), part(8.0, 4.0)]);
         let of = |time: &Record| ["median_ms", "least_ms", "ratio"].map(|name| time.number(name));
-        assert_eq!(of(&found.update), [Some(4.0), Some(2.0), Some(2.0)]);
+        assert_eq!(of(&found[0]), [Some(4.0), Some(2.0), Some(2.0)]);
         // By nothing there is no ratio.
-        assert_eq!(of(&found.shading), [Some(4.0), Some(3.0), Some(2.5)]);
-        assert_eq!(found.both.number("ratio"), Some(3.0));
-        assert_eq!(of(&times(&[], &[]).both), [None; 3]);
+        assert_eq!(of(&found[1]), [Some(4.0), Some(3.0), Some(2.5)]);
+        assert_eq!(found[2].number("ratio"), Some(3.0));
+        assert_eq!(of(&times(&[], &[])[2]), [None; 3]);
     }
 
     #[test]
@@ -397,7 +382,7 @@ mod tests {
         let plan = Plan { variants: found, left_out: vec!["none".into()], ..plan };
         let row = |(variant, (state, _)): (&Variant, (&str, &str))| {
             let place = [("scene", "jenga".into()), ("state", state.into())];
-            let times = times(&[Parts { update: 1.0, shading: 2.0, both: 3.0 }], &[]);
+            let times = times(&[[1.0, 2.0, 3.0]], &[]);
             let whole = whole(&[FrameTiming { total_gpu_ms: 7.0, ..frame(STILL) }], &[]);
             let through = (variant.choice.info.id != "pcf").then(Parts::default);
             let bytes = [1 << 20, 4 << 20, 8 << 20];

@@ -97,11 +97,7 @@ pub fn page(results: &Results<'_>, about: &str, note: &str, more: &[Column]) -> 
     let columns = [&[("<technique", "label", 0), ("map", "shadow_map", 0)], &COLUMNS[..]].concat();
     let mut text = results.head(about) + LEGEND + note + "\n\n" + &left_out_note(&results.plan.left_out);
     text += &format!("## Mean over the scenes\n\n{}", table(&columns, results.list("means")));
-    let columns = [&columns, more].concat();
-    for rows in by_scene(&results.rows) {
-        text += &format!("\n## {}\n\n{}", rows[0].text("scene"), table(&columns, rows));
-    }
-    text
+    text + &tables_by_scene(&[&columns, more].concat(), &results.rows)
 }
 
 /// Mean mismatch over the map's size, a line a variant. The fixed depth, ten times as far off, is left to the tables.

@@ -146,11 +146,7 @@ fn page(results: &Results<'_>) -> String {
         [("texels", "texels", 0), ("map", "shadow_map", 0), ("<variant", "label", 0), ("lowest in", "lowest_of", 0)];
     text += &format!("\n## Mean over the scenes\n\n{}", table(&[&lead[..], &COLUMNS].concat(), &means));
     let lead = [("map", "shadow_map", 0), ("texels", "texels", 0), ("P", "penumbra", 0), ("<variant", "label", 0)];
-    let columns = [&lead[..], &COLUMNS].concat();
-    for rows in by_scene(&results.rows) {
-        text += &format!("\n## {}\n\n{}", rows[0].text("scene"), table(&columns, rows));
-    }
-    text
+    text + &tables_by_scene(&[&lead[..], &COLUMNS].concat(), &results.rows)
 }
 
 /// Says where the subject is not the lowest.

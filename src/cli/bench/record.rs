@@ -170,6 +170,11 @@ pub fn table<'r>(columns: &[Column], rows: impl IntoIterator<Item = &'r Row>) ->
     plain_table(&heads.join(" | "), rows.into_iter().map(|r| columns.iter().map(|c| cell(r, c)).collect()))
 }
 
+/// A section with a table for every scene.
+pub fn tables_by_scene(columns: &[Column], rows: &[Row]) -> String {
+    by_scene(rows).map(|rows| format!("\n## {}\n\n{}", rows[0].text("scene"), table(columns, rows))).collect()
+}
+
 /// A table of cells under heads that are set apart by ` | `.
 pub fn plain_table(heads: &str, rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let rules = heads.split(" | ").map(|head| if head.starts_with('<') { "---|" } else { "--:|" });

@@ -227,10 +227,7 @@ fn page(results: &Results<'_>) -> String {
         let means = results.list("means").iter().filter(|m| m.number("light_scale") == scale);
         text += &format!("\n## Mean over the scenes, {light}\n\n{}", table(&columns[1..], means));
     }
-    for rows in by_scene(&results.rows) {
-        text += &format!("\n## {}\n\n{}", rows[0].text("scene"), table(&columns, rows));
-    }
-    text
+    text + &tables_by_scene(&columns, &results.rows)
 }
 
 /// Table of the lights' sizes.
