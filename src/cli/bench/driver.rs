@@ -1,6 +1,7 @@
 //! The driver of the suites: scenes x maps x variants -> rows -> means -> a page, a plot and JSON.
 //!
-//! A suite is a [`Suite`]: data, the measurement of one scene, and the prose of its page.
+//! A suite is a [`Suite`] in a file of its own: data, the measurement of one scene, and the prose of its page. Suites of one
+//! kind share a module, such as `timed`; they do not import each other.
 
 pub use super::judge::{Variant, Variants, available, contenders, left_out_note, possible};
 pub use super::plot::{Chart, Line};

@@ -1,7 +1,6 @@
-//! Variants timed in turns: what the suites of that kind share, and those of them that draw no conclusions.
+//! Variants timed in turns: what the suites of that kind share.
 
 use super::driver::*;
-use super::judge::real_time;
 use crate::cli::stats::{self, FRAME_PASSES, PassStats, Span};
 use edgeshade::scene::{RenderDesc, Renderer, shipped};
 use edgeshade::timing::FrameTiming;
@@ -14,71 +13,10 @@ pub const BASE: Suite = Suite {
     ..Suite::BASE
 };
 
-pub static TECHNIQUES: Suite = Suite {
-    name: "techniques",
-    about: "every real-time technique on every shipped scene",
-    extent: |quick| extent(quick, every_scene(), &[1024]),
-    variants: defaults,
-    ..BASE
-};
-
-pub static MAP_SIZES: Suite = Suite {
-    name: "map-sizes",
-    about: "every real-time technique, maps of 512 to 4096 texels",
-    extent: |quick| extent(quick, vec![shipped::DEFAULT], &[512, 1024, 2048, 4096]),
-    variants: defaults,
-    group: |_, _, variant| Some(variant.label.clone()),
-    ..BASE
-};
-
-pub static REVECTORIZATION: Suite = Suite {
-    name: "revectorization",
-    about: "what the RBSM family adds to sm, maps of 512 to 4096 texels",
-    extent: |quick| extent(quick, vec![shipped::DEFAULT, "robot"], &[512, 1024, 2048, 4096]),
-    variants: |_| Ok(available(FAMILY)),
-    group: |scene, map, variant| {
-        let is_averaged = ["pcf", "rpcf"].contains(&variant.choice.info.id);
-        Some(format!("{scene} {map} {}", if is_averaged { "averaged" } else { "hard" }))
-    },
-    ..BASE
-};
-
-pub static PCF: Suite = Suite {
-    name: "pcf",
-    about: "pcf of widths 3 to 31, loop and gather, with and without skipping",
-    extent: |quick| extent(quick, vec![shipped::DEFAULT], &[1024]),
-    variants: widths,
-    group: |_, _, variant| Some(format!("width {}", variant.choice.params.int("width"))),
-    ..BASE
-};
-
-const FAMILY: &str = "sm rbsm:skip=off rbsm:skip=list rbsm-branches:skip=off rbsm-branches:skip=list rbsm-filtered:skip=off \
-                      rbsm-filtered:skip=list rbsm-branches:variant=filtered,skip=off rbsm-branches:variant=filtered,skip=list \
-                      rbsm-star:skip=off rbsm-star:skip=list rbsm-profile:skip=off rbsm-profile:skip=list \
-                      rbsm-profile:quality=neighbours rbsm-profile:quality=line pcf:width=7 rpcf:skip=off rpcf:skip=list \
-                      rpcf:skip=bounds rpcf:visibility=star rpcf:visibility=profile";
-
 /// The given scenes and maps; a quick run has the default scene alone, with and without what stands on its ground.
 pub fn extent(quick: bool, mut scenes: Vec<&'static str>, maps: &'static [u32]) -> Extent {
     scenes.retain(|s| !quick || s.starts_with(shipped::DEFAULT));
     Extent { scenes, maps, size: SIZE }
-}
-
-/// Every real-time technique.
-fn defaults(_: DeviceFeatures) -> Result<Variants> {
-    Ok(available(&real_time().collect::<Vec<_>>().join(" ")))
-}
-
-fn widths(_: DeviceFeatures) -> Result<Variants> {
-    let mut wanted = String::new();
-    for width in [3, 7, 15, 31] {
-        for skip in ["off", "pixels", "tiles"] {
-            for fetch in ["loop", "gather"] {
-                wanted += &format!("pcf:width={width},fetch={fetch},skip={skip} ");
-            }
-        }
-    }
-    Ok(available(&wanted))
 }
 
 /// Suffix of a scene of which only the ground is drawn.
