@@ -153,48 +153,6 @@ pub struct CompareRow {
     pub memory_bytes: u64,
 }
 
-/// The object that a suite of timed variants writes.
-#[derive(Debug, Serialize)]
-pub struct Bench {
-    pub suite: &'static str,
-    #[serde(flatten)]
-    pub origin: Origin,
-    pub size: [u32; 2],
-    pub frames: u32,
-    pub results: Vec<BenchRow>,
-}
-
-/// One variant of a suite.
-#[derive(Debug, Serialize)]
-pub struct BenchRow {
-    pub scene: &'static str,
-    /// Of the scene nothing but the ground.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub ground_alone: bool,
-    pub technique: &'static str,
-    pub params: Map<String, Value>,
-    pub shadow_map: u32,
-    /// What the variant is set against the first of the same name.
-    pub group: String,
-    /// The technique's own passes: median and range over the frames.
-    pub gpu_ms: Option<f64>,
-    pub gpu_ms_min: Option<f64>,
-    pub gpu_ms_max: Option<f64>,
-    /// Median over the frames of this variant's `gpu_ms` by that of the group's first variant in the same round.
-    pub ratio: Option<f64>,
-    /// Milliseconds that this variant's own passes take more than those of the group's first variant in the same round;
-    /// median over the frames.
-    pub added_ms: Option<f64>,
-    /// What this variant's own passes take more than those of the group's first variant in the same round, as a share
-    /// of that variant's whole frame; median over the frames.
-    pub added_to_frame: Option<f64>,
-    /// This variant's whole frame by that of the group's first variant in the same round; median over the frames.
-    pub frame_ratio: Option<f64>,
-    pub passes: Vec<PassStats>,
-    pub total_gpu_ms: Option<f64>,
-    pub memory_bytes: u64,
-}
-
 /// A technique's parameters with their types.
 pub fn params(info: &Info, params: &Params) -> Map<String, Value> {
     info.params.iter().map(|p| (p.name.to_owned(), value(p, params.get(p.name)))).collect()

@@ -1,153 +1,71 @@
-//! Suite `edges-cost`: what hard shadows cost that know the casters' edges, as \[Kenzel 2013\] sets them side by side in figures
-//! 5.2 to 5.4: the update of the shadow map, the shading, what goes through the pipeline, memory.
+//! Suite `edges-cost`: cost of hard shadows that know the casters' edges, as in figures 5.2 to 5.4 of \[Kenzel 2013\]: update
+//! of the shadow map, shading, statistics of the pipeline, memory.
 
-use super::edges::has_no_map;
-use super::judge::{Wanted, available, label, left_out_note, possible, save};
-use super::{Args, SIZE};
-use crate::cli::progress::Progress;
-use crate::cli::report::{self, Origin};
-use crate::cli::stage::Stage;
+use super::driver::*;
+use super::judge::mapless;
 use crate::cli::stats::{self, FRAME_PASSES, PassStats, Span};
-use crate::cli::techniques::Choice;
-use edgeshade::host::Host;
-use edgeshade::scene::shipped::{self, Shipped};
+use edgeshade::Need;
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
-use edgeshade::table::number;
-use edgeshade::technique::Technique;
-use edgeshade::timing::{FrameTiming, PassTiming, Statistics};
-use edgeshade::{Error, Need, Result};
-use glam::{DAffine3, DVec3, dvec3};
-use serde::Serialize;
-use serde_json::{Map, Value};
+use edgeshade::timing::{FrameTiming, PassTiming};
+use glam::{DAffine3, DVec3, U64Vec3, dvec3, u64vec3};
+use serde_json::Value;
 use std::collections::BTreeMap;
+use std::ops::AddAssign;
+
+pub static SUITE: Suite = Suite {
+    name: "edges-cost",
+    about: "GPU time, primitives and memory of hard shadows, casters standing and moving",
+    // Few triangles and many, as in the thesis.
+    extent: |quick| match quick {
+        true => Extent { scenes: vec!["jenga"], maps: &[MAP], size: [320, 180] },
+        false => Extent { scenes: vec!["jenga", KNOTS], maps: &[MAP], size: SIZE },
+    },
+    variants: |device| Ok(mapless(possible(available(CONTENDERS), device))),
+    frames: |plan| STATES.len() as u32 * (plan.frames + 1),
+    shows_scenes: true,
+    measure,
+    settings: |plan| {
+        let left_out = plan.left_out.clone().into();
+        Record::of([("shadow_map", MAP.into()), ("frames", plan.frames.into()), ("left_out", left_out)])
+    },
+    page,
+    ..Suite::BASE
+};
 
 /// Side of the map, texels.
 const MAP: u32 = 1024;
-/// Size of the image of a quick run, which draws the first scene alone.
-const QUICK: [u32; 2] = [320, 180];
-/// What the others are set against.
+/// Variant that the others are set against.
 const BASE: &str = "sm";
 
-/// As far as registry and device have them.
-const CONTENDERS: [Wanted; 6] = [
-    (BASE, &[]),
-    ("pcf", &[("width", "5")]),
-    ("sssm", &[]),
-    ("edsm", &[]),
-    ("edsm-x", &[("slots", "2")]),
-    ("shadow-volumes", &[("path", "compute")]),
-];
+/// Contenders, as far as the registry and the device have them.
+const CONTENDERS: &str = "sm pcf:width=5 sssm edsm edsm-x:slots=2 shadow-volumes:path=compute";
 
 /// The one pass of every frame that draws the casters into the map.
 const MAP_PASS: &str = "shadow map";
 
-/// Names of the scenes: few triangles and many, as in the thesis.
-const SCENES: [&str; 2] = ["jenga", "knots"];
-/// Where the knots stand, by the place of the shipped one, metres: side by side as the light sees them.
-const KNOTS: [DVec3; 2] = [dvec3(-0.6, 0.0, 0.9), dvec3(2.0, 0.0, -1.4)];
-/// The one object of the knot's scene that is not repeated.
+/// Scene that repeats the object of `knot` on one floor.
+const KNOTS: &str = "knots";
+/// Places of the knots relative to the shipped one, metres: side by side as the light sees them.
+const PLACES: [DVec3; 2] = [dvec3(-0.6, 0.0, 0.9), dvec3(2.0, 0.0, -1.4)];
+/// The one object of the scene that is not repeated.
 const FLOOR: &str = "studio";
 
-/// What the suite writes.
-#[derive(Serialize)]
-struct Figures {
-    suite: &'static str,
-    #[serde(flatten)]
-    origin: Origin,
-    size: [u32; 2],
-    shadow_map: u32,
-    /// Frames measured of each row, drawn in turns.
-    frames: u32,
-    /// What registry or device do not have.
-    left_out: Vec<String>,
-    results: Vec<Row>,
-}
+/// States of light and casters, and their names on the page. While they stand still, map and edges are kept.
+const STATES: [(&str, &str); 2] = [("standing", "light and casters stand still"), ("moving", "light or casters move")];
 
-/// One technique in one scene in one state.
-#[derive(Serialize)]
-struct Row {
-    scene: &'static str,
-    triangles: usize,
-    state: State,
-    technique: &'static str,
-    params: Map<String, Value>,
-    #[serde(skip)]
-    label: String,
-    times: Parts<Time>,
-    /// Of the whole frame, with G-buffer and lighting.
-    frame: Time,
-    /// Null where the device counts nothing.
-    statistics: Option<Parts<Through>>,
-    memory: Memory,
-    passes: Vec<PassStats>,
-}
+/// The parts of a frame: the shadow map and what the technique makes of the casters, which a light that stands still spares;
+/// the work of the technique in every frame; and both.
+const PARTS: [&str; 3] = ["update", "shading", "both"];
 
-/// Whether map and casters' edges are kept from frame to frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum State {
-    Standing,
-    Moving,
-}
+/// A quantity of each of the [`PARTS`].
+type Parts<T> = [T; 3];
 
-const STATES: [State; 2] = [State::Standing, State::Moving];
+/// Counts of one frame: primitives assembled from the draws' vertices, runs of fragment shaders, runs of compute shaders.
+type Through = U64Vec3;
 
-/// Something of a frame in its two parts, and of both.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Parts<T> {
-    /// The shadow map and what the technique makes of the casters: what a light that stands still spares.
-    update: T,
-    /// What the technique does in every frame.
-    shading: T,
-    both: T,
-}
-
-/// Null where there is nothing, or no timestamps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Time {
-    median_ms: Option<f64>,
-    least_ms: Option<f64>,
-    /// By the time of the base in the same turn, median over the turns.
-    ratio: Option<f64>,
-}
-
-/// What goes through the pipeline in one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Through {
-    /// Assembled from the draws' vertices.
-    primitives: u64,
-    /// Runs of fragment shaders.
-    fragments: u64,
-    /// Runs of compute shaders.
-    compute: u64,
-}
-
-/// Bytes of device memory.
-#[derive(Clone, Copy, Serialize)]
-struct Memory {
-    technique_bytes: u64,
-    /// 0 where none is looked at.
-    shadow_map_bytes: u64,
-    /// Adjacency of the casters' triangles, shared by all techniques; 0 for those that do not need it.
-    casters_bytes: u64,
-}
-
-impl Memory {
-    fn total(&self) -> u64 {
-        self.technique_bytes + self.shadow_map_bytes + self.casters_bytes
-    }
-}
-
-/// Which part of a frame a pass belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
-    Update,
-    Shading,
-}
-
-/// Tells a technique's passes apart.
+/// Tells the passes of a technique's update from those of its shading.
 struct Split {
-    /// How often a pass of each name comes in a frame in which nothing has moved.
+    /// Number of passes of each name in a frame in which nothing has moved.
     kept: BTreeMap<String, usize>,
     has_map: bool,
 }
@@ -161,92 +79,47 @@ impl Split {
         Self { kept, has_map }
     }
 
-    /// The passes that the technique answers for: not the G-buffer nor the lighting, and a shadow map only if it looks at one.
-    /// A pass that a frame has oftener than one in which nothing has moved is of the update.
-    fn passes<'a>(&'a self, frame: &'a FrameTiming) -> impl Iterator<Item = (Part, &'a PassTiming)> {
-        let own = |pass: &PassTiming| match &pass.name[..] {
-            MAP_PASS => self.has_map,
-            name => !FRAME_PASSES.contains(&name),
-        };
-        frame.passes.iter().enumerate().filter(move |(_, pass)| own(pass)).map(|(i, pass)| {
+    /// Sums a quantity over the passes that the technique answers for: not the G-buffer nor the lighting, and a shadow map only
+    /// if it looks at one. Passes beyond those of a static frame count as update. `None` if a pass lacks the quantity.
+    fn sum<T: AddAssign + Copy + Default>(
+        &self,
+        frame: &FrameTiming,
+        of: fn(&PassTiming) -> Option<T>,
+    ) -> Option<Parts<T>> {
+        let mut sum = Parts::<T>::default();
+        for (i, pass) in frame.passes.iter().enumerate() {
+            let is_own = if pass.name == MAP_PASS { self.has_map } else { !FRAME_PASSES.contains(&pass.name.as_str()) };
+            if !is_own {
+                continue;
+            }
             let repeat = frame.passes[..i].iter().filter(|p| p.name == pass.name).count();
             let is_kept = repeat < self.kept.get(&pass.name).copied().unwrap_or(0);
-            (if is_kept { Part::Shading } else { Part::Update }, pass)
-        })
-    }
-
-    /// Milliseconds.
-    fn ms(&self, frame: &FrameTiming) -> Parts<f64> {
-        let mut sum = Parts::default();
-        for (part, pass) in self.passes(frame) {
-            *match part {
-                Part::Update => &mut sum.update,
-                Part::Shading => &mut sum.shading,
-            } += pass.gpu_ms;
-            sum.both += pass.gpu_ms;
-        }
-        sum
-    }
-
-    /// `None` without statistics.
-    fn through(&self, frame: &FrameTiming) -> Option<Parts<Through>> {
-        let mut sum = Parts::<Through>::default();
-        for (part, pass) in self.passes(frame) {
-            let statistics = pass.statistics?;
-            match part {
-                Part::Update => sum.update.add(&statistics),
-                Part::Shading => sum.shading.add(&statistics),
-            }
-            sum.both.add(&statistics);
+            let value = of(pass)?;
+            sum[usize::from(is_kept)] += value;
+            sum[2] += value;
         }
         Some(sum)
     }
-}
 
-impl Through {
-    fn add(&mut self, s: &Statistics) {
-        self.primitives += s.input_primitives;
-        self.fragments += s.fragment_invocations;
-        self.compute += s.compute_invocations;
+    /// Milliseconds of a frame.
+    fn ms(&self, frame: &FrameTiming) -> Parts<f64> {
+        self.sum(frame, |pass| Some(pass.gpu_ms)).unwrap_or_default()
+    }
+
+    /// Counts of a frame; `None` without statistics.
+    fn through(&self, frame: &FrameTiming) -> Option<Parts<Through>> {
+        self.sum(frame, |pass| {
+            let s = pass.statistics?;
+            Some(u64vec3(s.input_primitives, s.fragment_invocations, s.compute_invocations))
+        })
     }
 }
 
-/// Pixels of all frames, for the estimate of the time.
-pub fn pixels(args: &Args) -> Result<u64> {
-    let scenes = if args.quick { 1 } else { SCENES.len() };
-    let size = args.size.unwrap_or(if args.quick { QUICK } else { SIZE });
-    Ok(super::pixels(size, scenes * STATES.len() * CONTENDERS.len(), args.frames + 1))
-}
-
-pub fn run(args: &Args, host: &Host) -> Result<()> {
-    let size = args.size.unwrap_or(if args.quick { QUICK } else { SIZE });
-    let (choices, mut left_out) = available(&CONTENDERS);
-    let (choices, impossible) = possible(choices, host.context().features());
-    left_out.extend(impossible);
-    let mut results = vec![];
-    for name in SCENES.into_iter().take(if args.quick { 1 } else { SCENES.len() }) {
-        results.extend(one_scene(host, name, &stage(name, size)?, size, args.frames, &choices)?);
+fn stage(name: &str, plan: &Plan) -> Result<Stage> {
+    if name != KNOTS {
+        return plan.stage(name);
     }
-    let figures = Figures {
-        suite: "edges-cost",
-        origin: Origin::new(host),
-        size,
-        shadow_map: MAP,
-        frames: args.frames,
-        left_out,
-        results,
-    };
-    save(args, host, figures.suite, &figures, &page(&figures)).map(drop)
-}
-
-fn stage(name: &str, size: [u32; 2]) -> Result<Stage> {
-    let find = |name: &str| -> Result<&'static Shipped> {
-        shipped::find(name).ok_or_else(|| Error::Usage(format!("there is no scene {name}")))
-    };
-    if name == SCENES[0] {
-        return Stage::shipped(find(name)?, size);
-    }
-    let mut stage = Stage::shipped(find("knot")?, size)?;
+    let mut stage = plan.stage("knot")?;
     repeat_knot(&mut stage.scene);
     Ok(stage)
 }
@@ -256,7 +129,7 @@ fn repeat_knot(scene: &mut Scene) {
     let Scene { instances, meshes, .. } = scene;
     let (floor, knot): (Vec<_>, Vec<_>) = instances.drain(..).partition(|i| meshes[i.mesh].name == FLOOR);
     *instances = floor;
-    for offset in KNOTS {
+    for offset in PLACES {
         instances.extend(knot.iter().map(|i| {
             let mut moved = *i;
             moved.world_from_object = DAffine3::from_translation(offset) * i.world_from_object;
@@ -265,187 +138,176 @@ fn repeat_knot(scene: &mut Scene) {
     }
 }
 
-/// The frames of one technique in one state.
-type Frames = Vec<FrameTiming>;
-
-fn one_scene(
-    host: &Host,
-    name: &'static str,
-    stage: &Stage,
-    size: [u32; 2],
-    frames: u32,
-    choices: &[Choice],
-) -> Result<Vec<Row>> {
-    let renderer = |state: State, statistics: bool| {
-        let dynamic_light = state == State::Moving;
-        let desc = RenderDesc { size, map_size: MAP, dynamic_light, statistics, ..RenderDesc::default() };
+fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
+    let plan = run.plan;
+    let stage = stage(scene, plan)?;
+    let renderer = |is_moving: bool, statistics: bool| {
+        let desc = RenderDesc {
+            size: plan.size,
+            map_size: MAP,
+            dynamic_light: is_moving,
+            statistics,
+            ..RenderDesc::default()
+        };
         Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
     };
-    let progress = Progress::start(format!("suite edges-cost, {name}"));
-    let total = u64::from(frames) * (choices.len() * STATES.len()) as u64;
-    let mut measured: Vec<[Frames; 2]> = choices.iter().map(|_| [vec![], vec![]]).collect();
-    let mut memory = vec![];
-    {
-        let mut renderers = [renderer(STATES[0], false)?, renderer(STATES[1], false)?];
-        let mut prepared: Vec<[Box<dyn Technique>; 2]> = vec![];
-        for choice in choices {
-            let [a, b] = &renderers;
-            let prepare = |r: &Renderer<'_>| r.prepare(choice.info.id, &choice.params);
-            prepared.push([prepare(a)?, prepare(b)?]);
-        }
-        // Turn 0 warms up: a light that stands still has its map and edges then.
-        let mut done = 0;
-        for turn in 0..=frames {
-            for (techniques, found) in prepared.iter_mut().zip(&mut measured) {
-                for ((renderer, technique), found) in renderers.iter_mut().zip(techniques).zip(found) {
-                    let timing = renderer.frame(technique.as_mut())?;
-                    if turn > 0 {
-                        found.push(timing);
-                        done += 1;
-                        progress.set(done, total);
-                    }
-                }
-            }
-        }
-        let adjacency = renderers[0].casters().map_or(0, |c| c.casters.memory_bytes());
-        memory.extend(choices.iter().zip(&prepared).map(|(choice, techniques)| Memory {
-            technique_bytes: techniques[0].memory_bytes(),
-            shadow_map_bytes: if has_no_map(choice) { 0 } else { renderers[0].shadow_map().memory_bytes() },
-            casters_bytes: if choice.info.needs.contains(&Need::Casters) { adjacency } else { 0 },
-        }));
-    }
+    run.start(scene);
+    let mut renderers = [renderer(false, false)?, renderer(true, false)?];
+    let both: Vec<_> = plan.variants.iter().flat_map(|v| [(0, v), (1, v)]).collect();
+    // The warming turn gives a light that stands still its map and edges.
+    let drawn = run.in_turns(&mut renderers, &both)?;
+    let adjacency = renderers[0].casters().map_or(0, |c| c.casters.memory_bytes());
     // Counting may slow the passes down: it has a frame of its own.
-    let mut counted = vec![None; choices.len()];
+    let mut counted = vec![None; plan.variants.len()];
     if host.context().features().pipeline_statistics {
-        let mut renderer = renderer(State::Moving, true)?;
-        for (choice, counted) in choices.iter().zip(&mut counted) {
+        let mut renderer = renderer(true, true)?;
+        for (Variant { choice, .. }, counted) in plan.variants.iter().zip(&mut counted) {
             let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
             *counted = Some(renderer.frame(technique.as_mut())?);
         }
     }
-    let base = choices.iter().position(|c| label(c) == BASE);
-    let splits: Vec<_> = choices
-        .iter()
-        .zip(&measured)
-        .map(|(choice, [standing, _])| {
-            Split::new(standing.last().unwrap_or(&FrameTiming::default()), !has_no_map(choice))
-        })
-        .collect();
-    let mut rows = vec![];
-    for (s, state) in STATES.into_iter().enumerate() {
-        for (i, choice) in choices.iter().enumerate() {
-            let base_frames = base;
-            let base: Vec<_> = base.map_or_else(Vec::new, |b| measured[b][s].iter().map(|f| splits[b].ms(f)).collect());
-            let mine: Vec<_> =
-                measured[i][s].iter().filter(|f| !f.passes.is_empty()).map(|f| splits[i].ms(f)).collect();
-            let through = counted[i].as_ref().and_then(|f| splits[i].through(f));
-            rows.push(Row {
-                scene: name,
-                triangles: stage.scene.triangles(),
-                state,
-                technique: choice.info.id,
-                params: report::params(choice.info, &choice.params),
-                label: label(choice),
-                times: times(&mine, &base),
-                frame: whole(&measured[i][s], base_frames.map_or(&[], |b| &measured[b][s])),
-                statistics: through.map(|t| if state == State::Moving { t } else { standing(t) }),
-                memory: memory[i],
-                passes: stats::passes(&measured[i][s]),
-            });
-        }
-    }
-    Ok(rows)
-}
-
-/// Where nothing moves only the shading is left.
-fn standing(moving: Parts<Through>) -> Parts<Through> {
-    Parts { update: Through::default(), shading: moving.shading, both: moving.shading }
-}
-
-/// Of the turns; `base` has the same ones.
-fn times(mine: &[Parts<f64>], base: &[Parts<f64>]) -> Parts<Time> {
-    let of = |pick: fn(&Parts<f64>) -> f64| {
-        let span = Span::of(mine.iter().map(pick));
-        let ratios = mine.iter().zip(base).map(|(a, b)| pick(a) / pick(b)).filter(|r| r.is_finite());
-        Time {
-            median_ms: span.map(|s| s.median),
-            least_ms: span.map(|s| s.min),
-            ratio: Span::of(ratios).map(|s| s.median),
-        }
+    let split = |(variant, standing_and_moving): (&Variant, &[Drawn])| {
+        let standing = standing_and_moving[0].frames.last();
+        Split::new(standing.unwrap_or(&FrameTiming::default()), !variant.has_no_map)
     };
-    Parts { update: of(|p| p.update), shading: of(|p| p.shading), both: of(|p| p.both) }
-}
-
-/// Whole frames; `base` has the same turns.
-fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Time {
-    let span = Span::of(mine.iter().filter(|f| !f.passes.is_empty()).map(|f| f.total_gpu_ms));
-    let ratios = mine.iter().zip(base).map(|(a, b)| a.total_gpu_ms / b.total_gpu_ms).filter(|r| r.is_finite());
-    Time { median_ms: span.map(|s| s.median), least_ms: span.map(|s| s.min), ratio: Span::of(ratios).map(|s| s.median) }
-}
-
-fn page(figures: &Figures) -> String {
-    let [w, h] = figures.size;
-    let Origin { device, driver, version, .. } = &figures.origin;
-    let mut text = format!(
-        "# Suite `edges-cost`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, shadow map {MAP}x{MAP}, {} frames a row, \
-         drawn in turns.\n\n\
-         `update`: the shadow map and what the technique makes of the casters, all that is spared while light and casters \
-         stand still; `shading`: the technique's passes of every frame; `both`: their sum, without G-buffer and lighting. GPU \
-         milliseconds, median (least); `x`: by those of `{BASE}` in the same turn, median over the turns. `shadow-volumes` \
-         looks at no shadow map: none is counted for it. `frame`: all of it, with G-buffer and lighting. A driver on the CPU \
-         puts off what is drawn and not what is computed, so that its times of single passes of an update mean little: \
-         there only `frame` tells, and an update is a moving frame less a standing one.\n\n{}",
-        figures.frames,
-        left_out_note(&figures.left_out)
-    );
-    let groups = || figures.results.chunk_by(|a, b| (a.scene, a.state) == (b.scene, b.state));
-    for group in groups() {
-        let state = match group[0].state {
-            State::Standing => "light and casters stand still",
-            State::Moving => "light or casters move",
-        };
-        text += &format!(
-            "## {}, {} triangles, {state}\n\n\
-             | technique | update ms | x | shading ms | x | both ms | x | frame ms | x |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
-            group[0].scene, group[0].triangles
-        );
-        for r in group {
-            let cells = [r.times.update, r.times.shading, r.times.both, r.frame].map(|t| {
-                let least = number(t.least_ms, 3);
-                format!("{} ({least}) | {}", number(t.median_ms, 3), number(t.ratio, 2))
-            });
-            text += &format!("| {} | {} |\n", r.label, cells.join(" | "));
+    let splits: Vec<_> = plan.variants.iter().zip(drawn.chunks(2)).map(split).collect();
+    let base = plan.variants.iter().position(|v| v.label == BASE);
+    let triangles = stage.scene.triangles();
+    for (s, (state, meaning)) in STATES.into_iter().enumerate() {
+        let base_frames = base.map_or(&[][..], |b| &drawn[2 * b + s].frames);
+        let base_ms: Vec<_> = base_frames.iter().filter_map(|f| Some(splits[base?].ms(f))).collect();
+        for (i, variant) in plan.variants.iter().enumerate() {
+            let frames = &drawn[2 * i + s].frames;
+            let mine: Vec<_> = frames.iter().filter(|f| !f.passes.is_empty()).map(|f| splits[i].ms(f)).collect();
+            let through = counted[i].as_ref().and_then(|f| splits[i].through(f));
+            let through = through.map(|t| if state == "moving" { t } else { standing(t) });
+            let map_bytes = if variant.has_no_map { 0 } else { renderers[0].shadow_map().memory_bytes() };
+            let casters_bytes = if variant.choice.info.needs.contains(&Need::Casters) { adjacency } else { 0 };
+            let bytes = [drawn[2 * i].technique.memory_bytes(), map_bytes, casters_bytes];
+            let place = [("scene", scene.into()), ("triangles", triangles.into()), ("state", state.into())];
+            let group = format!("{scene}, {triangles} triangles, {meaning}");
+            let times = (times(&mine, &base_ms), whole(frames, base_frames));
+            let row = row(place, variant, &group, times, through, bytes, stats::passes(frames));
+            run.push(row, 0);
         }
-        text.push('\n');
     }
-    for group in groups().filter(|g| g[0].state == State::Moving) {
+    Ok(())
+}
+
+/// A row of one technique. `bytes` are those of the technique, of the shadow map (0 if it looks at none) and of the adjacency
+/// of the casters' triangles, which techniques share (0 if it does not need it).
+fn row<const N: usize>(
+    place: [(&'static str, Field); N],
+    variant: &Variant,
+    group: &str,
+    (times, frame): (Parts<Record>, Record),
+    through: Option<Parts<Through>>,
+    bytes: [u64; 3],
+    passes: Vec<PassStats>,
+) -> Row {
+    let parts = |records: Parts<Record>| Record(PARTS.into_iter().zip(records.map(Field::from)).collect());
+    let statistics =
+        |t: Through| Record::of([("primitives", t.x.into()), ("fragments", t.y.into()), ("compute", t.z.into())]);
+    let names = ["technique_bytes", "shadow_map_bytes", "casters_bytes"];
+    let memory = Record(names.into_iter().zip(bytes.map(Field::from)).collect());
+    let cell = |time: &Record| {
+        let [median, least] = ["median_ms", "least_ms"].map(|name| number(time.number(name), 3));
+        format!("{median} ({least})").into()
+    };
+    let mib = |n: usize| (bytes[..n].iter().sum::<u64>() as f64 / f64::from(1 << 20)).into();
+    let shown = [
+        ("update ms", cell(&times[0])),
+        ("shading ms", cell(&times[1])),
+        ("both ms", cell(&times[2])),
+        ("frame ms", cell(&frame)),
+        ("own MiB", mib(1)),
+        ("with map", mib(2)),
+        ("with adjacency", mib(3)),
+    ];
+    let figures = Record::of([
+        ("times", parts(times).into()),
+        // The whole frame, with G-buffer and lighting.
+        ("frame", frame.into()),
+        ("statistics", through.map_or(Value::Null.into(), |t| parts(t.map(statistics)).into())),
+        ("memory", memory.into()),
+        ("passes", Field::Passes(passes)),
+    ]);
+    Row::of(place, variant, group, figures).and_shown(shown)
+}
+
+/// Counts of a frame in which nothing moves: only the shading is left.
+fn standing(moving: Parts<Through>) -> Parts<Through> {
+    [Through::ZERO, moving[1], moving[1]]
+}
+
+/// Statistics per turn; `base[i]` belongs to the same turn as `mine[i]`.
+fn times(mine: &[Parts<f64>], base: &[Parts<f64>]) -> Parts<Record> {
+    [0, 1, 2].map(|part| time(mine.iter().map(|ms| ms[part]), base.iter().map(|ms| ms[part])))
+}
+
+/// The same of whole frames.
+fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Record {
+    let timed = mine.iter().filter(|f| !f.passes.is_empty());
+    time(timed.map(|f| f.total_gpu_ms), base.iter().map(|f| f.total_gpu_ms))
+}
+
+/// Times over the turns, null without timestamps; `ratio` is the median of the ratios to the base in the same turn.
+fn time(mine: impl Iterator<Item = f64> + Clone, base: impl Iterator<Item = f64>) -> Record {
+    let ratios = mine.clone().zip(base).map(|(a, b)| a / b).filter(|r| r.is_finite());
+    let ratio = Span::of(ratios).map(|s| s.median);
+    let span = Span::of(mine);
+    let [median, least] = [span.map(|s| s.median), span.map(|s| s.min)];
+    Record::of([("median_ms", median.into()), ("least_ms", least.into()), ("ratio", ratio.into())])
+}
+
+fn page(results: &Results<'_>) -> String {
+    let frames = results.plan.frames;
+    let mut text = results.head(&format!("shadow map {MAP}x{MAP}, {frames} frames a row, drawn in turns."))
+        + &format!(
+            "`update`: the shadow map and what the technique makes of the casters, all that is spared while light and casters \
+             stand still; `shading`: the technique's passes of every frame; `both`: their sum, without G-buffer and lighting. GPU \
+             milliseconds, median (least); `x`: by those of `{BASE}` in the same turn, median over the turns. `shadow-volumes` \
+             looks at no shadow map: none is counted for it. `frame`: all of it, with G-buffer and lighting. A driver on the CPU \
+             puts off what is drawn and not what is computed, so that its times of single passes of an update mean little: \
+             there only `frame` tells, and an update is a moving frame less a standing one.\n\n"
+        );
+    text += &left_out_note(&results.plan.left_out);
+    const TIMES: [Column; 9] = [
+        ("<technique", "label", 0),
+        ("update ms", "update ms", 0),
+        ("x", "times.update.ratio", 2),
+        ("shading ms", "shading ms", 0),
+        ("x", "times.shading.ratio", 2),
+        ("both ms", "both ms", 0),
+        ("x", "times.both.ratio", 2),
+        ("frame ms", "frame ms", 0),
+        ("x", "frame.ratio", 2),
+    ];
+    const COUNTS: [Column; 10] = [
+        ("<technique", "label", 0),
+        ("primitives, update", "statistics.update.primitives", 0),
+        ("shading", "statistics.shading.primitives", 0),
+        ("fragments, update", "statistics.update.fragments", 0),
+        ("shading", "statistics.shading.fragments", 0),
+        ("compute, update", "statistics.update.compute", 0),
+        ("shading", "statistics.shading.compute", 0),
+        ("MiB", "own MiB", 1),
+        ("with map", "with map", 1),
+        ("with adjacency", "with adjacency", 1),
+    ];
+    for group in groups(&results.rows) {
+        text += &format!("## {}\n\n{}\n", group[0].group, table(&TIMES, group));
+    }
+    for group in groups(&results.rows).filter(|g| g[0].text("state") == "moving") {
         text += &format!(
             "## {}: what a frame with an update sends through the pipeline, and memory\n\n\
              Primitives that draws assemble and runs of fragment shaders, as in the thesis, and runs of compute shaders, which \
              take the place of both where edges are written by compute; counted in a frame that is not timed. `MiB`: of the \
-             technique itself, with its shadow map, and with the adjacency of the casters' triangles, which techniques share.\n\n\
-             | technique | primitives, update | shading | fragments, update | shading | compute, update | shading \
-             | MiB | with map | with adjacency |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n",
-            group[0].scene
+             technique itself, with its shadow map, and with the adjacency of the casters' triangles, which techniques \
+             share.\n\n{}\n",
+            group[0].text("scene"),
+            table(&COUNTS, group)
         );
-        for r in group {
-            let count = |pick: fn(&Through) -> u64| match &r.statistics {
-                Some(s) => format!("{} | {}", pick(&s.update), pick(&s.shading)),
-                None => "- | -".to_owned(),
-            };
-            let mib = |bytes: u64| number(bytes as f64 / f64::from(1 << 20), 1);
-            text += &format!(
-                "| {} | {} | {} | {} | {} | {} | {} |\n",
-                r.label,
-                count(|t| t.primitives),
-                count(|t| t.fragments),
-                count(|t| t.compute),
-                mib(r.memory.technique_bytes),
-                mib(r.memory.technique_bytes + r.memory.shadow_map_bytes),
-                mib(r.memory.total())
-            );
-        }
-        text.push('\n');
     }
     text
 }
@@ -453,7 +315,9 @@ fn page(figures: &Figures) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::report::Origin;
     use edgeshade::scene::load_bytes;
+    use edgeshade::timing::Statistics;
 
     fn frame(passes: &[(&str, f64, u64)]) -> FrameTiming {
         let pass = |&(name, gpu_ms, n): &(&str, f64, u64)| PassTiming {
@@ -485,61 +349,47 @@ mod tests {
     #[test]
     fn what_a_standing_light_spares_is_the_update() {
         let split = Split::new(&frame(STILL), true);
-        assert_eq!(split.ms(&frame(MOVED)), Parts { update: 1.75, shading: 6.0, both: 7.75 });
-        assert_eq!(split.ms(&frame(STILL)), Parts { update: 0.0, shading: 6.0, both: 6.0 });
+        assert_eq!(split.ms(&frame(MOVED)), [1.75, 6.0, 7.75]);
+        assert_eq!(split.ms(&frame(STILL)), [0.0, 6.0, 6.0]);
         let through = split.through(&frame(MOVED)).unwrap();
-        let of = |n| Through { primitives: n, fragments: 10 * n, compute: 100 * n };
-        assert_eq!(through, Parts { update: of(13), shading: of(3), both: of(16) });
-        assert_eq!(standing(through), Parts { update: of(0), shading: of(3), both: of(3) });
+        let of = |n| n * u64vec3(1, 10, 100);
+        assert_eq!(through, [of(13), of(3), of(16)]);
+        assert_eq!(standing(through), [of(0), of(3), of(3)]);
         assert_eq!(split.through(&frame(&[("edges", 1.0, 0)])), None);
         // Of who looks at no map none is counted.
         let split = Split::new(&frame(STILL), false);
-        assert_eq!(split.ms(&frame(MOVED)), Parts { update: 0.75, shading: 6.0, both: 6.75 });
+        assert_eq!(split.ms(&frame(MOVED)), [0.75, 6.0, 6.75]);
     }
 
     #[test]
     fn ratios_are_of_the_same_turn() {
-        let part = |update, shading| Parts { update, shading, both: update + shading };
+        let part = |update, shading| [update, shading, update + shading];
         let found =
             times(&[part(2.0, 4.0), part(9.0, 3.0), part(4.0, 8.0)], &[part(1.0, 0.0), part(3.0, 1.0), part(8.0, 4.0)]);
-        assert_eq!(found.update, Time { median_ms: Some(4.0), least_ms: Some(2.0), ratio: Some(2.0) });
+        let of = |time: &Record| ["median_ms", "least_ms", "ratio"].map(|name| time.number(name));
+        assert_eq!(of(&found[0]), [Some(4.0), Some(2.0), Some(2.0)]);
         // By nothing there is no ratio.
-        assert_eq!(found.shading, Time { median_ms: Some(4.0), least_ms: Some(3.0), ratio: Some(2.5) });
-        assert_eq!(found.both.ratio, Some(3.0));
-        assert_eq!(times(&[], &[]), Parts::default());
+        assert_eq!(of(&found[1]), [Some(4.0), Some(3.0), Some(2.5)]);
+        assert_eq!(found[2].number("ratio"), Some(3.0));
+        assert_eq!(of(&times(&[], &[])[2]), [None; 3]);
     }
 
     #[test]
     fn the_page_has_a_table_for_each_state_and_one_of_counts() {
-        let (choices, left_out) = available(&CONTENDERS);
+        let plan = SUITE.plan(false, 1, Some([4, 4]), DeviceFeatures::default()).unwrap();
+        let Variants { found, left_out } = mapless(available(CONTENDERS));
         assert!(left_out.is_empty(), "{left_out:?}");
-        let mut results = vec![];
-        for state in STATES {
-            results.extend(choices.iter().map(|choice| Row {
-                scene: "jenga",
-                triangles: 12,
-                state,
-                technique: choice.info.id,
-                params: report::params(choice.info, &choice.params),
-                label: label(choice),
-                times: times(&[Parts { update: 1.0, shading: 2.0, both: 3.0 }], &[]),
-                frame: whole(&[FrameTiming { total_gpu_ms: 7.0, ..frame(STILL) }], &[]),
-                statistics: (choice.info.id != "pcf").then(Parts::default),
-                memory: Memory { technique_bytes: 1 << 20, shadow_map_bytes: 4 << 20, casters_bytes: 8 << 20 },
-                passes: vec![],
-            }));
-        }
-        let origin = Origin::default();
-        let figures = Figures {
-            suite: "edges-cost",
-            origin,
-            size: [4, 4],
-            shadow_map: MAP,
-            frames: 1,
-            left_out: vec!["none".into()],
-            results,
+        let plan = Plan { variants: found, left_out: vec!["none".into()], ..plan };
+        let row = |(variant, (state, _)): (&Variant, (&str, &str))| {
+            let place = [("scene", "jenga".into()), ("state", state.into())];
+            let times = times(&[[1.0, 2.0, 3.0]], &[]);
+            let whole = whole(&[FrameTiming { total_gpu_ms: 7.0, ..frame(STILL) }], &[]);
+            let through = (variant.choice.info.id != "pcf").then(Parts::default);
+            let bytes = [1 << 20, 4 << 20, 8 << 20];
+            super::row(place, variant, &format!("jenga, {state}"), (times, whole), through, bytes, vec![])
         };
-        let text = page(&figures);
+        let rows = STATES.into_iter().flat_map(|s| plan.variants.iter().map(move |v| row((v, s)))).collect();
+        let text = (SUITE.page)(&SUITE.results(&plan, Origin::default(), rows));
         assert!(text.contains("Left out, as this version has none: none."), "{text}");
         assert_eq!(text.matches("\n## jenga").count(), 3);
         assert_eq!(
@@ -549,20 +399,21 @@ mod tests {
         );
         assert!(text.contains("\n| edsm | 0 | 0 | 0 | 0 | 0 | 0 | 1.0 | 5.0 | 13.0 |\n"), "{text}");
         assert!(text.contains("\n| pcf width=5 | - | - | - | - | - | - | 1.0 |"), "{text}");
-        assert_eq!(label(&choices[0]), BASE);
+        assert_eq!(plan.variants[0].label, BASE);
     }
 
     #[test]
     fn the_large_scene_has_half_a_million_triangles_apart_from_each_other_and_in_the_light() {
-        let shipped = shipped::find("knot").unwrap();
+        let shipped = find_scene("knot").unwrap();
         let one = load_bytes(shipped.name, shipped.bytes).unwrap();
         let floor = one.instances.iter().filter(|i| one.meshes[i.mesh].name == FLOOR).count();
         assert_eq!(floor, 1);
-        let stage = stage(SCENES[1], [1280, 720]).unwrap();
+        let plan = SUITE.plan(false, 1, None, DeviceFeatures::default()).unwrap();
+        let stage = stage(KNOTS, &plan).unwrap();
         let scene = &stage.scene;
         assert!((500_000..600_000).contains(&scene.triangles()), "{}", scene.triangles());
         let knot = one.instances.len() - floor;
-        assert_eq!(scene.instances.len(), floor + KNOTS.len() * knot);
+        assert_eq!(scene.instances.len(), floor + PLACES.len() * knot);
         // The floor is as it was; the knots do not touch, and light and camera see all of both.
         let points = |i: &edgeshade::scene::Instance| {
             let to_world = i.world_from_object;

@@ -1,82 +1,88 @@
-//! What the suites that judge techniques by the truth share.
+//! What the suites judge, and what it is judged by: variants of techniques, renderers, truths.
 
-use super::{Args, real_time, shown, slug};
+use super::record::Field;
 use crate::cli::args::TruthArgs;
+use crate::cli::report;
 use crate::cli::stage::Stage;
-use crate::cli::techniques::Choice;
+use crate::cli::techniques::{self, Choice};
 use crate::cli::truth::Tracer;
 use edgeshade::host::Host;
-use edgeshade::picture::write_atomic;
 use edgeshade::reference::ray_traced::Truth;
 use edgeshade::scene::{Light, LightShape, RenderDesc, Renderer};
-use edgeshade::technique::{self, OutputFormat};
+use edgeshade::technique::{self, Kind, OutputFormat};
 use edgeshade::timing::FrameTiming;
 use edgeshade::view::LightView;
 use edgeshade::{DeviceFeatures, Result};
-use serde::Serialize;
-use std::path::PathBuf;
+use std::collections::BTreeSet;
 
-/// Settings that are judged beside the defaults; of a technique or parameter that is not in the registry, nothing is.
-const VARIANTS: [(&str, (&str, &str)); 5] = [
-    ("pcf", ("width", "3")),
-    ("rbsm-profile", ("quality", "run")),
-    ("rbsm-profile", ("quality", "neighbours")),
-    ("rbsm-profile", ("quality", "line")),
-    ("rpcf", ("width", "7")),
-];
+/// A technique with its settings, as suites measure them.
+#[derive(Clone)]
+pub struct Variant {
+    /// Id and changed settings, for people.
+    pub label: String,
+    pub choice: Choice,
+    /// Looks at no shadow map, so that it is measured once a scene.
+    pub has_no_map: bool,
+}
 
-/// Each variant is judged with this as well, where it has the parameter: one depth for all texels of a kernel.
-const FIXED: (&str, &str) = ("receiver", "fixed");
+impl Variant {
+    pub fn new(choice: Choice) -> Self {
+        let label = match choice.settings().as_str() {
+            "-" => choice.info.id.to_owned(),
+            settings => format!("{} {settings}", choice.info.id),
+        };
+        Self { label, choice, has_no_map: false }
+    }
 
-/// Draws what `rbsm` and `rbsm-filtered` draw, bit for bit: there is nothing more to judge.
-const SAME: &str = "rbsm-branches";
+    /// Technique and settings, as they are written.
+    pub fn fields(&self) -> [(&'static str, Field); 2] {
+        let Choice { info, params } = &self.choice;
+        [("technique", info.id.into()), ("params", report::params(info, params).into())]
+    }
+}
 
-/// Every real-time technique at its defaults, and the variants above; in the registry's order, none twice.
-pub fn contenders() -> Result<Vec<Choice>> {
-    let has = |id: &str, name: &str| technique::find(id).is_ok_and(|t| t.params.iter().any(|p| p.name == name));
-    let defaults = real_time().filter(|&id| id != SAME).map(|id| (id, vec![]));
-    let variants = VARIANTS.iter().filter(|(id, (name, _))| has(id, name)).map(|&(id, setting)| (id, vec![setting]));
-    let mut found: Vec<Choice> = vec![];
-    for (id, settings) in defaults.chain(variants) {
-        for more in [None, Some(FIXED).filter(|f| has(id, f.0))] {
-            let settings = settings.iter().copied().chain(more).map(|(n, v)| (n.to_owned(), v.to_owned()));
-            let choice = Choice::new(id, &settings.collect::<Vec<_>>())?;
-            if !found.iter().any(|c| c.info.id == id && c.params.show() == choice.params.show()) {
-                found.push(choice);
-            }
+/// Variants that there are, and those that are left out.
+#[derive(Default)]
+pub struct Variants {
+    pub found: Vec<Variant>,
+    pub left_out: Vec<String>,
+}
+
+/// Ids of all real-time techniques.
+pub fn real_time() -> impl Iterator<Item = &'static str> {
+    technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))).map(|t| t.id)
+}
+
+/// Splits a list of techniques as the command line takes them, such as `sm pcf:width=15,skip=off`, into those that the
+/// registry has and those that are left out, with the reason where it is a setting.
+pub fn available(wanted: &str) -> Variants {
+    let mut variants = Variants::default();
+    for text in wanted.split_whitespace() {
+        let (id, label) = (text.split(':').next().unwrap_or(text), text.replace([':', ','], " "));
+        match techniques::parse(&[text.to_owned()], None) {
+            Ok(choices) => variants.found.extend(choices.into_iter().map(Variant::new)),
+            Err(_) if technique::find(id).is_err() => variants.left_out.push(label),
+            Err(e) => variants.left_out.push(format!("{label} ({e})")),
         }
     }
-    found.sort_by_key(|c| technique::ALL.iter().position(|t| t.id == c.info.id));
-    Ok(found)
+    variants
 }
 
-/// Whether all of its texels are compared with one depth.
-pub fn is_fixed(choice: &Choice) -> bool {
-    choice.params.show().iter().any(|(name, value)| *name == FIXED.0 && value == FIXED.1)
+/// Leaves out what the device cannot do, with the reason.
+pub fn possible(Variants { found, mut left_out }: Variants, device: DeviceFeatures) -> Variants {
+    let missing = |v: &Variant| v.choice.info.needs.iter().find(|n| !n.is_met(device));
+    left_out
+        .extend(found.iter().filter_map(|v| Some(format!("{} (the device has no {})", v.label, missing(v)?.text()))));
+    Variants { found: found.into_iter().filter(|v| missing(v).is_none()).collect(), left_out }
 }
 
-/// A technique with its settings, as suites list them.
-pub type Wanted = (&'static str, &'static [(&'static str, &'static str)]);
-
-/// Those that the registry has, and what is left out, with the reason where it is a setting.
-pub fn available(wanted: &[Wanted]) -> (Vec<Choice>, Vec<String>) {
-    let (mut found, mut left_out) = (vec![], vec![]);
-    for (id, settings) in wanted {
-        let pairs: Vec<_> = settings.iter().map(|&(n, v)| (n.to_owned(), v.to_owned())).collect();
-        match Choice::new(id, &pairs) {
-            Ok(choice) => found.push(choice),
-            Err(_) if technique::find(id).is_err() => left_out.push(wanted_label(id, settings)),
-            Err(e) => left_out.push(format!("{} ({e})", wanted_label(id, settings))),
-        }
-    }
-    (found, left_out)
+/// Marks those that look at no shadow map.
+pub fn mapless(mut variants: Variants) -> Variants {
+    variants.found.iter_mut().for_each(|v| v.has_no_map = v.choice.info.id == "shadow-volumes");
+    variants
 }
 
-pub fn wanted_label(id: &str, settings: &[(&str, &str)]) -> String {
-    settings.iter().fold(id.to_owned(), |text, (n, v)| format!("{text} {n}={v}"))
-}
-
-/// What a page says of what is left out; empty if nothing is.
+/// A page's note of what is left out; empty if nothing is.
 pub fn left_out_note(left_out: &[String]) -> String {
     if left_out.is_empty() {
         return String::new();
@@ -84,12 +90,38 @@ pub fn left_out_note(left_out: &[String]) -> String {
     format!("Left out, as this version has none: {}.\n\n", left_out.join(", "))
 }
 
-/// Id and changed settings, for people.
-pub fn label(choice: &Choice) -> String {
-    match choice.settings().as_str() {
-        "-" => choice.info.id.to_owned(),
-        settings => format!("{} {settings}", choice.info.id),
+/// Variants that are judged beside the defaults, as far as the registry has them.
+const BESIDE: &str =
+    "pcf:width=3 rbsm-profile:quality=run rbsm-profile:quality=neighbours rbsm-profile:quality=line rpcf:width=7";
+
+/// Setting that each variant with this parameter is judged with as well: one depth for all texels of a kernel.
+const FIXED: (&str, &str) = ("receiver", "fixed");
+
+/// Technique that is not judged, as it draws what `rbsm` and `rbsm-filtered` draw, bit for bit.
+const SAME: &str = "rbsm-branches";
+
+/// Every real-time technique at its defaults, and the variants beside; in the registry's order, none twice.
+pub fn contenders() -> Result<Variants> {
+    let mut found: Vec<Variant> = vec![];
+    for text in real_time().filter(|&id| id != SAME).chain(BESIDE.split_whitespace()) {
+        for Variant { choice, .. } in available(text).found {
+            let mut fixed = choice.clone();
+            let has_it = choice.info.params.iter().any(|p| p.name == FIXED.0);
+            if has_it {
+                fixed.params.set(choice.info.id, FIXED.0, FIXED.1)?;
+            }
+            found.extend([choice, fixed].map(Variant::new));
+        }
     }
+    found.sort_by_key(|v| technique::ALL.iter().position(|t| t.id == v.choice.info.id));
+    let mut labels = BTreeSet::new();
+    found.retain(|v| labels.insert(v.label.clone()));
+    Ok(Variants { found, left_out: vec![] })
+}
+
+/// True if all texels are compared with one depth.
+pub fn is_fixed(choice: &Choice) -> bool {
+    choice.params.show().iter().any(|(name, value)| *name == FIXED.0 && value == FIXED.1)
 }
 
 /// The same light without size: its shadows are hard.
@@ -124,42 +156,10 @@ pub fn visibility(renderer: &mut Renderer<'_>, choice: &Choice) -> Result<Vec<f3
     Ok(frame(renderer, choice)?.0)
 }
 
-/// Sorts out what the device cannot do, with the reason.
-pub fn possible(choices: Vec<Choice>, device: DeviceFeatures) -> (Vec<Choice>, Vec<String>) {
-    let (mut found, mut left_out) = (vec![], vec![]);
-    for choice in choices {
-        match choice.info.needs.iter().find(|n| !n.is_met(device)) {
-            None => found.push(choice),
-            Some(need) => left_out.push(format!("{} (the device has no {})", label(&choice), need.text())),
-        }
-    }
-    (found, left_out)
-}
-
 /// The pixels that count in a frame as the renderer now stands.
 pub fn mask(host: &Host, renderer: &mut Renderer<'_>, truth: &Truth) -> Result<Vec<bool>> {
     renderer.shade_with(&truth.visibility)?;
     Ok(truth.judged(&host.read_image::<u32>(&renderer.gbuffer().triangle)?))
-}
-
-/// Mean of what there is; `None` of nothing.
-pub fn mean(values: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
-    let (mut sum, mut count) = (0.0, 0);
-    for v in values.into_iter().flatten() {
-        sum += v;
-        count += 1;
-    }
-    (count > 0).then(|| sum / f64::from(count))
-}
-
-/// Writes a suite's figures and its page, prints the page, and gives the path of the figures.
-pub fn save(args: &Args, host: &Host, suite: &str, figures: &impl Serialize, page: &str) -> Result<PathBuf> {
-    let page = crate::cli::report::with_times_line(page, host.timing());
-    let path = args.output.join(format!("{suite}-{}.json", slug(&host.info().name)));
-    args.write(&path, figures)?;
-    write_atomic(&path.with_extension("md"), page.as_bytes())?;
-    args.say(format_args!("{page}\nwrote {} and .md\n", shown(&path)))?;
-    Ok(path)
 }
 
 #[cfg(test)]
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn every_technique_is_judged_and_none_twice() {
-        let names: Vec<_> = contenders().unwrap().iter().map(label).collect();
+        let names: Vec<_> = contenders().unwrap().found.into_iter().map(|v| v.label).collect();
         for id in real_time().filter(|&id| id != SAME) {
             assert!(names.iter().any(|n| n == id), "{id}: {names:?}");
         }
@@ -179,10 +179,8 @@ mod tests {
 
     #[test]
     fn what_is_not_there_is_left_out_and_named() {
-        let wanted: [Wanted; 4] =
-            [("sm", &[]), ("none", &[("a", "1")]), ("pcf", &[("width", "15")]), ("pcf", &[("no", "1")])];
-        let (found, left_out) = available(&wanted);
-        assert_eq!(found.iter().map(label).collect::<Vec<_>>(), ["sm", "pcf width=15"]);
+        let Variants { found, left_out } = available("sm none:a=1 pcf:width=15 pcf:no=1");
+        assert_eq!(found.into_iter().map(|v| v.label).collect::<Vec<_>>(), ["sm", "pcf width=15"]);
         assert!(left_out.len() == 2 && left_out[0] == "none a=1", "{left_out:?}");
         assert!(left_out[1].starts_with("pcf no=1 (") && left_out[1].len() > 20, "{left_out:?}");
         assert_eq!(left_out_note(&[]), "");
@@ -191,21 +189,15 @@ mod tests {
 
     #[test]
     fn what_the_device_cannot_do_is_left_out_with_the_reason() {
-        let (choices, _) = available(&[("sm", &[]), ("edsm-x", &[("slots", "4")])]);
+        let wanted = "sm edsm-x:slots=4";
         let all = DeviceFeatures { int64_atomics: true, ..DeviceFeatures::default() };
-        let (found, left_out) = possible(choices.clone(), all);
+        let Variants { found, left_out } = possible(available(wanted), all);
         assert_eq!((found.len(), left_out.len()), (2, 0));
-        let (found, left_out) = possible(choices, DeviceFeatures::default());
-        assert_eq!(found.iter().map(label).collect::<Vec<_>>(), ["sm"]);
+        let Variants { found, left_out } = possible(available(wanted), DeviceFeatures::default());
+        assert_eq!(found.into_iter().map(|v| v.label).collect::<Vec<_>>(), ["sm"]);
         assert!(
             left_out.len() == 1 && left_out[0].starts_with("edsm-x slots=4 (the device has no 64-bit"),
             "{left_out:?}"
         );
-    }
-
-    #[test]
-    fn means_leave_out_what_is_not_there() {
-        assert_eq!(mean([Some(1.0), None, Some(2.0)]), Some(1.5));
-        assert_eq!(mean([None]), None);
     }
 }

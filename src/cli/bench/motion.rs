@@ -1,41 +1,50 @@
 //! Suite `motion`: what shadow boundaries do while light or camera move by less than a texel a frame.
 
-use super::Args;
-use super::judge::{contenders, hard, is_fixed, label, mask, renderer, save, tracer};
-use crate::cli::progress::Progress;
-use crate::cli::report::{self, Origin};
-use crate::cli::stage::Stage;
+use super::driver::*;
+use super::judge::{hard, is_fixed, mask, renderer, tracer};
 use crate::cli::techniques::Choice;
-use edgeshade::host::Host;
 use edgeshade::metrics::{self, Motion, Shot};
-use edgeshade::scene::{Renderer, shipped};
-use edgeshade::table::number;
+use edgeshade::scene::Renderer;
 use edgeshade::view::{CameraView, LightView};
-use edgeshade::{Error, Result};
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, dvec2, dvec3};
-use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::json;
 
-/// Thin bars under a sun, wooden blocks under a spot light.
-const SCENES: [&str; 2] = ["fence", "jenga"];
-/// Side of the shadow map, texels: about as wide as the pixels of the image.
+pub static SUITE: Suite = Suite {
+    name: "motion",
+    about: "change and flicker as light and camera move by sub-texels",
+    // Thin bars under a sun, wooden blocks under a spot light; texels about as wide as the pixels of the image.
+    extent: |quick| match quick {
+        true => Extent { scenes: vec!["jenga"], maps: &[MAP], size: [160, 90] },
+        false => Extent { scenes: vec!["fence", "jenga"], maps: &[MAP], size: [640, 360] },
+    },
+    variants,
+    frames: |plan| MOVEMENTS.len() as u32 * frames(plan),
+    measure,
+    settings: |plan| {
+        Record::of([
+            ("shadow_map", MAP.into()),
+            ("frames", frames(plan).into()),
+            ("step_texels", STEP.into()),
+            ("band_px", BAND.into()),
+        ])
+    },
+    page,
+    ..Suite::BASE
+};
+
+/// Side of the shadow map, texels.
 const MAP: u32 = 512;
-const SIZE: [u32; 2] = [640, 360];
-const QUICK_SIZE: [u32; 2] = [160, 90];
-const FRAMES: u32 = 16;
-const QUICK_FRAMES: u32 = 4;
-/// Texels a frame.
+/// Length of a step, texels a frame.
 const STEP: f64 = 0.125;
 /// Direction of the steps in the map: along neither axis, nor the diagonal. Radians.
 const DIRECTION: f64 = 0.5;
-/// What is near a boundary, pixels.
+/// Distance that counts as near a boundary, pixels.
 const BAND: u32 = 4;
 /// Texels that a sun's map is wider than its casters on each side, so that none leaves it.
 const MARGIN: f64 = 4.0;
 
-/// What moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+/// Kind of movement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Movement {
     /// A spot about its own place, so that only the map's texels move; a sun about the middle of its view, so that
     /// the shadow of what is half the map's width above its receiver moves by the step.
@@ -48,38 +57,32 @@ enum Movement {
 }
 
 const MOVEMENTS: [(Movement, &str); 3] = [
-    (Movement::LightTurned, "light turned"),
-    (Movement::LightMoved, "light moved"),
-    (Movement::CameraMoved, "camera moved"),
+    (Movement::LightTurned, "light-turned"),
+    (Movement::LightMoved, "light-moved"),
+    (Movement::CameraMoved, "camera-moved"),
 ];
 
-/// What the suite writes.
-#[derive(Serialize)]
-struct Figures {
-    suite: &'static str,
-    #[serde(flatten)]
-    origin: Origin,
-    size: [u32; 2],
-    shadow_map: u32,
-    frames: u32,
-    /// Texels a frame.
-    step_texels: f64,
-    /// What is near a boundary, pixels.
-    band_px: u32,
-    results: Vec<Row>,
+/// Figures in the order of the JSON.
+const FIGURES: [&str; 7] = ["pairs", "change", "change_truth", "change_error", "triples", "flicker", "flicker_truth"];
+
+const COLUMNS: [Column; 4] = [
+    ("<technique", "label", 0),
+    ("change", "change", 3),
+    ("not the truth's", "change_error", 3),
+    ("flicker", "flicker", 3),
+];
+
+fn frames(plan: &Plan) -> u32 {
+    if plan.quick { 4 } else { 16 }
 }
 
-/// One technique, or the truth itself, in one movement.
-#[derive(Serialize)]
-struct Row {
-    scene: &'static str,
-    movement: Movement,
-    technique: &'static str,
-    params: Map<String, Value>,
-    #[serde(skip)]
-    label: String,
-    #[serde(flatten)]
-    motion: Motion,
+/// The truth, and all contenders but those with one depth for all texels, in which there is nothing but noise to follow.
+fn variants(_: DeviceFeatures) -> Result<Variants> {
+    let truth = Choice::new("ray-traced", &[("samples".into(), "1".into())])?;
+    let mut variants = contenders()?;
+    variants.found.retain(|v| !is_fixed(&v.choice));
+    variants.found.insert(0, Variant::new(truth));
+    Ok(variants)
 }
 
 /// Camera and light of one frame, with the truth.
@@ -90,65 +93,39 @@ struct Pose {
     mask: Vec<bool>,
 }
 
-/// Pixels of all frames, for the estimate of the time.
-pub fn pixels(args: &Args) -> Result<u64> {
-    let (scenes, frames) = if args.quick { (1, QUICK_FRAMES) } else { (SCENES.len(), FRAMES) };
-    let size = args.size.unwrap_or(if args.quick { QUICK_SIZE } else { SIZE });
-    Ok(super::pixels(size, scenes * MOVEMENTS.len() * contenders()?.len(), frames))
-}
-
-pub fn run(args: &Args, host: &Host) -> Result<()> {
-    let size = args.size.unwrap_or(if args.quick { QUICK_SIZE } else { SIZE });
-    let frames = if args.quick { QUICK_FRAMES } else { FRAMES };
-    let scenes = if args.quick { &SCENES[1..] } else { &SCENES[..] };
-    // With one depth for all texels there is nothing but noise to follow.
-    let mut choices: Vec<Choice> = contenders()?.into_iter().filter(|c| !is_fixed(c)).collect();
-    choices.insert(0, Choice::new("ray-traced", &[("samples".into(), "1".into())])?);
-    let progress = Progress::start("suite motion");
-    let total = (scenes.len() * MOVEMENTS.len() * choices.len()) as u64;
-    let mut results = vec![];
-    for &name in scenes {
-        let shipped = shipped::find(name).ok_or_else(|| Error::Usage(format!("there is no scene {name}")))?;
-        let mut stage = Stage::shipped(shipped, size)?;
-        stage.light = hard(&stage.light);
-        let mut renderer = renderer(host, &stage, size, MAP)?;
-        let start = with_margin(renderer.light());
-        let mut tracer = tracer(&stage, &start, size).quiet();
-        for (movement, _) in MOVEMENTS {
-            let mut poses = vec![];
-            for i in 0..frames {
-                let (camera, light) = moved(&stage, &start, movement, STEP * f64::from(i));
-                tracer.look(camera, &light);
-                let truth = tracer.hard()?;
-                pose(&mut renderer, &stage, camera, light)?;
-                let mask = mask(host, &mut renderer, &truth)?;
-                poses.push(Pose { camera, light, truth: truth.visibility, mask });
-            }
-            for choice in &choices {
-                results.push(Row {
-                    scene: shipped.name,
-                    movement,
-                    technique: choice.info.id,
-                    params: report::params(choice.info, &choice.params),
-                    label: label(choice),
-                    motion: measure(&mut renderer, &stage, &poses, choice, size)?,
-                });
-                progress.set(results.len() as u64, total);
-            }
+fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
+    let plan = run.plan;
+    run.start(scene);
+    let mut stage = plan.stage(scene)?;
+    stage.light = hard(&stage.light);
+    let mut renderer = renderer(host, &stage, plan.size, MAP)?;
+    let start = with_margin(renderer.light());
+    let mut tracer = tracer(&stage, &start, plan.size).quiet();
+    for (movement, name) in MOVEMENTS {
+        let mut poses = vec![];
+        for i in 0..frames(plan) {
+            let (camera, light) = moved(&stage, &start, movement, STEP * f64::from(i));
+            tracer.look(camera, &light);
+            let truth = tracer.hard()?;
+            pose(&mut renderer, &stage, camera, light)?;
+            let mask = mask(host, &mut renderer, &truth)?;
+            poses.push(Pose { camera, light, truth: truth.visibility, mask });
+        }
+        for (variant, _) in plan.members(scene, MAP) {
+            let motion = judge(&mut renderer, &stage, &poses, &variant.choice, plan.size)?;
+            let mut json = json!(motion);
+            let figures = FIGURES.map(|name| (name, json[name].take().into()));
+            let group = format!("{scene}, {}", name.replace('-', " "));
+            let place = [("scene", scene.into()), ("movement", name.into())];
+            let percent = |v: Option<f64>| v.map(|v| 100.0 * v).into();
+            let row = Row::of(place, variant, &group, Record::of(figures)).and_shown([
+                ("change", percent(motion.change)),
+                ("change_error", percent(motion.change_error)),
+                ("flicker", percent(motion.flicker)),
+            ]);
+            run.push(row, frames(plan));
         }
     }
-    drop(progress);
-    let figures = Figures {
-        suite: "motion",
-        origin: Origin::new(host),
-        size,
-        shadow_map: MAP,
-        frames,
-        step_texels: STEP,
-        band_px: BAND,
-        results,
-    };
-    save(args, host, figures.suite, &figures, &page(&figures))?;
     Ok(())
 }
 
@@ -157,7 +134,7 @@ fn pose(renderer: &mut Renderer<'_>, stage: &Stage, camera: CameraView, light: L
     renderer.set_camera(&stage.scene, camera)
 }
 
-fn measure(
+fn judge(
     renderer: &mut Renderer<'_>,
     stage: &Stage,
     poses: &[Pose],
@@ -223,35 +200,17 @@ fn moved(stage: &Stage, light: &LightView, movement: Movement, texels: f64) -> (
     (camera, light)
 }
 
-fn page(figures: &Figures) -> String {
-    let [w, h] = figures.size;
-    let Origin { device, driver, version, .. } = &figures.origin;
-    let mut text = format!(
-        "# Suite `motion`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, map {MAP}, {} frames, {STEP} texels a \
-         frame, lights without size.\n\n\
-         Over the pixels within {BAND} pixels of the true boundary in either frame: `change` is the mean absolute \
-         difference of two frames in a row; `not the truth's` what of it the ray-traced truth does not do, or does and \
-         the technique does not; `flicker` the share of pixels that go lit, dark, lit or dark, lit, dark in three \
-         frames. All in percent.\n",
-        figures.frames
-    );
-    let percent = |v: Option<f64>| number(v.map(|v| 100.0 * v), 3);
-    for rows in figures.results.chunk_by(|a, b| (a.scene, a.movement) == (b.scene, b.movement)) {
-        let Some(first) = rows.first() else { continue };
-        let name = MOVEMENTS.iter().find(|m| m.0 == first.movement).map_or("", |m| m.1);
-        text += &format!(
-            "\n## {}, {name}\n\n| technique | change | not the truth's | flicker |\n|---|--:|--:|--:|\n",
-            first.scene
+fn page(results: &Results<'_>) -> String {
+    let frames = frames(results.plan);
+    let about = format!("map {MAP}, {frames} frames, {STEP} texels a frame, lights without size.");
+    let mut text = results.head(&about)
+        + &format!(
+            "Over the pixels within {BAND} pixels of the true boundary in either frame: `change` is the mean absolute difference \
+             of two frames in a row; `not the truth's` what of it the ray-traced truth does not do, or does and the technique \
+             does not; `flicker` the share of pixels that go lit, dark, lit or dark, lit, dark in three frames. All in percent.\n"
         );
-        for r in rows {
-            text += &format!(
-                "| {} | {} | {} | {} |\n",
-                r.label,
-                percent(r.motion.change),
-                percent(r.motion.change_error),
-                percent(r.motion.flicker)
-            );
-        }
+    for rows in groups(&results.rows) {
+        text += &format!("\n## {}\n\n{}", rows[0].group, table(&COLUMNS, rows));
     }
     text
 }
@@ -264,7 +223,7 @@ mod tests {
     use edgeshade::view::{DepthRange, look_along};
 
     fn staged(name: &str) -> (Stage, LightView) {
-        let mut stage = Stage::shipped(shipped::find(name).unwrap(), SIZE).unwrap();
+        let mut stage = Stage::shipped(find_scene(name).unwrap(), [640, 360]).unwrap();
         stage.light = hard(&stage.light);
         let light = with_margin(&edgeshade::scene::light_view(&stage.scene, &stage.light));
         (stage, light)
@@ -278,7 +237,7 @@ mod tests {
 
     #[test]
     fn a_step_is_a_step_in_the_map() {
-        for name in SCENES {
+        for name in ["fence", "jenga"] {
             let (stage, light) = staged(name);
             let middle = stage.scene.bounds().center();
             let aside = light.world_from_view.transform_vector3(DVec3::Z) / light.clip_from_view.x_axis.x;

@@ -23,8 +23,16 @@ pub struct Line {
     pub points: Vec<(f64, f64)>,
 }
 
-/// Draws the lines; `axes` describes x and y. After the colours are used up, lines are dashed.
-pub fn svg(title: &str, axes: [&str; 2], lines: &[Line]) -> Result<String, Box<dyn std::error::Error>> {
+/// A plot over two logarithmic axes.
+pub struct Chart {
+    pub title: String,
+    /// Quantities on x and y.
+    pub axes: [&'static str; 2],
+    pub lines: Vec<Line>,
+}
+
+/// Draws the lines. After the colours are used up, lines are dashed.
+pub fn svg(Chart { title, axes, lines }: &Chart) -> Result<String, Box<dyn std::error::Error>> {
     let lines: Vec<(&str, Vec<(f64, f64)>)> = lines
         .iter()
         .map(|l| (l.name.as_str(), l.points.iter().copied().filter(|p| p.0 > 0.0 && p.1 > 0.0).collect()))
@@ -85,9 +93,9 @@ mod tests {
     use super::*;
 
     fn chart(points: &[&[(f64, f64)]]) -> String {
-        let lines: Vec<_> =
-            points.iter().enumerate().map(|(i, p)| Line { name: format!("line {i}"), points: p.to_vec() }).collect();
-        svg("A title", ["across", "up"], &lines).unwrap()
+        let line = |(i, points): (usize, &&[(f64, f64)])| Line { name: format!("line {i}"), points: points.to_vec() };
+        let lines = points.iter().enumerate().map(line).collect();
+        svg(&Chart { title: "A title".into(), axes: ["across", "up"], lines }).unwrap()
     }
 
     #[test]

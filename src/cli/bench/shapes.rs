@@ -1,16 +1,35 @@
 //! The suite `shapes`: the study of the visibility functions. It needs no device.
 
+use super::driver::{Result, Suite, number, plain_table};
 use super::{Args, shown};
 use crate::cli::progress::Progress;
 use crate::cli::report;
-use edgeshade::Result;
-use edgeshade::host::Host;
 use edgeshade::picture::{Picture, false_color, sheet, write_atomic, write_png};
 use edgeshade::reference::revectorization::shapes::study::{self, Method, Options, Row};
 use edgeshade::reference::revectorization::shapes::{Class, Shape, TILE};
-use edgeshade::table::number;
 use serde_json::{Value, json};
-use std::fmt::Write as _;
+
+pub static SUITE: Suite = Suite {
+    name: "shapes",
+    about: "visibility functions on analytic shapes, with a picture (CPU)",
+    run: |_, args, _| run(args),
+    ..Suite::BASE
+};
+
+/// Writes `shapes.md`, `shapes.json` and `shapes.png`.
+fn run(args: &Args) -> Result<()> {
+    let options = Options::default();
+    let rows = {
+        let progress = Progress::start("suite shapes");
+        study::study(&options, |done, total| progress.set(done, total))
+    };
+    let path = args.output.join("shapes.json");
+    args.write(&path, &as_json(&options, &rows))?;
+    let markdown = markdown(&options, &rows);
+    write_atomic(&path.with_extension("md"), markdown.as_bytes())?;
+    write_png(&path.with_extension("png"), &picture()?)?;
+    args.say(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
+}
 
 /// The largest distance of the traversals that the papers use, and that one row stands for all with.
 const USUAL_DISTANCE: u32 = 16;
@@ -30,26 +49,6 @@ const SCALE: u32 = 8;
 
 const SHADOW: [u8; 3] = [12, 12, 14];
 const LIT: [u8; 3] = [228, 228, 228];
-
-/// None: it draws on the CPU.
-pub fn pixels(_: &Args) -> Result<u64> {
-    Ok(0)
-}
-
-/// Writes `shapes.md`, `shapes.json` and `shapes.png`.
-pub fn run(args: &Args, _: &Host) -> Result<()> {
-    let options = Options::default();
-    let rows = {
-        let progress = Progress::start("suite shapes");
-        study::study(&options, |done, total| progress.set(done, total))
-    };
-    let path = args.output.join("shapes.json");
-    args.write(&path, &as_json(&options, &rows))?;
-    let markdown = markdown(&options, &rows);
-    write_atomic(&path.with_extension("md"), markdown.as_bytes())?;
-    write_png(&path.with_extension("png"), &picture()?)?;
-    args.say(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
-}
 
 fn as_json(options: &Options, rows: &[Row]) -> Value {
     let row = |r: &Row| {
@@ -82,50 +81,42 @@ fn markdown(options: &Options, rows: &[Row]) -> String {
     let of = |method, distance| {
         rows.iter().find(|r: &&Row| r.method == method && r.max_distance.is_none_or(|m| m == distance))
     };
-    let distances: String = options.max_distances.iter().map(|m| format!(" M {m} |")).collect();
-    let rule = "--:|".repeat(options.max_distances.len());
-    let mut text = format!(
+    let usual: Vec<&Row> = options.methods.iter().filter_map(|&m| of(m, USUAL_DISTANCE)).collect();
+    let line = |r: &&Row| {
+        let mismatches = options.max_distances.iter().map(|&m| number(of(r.method, m).map(Row::mismatch), 3));
+        let rest = [
+            format!("{:.3} / {:.3}", r.over, r.under),
+            format!("{:.2}", r.displacement),
+            format!("{:.0}", r.fetches),
+            format!("{:.0}", r.fetches_as_listed),
+        ];
+        [r.method.name().to_owned()].into_iter().chain(mismatches).chain(rest).collect()
+    };
+    let distances: String = options.max_distances.iter().map(|m| format!("M {m} | ")).collect();
+    let heads = format!("<function | {distances}over / under | largest | fetches | as listed");
+    let class_line = |(i, class): (usize, &Class)| {
+        let figures = usual.iter().map(|r| number(r.classes.get(i).copied(), 3));
+        [class.name().to_owned()].into_iter().chain(figures).collect()
+    };
+    let class_heads = usual.iter().fold("<class".to_owned(), |heads, r| heads + " | " + r.method.name());
+    format!(
         "# Suite `shapes`\n\nThe visibility functions on a flat receiver, against the exact visibility of {} analytic \
          shapes in {} classes; tiles of {TILE}x{TILE} texels, {n}x{n} points a texel; Edgeshade {}.\n\n\
          Mismatch area per texel of silhouette, in texels (the mean displacement of the boundary), mean over the \
          classes; M is the largest distance of a traversal, {USUAL_DISTANCE} where none is named. `over` is too dark, \
          `under` too light; `largest` is the farthest mismatch from the silhouette, in texels, mean over the shapes. \
          `fetches` are the shadow tests of a texel that differs from a neighbour: as made here, and with all four \
-         neighbours of each step as in listing 3.\n\n\
-         | function |{distances} over / under | largest | fetches | as listed |\n|---|{rule}--:|--:|--:|--:|\n",
+         neighbours of each step as in listing 3.\n\n{}\n## By class, M {USUAL_DISTANCE}\n\n{}",
         options.shapes as usize * Class::ALL.len(),
         Class::ALL.len(),
         env!("CARGO_PKG_VERSION"),
+        plain_table(&heads, usual.iter().map(line)),
+        plain_table(&class_heads, Class::ALL.iter().enumerate().map(class_line)),
         n = options.subsamples,
-    );
-    for &method in &options.methods {
-        let mismatches = options.max_distances.iter().map(|&m| number(of(method, m).map(Row::mismatch), 3));
-        let mismatches: String = mismatches.map(|n| format!(" {n} |")).collect();
-        let Some(r) = of(method, USUAL_DISTANCE) else { continue };
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "| {} |{mismatches} {:.3} / {:.3} | {:.2} | {:.0} | {:.0} |",
-            method.name(),
-            r.over,
-            r.under,
-            r.displacement,
-            r.fetches,
-            r.fetches_as_listed
-        );
-    }
-    let usual: Vec<&Row> = options.methods.iter().filter_map(|&m| of(m, USUAL_DISTANCE)).collect();
-    let names: String = usual.iter().map(|r| format!(" {} |", r.method.name())).collect();
-    let _ =
-        writeln!(text, "\n## By class, M {USUAL_DISTANCE}\n\n| class |{names}\n|---|{}", "--:|".repeat(usual.len()));
-    for (i, class) in Class::ALL.iter().enumerate() {
-        let figures: String = usual.iter().map(|r| format!(" {} |", number(r.classes.get(i).copied(), 3))).collect();
-        let _ = writeln!(text, "| {} |{figures}", class.name());
-    }
-    text
+    )
 }
 
-/// A row of cells a shape: the truth and every method.
+/// A picture with a row of cells for every shape: the truth and every method.
 fn picture() -> Result<Picture> {
     struct Cell {
         label: String,

@@ -1,135 +1,54 @@
 //! Suite `soft`: soft shadows of area lights against the ray-traced truth, over scenes, sizes of map and of light.
 
-mod page;
-
-use super::judge::{available, label, mask, mean, save, tracer};
-use super::{Args, shown};
-use crate::cli::progress::Progress;
-use crate::cli::report::{self, Origin};
-use crate::cli::stage::Stage;
-use crate::cli::techniques::Choice;
+use super::driver::*;
+use super::errors::{self, LEGEND, lowest};
+use super::judge::{mask, tracer};
+use crate::cli::stats::{self, Span};
 use crate::cli::truth::{self, Seed};
-use crate::cli::{stats, view};
-use edgeshade::host::Host;
+use crate::cli::view;
 use edgeshade::metrics::{self, Report};
-use edgeshade::picture::{Picture, write_atomic};
-use edgeshade::scene::shipped::{self, Shipped};
+use edgeshade::picture::Picture;
 use edgeshade::scene::{Light, LightShape, RenderDesc, Renderer, light_view};
-use edgeshade::technique::{OutputFormat, Technique};
+use edgeshade::technique::OutputFormat;
 use edgeshade::view::{LightKind, LightView};
-use edgeshade::{Error, Result};
-use serde::Serialize;
-use serde_json::{Map, Value};
 
-/// Sides of the shadow maps, texels.
-const MAPS: [u32; 4] = [512, 1024, 2048, 4096];
+pub static SUITE: Suite = Suite {
+    name: "soft",
+    about: "error and GPU time of soft shadows over scenes, maps and light sizes, with a plot",
+    extent: |quick| match quick {
+        true => Extent { scenes: vec!["jenga", "robot"], maps: &[1024], size: [192, 108] },
+        false => Extent { scenes: every_scene(), maps: &[512, 1024, 2048, 4096], size: [640, 360] },
+    },
+    variants: |_| Ok(available(CONTENDERS)),
+    frames: |plan| SCALES.len() as u32 * (plan.frames + 1),
+    shows_scenes: true,
+    measure,
+    settings: |plan| {
+        let (samples, left_out) = (samples(plan).into(), plan.left_out.clone().into());
+        Record::of([("samples", samples), ("frames", plan.frames.into()), ("left_out", left_out)])
+    },
+    summary,
+    page,
+    chart: Some(chart),
+    ..Suite::BASE
+};
+
 /// Sizes of the light by the scene's own.
 const SCALES: [f64; 3] = [0.25, 1.0, 4.0];
-const SIZE: [u32; 2] = [640, 360];
-/// Rays a pixel of the truth.
-const SAMPLES: u32 = 1024;
-/// Scenes, maps, size of the image and rays a pixel of a quick run.
-const QUICK: ([&str; 2], [u32; 1], [u32; 2], u32) = (["jenga", "robot"], [1024], [192, 108], 64);
 
-/// What is judged, as far as the registry has it: without penumbrae, with those of a fixed width, with those of the light.
-const CONTENDERS: [super::judge::Wanted; 9] = [
-    ("sm", &[]),
-    ("pcf", &[("width", "15")]),
-    ("pcss", &[]),
-    ("rbssm", &[]),
-    ("ssrbssm", &[]),
-    ("ssabss", &[]),
-    ("edtssm", &[]),
-    ("edtssm-star", &[]),
-    ("soft-auto", &[]),
-];
-/// From the lowest error to the highest, as the papers find them.
+/// Contenders, as far as the registry has them: without penumbrae, with those of a fixed width, with those of the light.
+const CONTENDERS: &str = "sm pcf:width=15 pcss rbssm ssrbssm ssabss edtssm edtssm-star soft-auto";
+/// Techniques from the lowest error to the highest, as the papers find them.
 const ORDER: [&str; 4] = ["rbssm", "pcss", "ssrbssm", "ssabss"];
-/// What the papers do not place.
+/// Technique that the papers do not place.
 const BESIDE: &str = "edtssm-star";
 
-/// What the suite writes.
-#[derive(Serialize)]
-struct Figures {
-    suite: &'static str,
-    #[serde(flatten)]
-    origin: Origin,
-    size: [u32; 2],
-    /// Rays a pixel of the truth.
-    samples: u32,
-    frames: u32,
-    /// What the registry does not have.
-    left_out: Vec<String>,
-    results: Vec<Row>,
-    /// Over the scenes.
-    means: Vec<Mean>,
-    /// The order by error in every cell.
-    cells: Vec<Cell>,
+/// Errors, and what is measured beside.
+fn columns() -> Vec<Column> {
+    [&errors::COLUMNS[..], &[("FLIP", "flip", 4), ("GPU ms", "gpu_ms", 3)]].concat()
 }
 
-/// One technique in one scene with one map under a light of one size.
-#[derive(Serialize)]
-struct Row {
-    scene: &'static str,
-    /// By the scene's own size.
-    light_scale: f64,
-    /// Width of a spot, world units, or angle of a sun, degrees.
-    light_size: f64,
-    light_unit: &'static str,
-    shadow_map: u32,
-    #[serde(skip)]
-    label: String,
-    technique: &'static str,
-    params: Map<String, Value>,
-    /// Mean FLIP difference of the lit pictures.
-    flip: f64,
-    #[serde(flatten)]
-    report: Report,
-    /// The technique's own passes, median over the frames.
-    gpu_ms: Option<f64>,
-    memory_bytes: u64,
-}
-
-/// Mean over the scenes; of all sizes of the light where none is given.
-#[derive(Serialize)]
-struct Mean {
-    light_scale: Option<f64>,
-    shadow_map: u32,
-    #[serde(skip)]
-    label: String,
-    technique: &'static str,
-    params: Map<String, Value>,
-    /// Of so many rows.
-    rows: usize,
-    rmse: Option<f64>,
-    penumbra_rmse: Option<f64>,
-    mae: Option<f64>,
-    over: Option<f64>,
-    under: Option<f64>,
-    flip: Option<f64>,
-    gpu_ms: Option<f64>,
-}
-
-/// Who errs least in one scene with one map under a light of one size.
-#[derive(Serialize)]
-struct Cell {
-    scene: &'static str,
-    light_scale: f64,
-    shadow_map: u32,
-    /// Those of the papers' order that there are, from the lowest RMSE.
-    order: Vec<&'static str>,
-    /// Whether that is the papers' order; null of fewer than two.
-    holds: Option<bool>,
-    /// How far the RMSE of `rbssm` is below that of `pcss`, per cent of the latter; negative where it is above.
-    rbssm_below_pcss_percent: Option<f64>,
-    /// RMSE of `edtssm-star`.
-    edtssm_star: Option<f64>,
-    /// The lowest of all.
-    lowest: String,
-    lowest_rmse: f64,
-}
-
-/// A light of one size, and what is compared with under it.
+/// A light of one size, and the truth under it.
 struct Measure {
     scale: f64,
     light: LightView,
@@ -139,55 +58,12 @@ struct Measure {
     picture: Picture,
 }
 
-/// What is run.
-struct Plan {
-    scenes: Vec<&'static Shipped>,
-    maps: Vec<u32>,
-    size: [u32; 2],
-    samples: u32,
-    frames: u32,
-    choices: Vec<Choice>,
+/// Rays a pixel of the truth.
+fn samples(plan: &Plan) -> u32 {
+    if plan.quick { 64 } else { 1024 }
 }
 
-/// Pixels of all frames, for the estimate of the time.
-pub fn pixels(args: &Args) -> Result<u64> {
-    let (scenes, maps) = if args.quick { (QUICK.0.len(), QUICK.1.len()) } else { (shipped::ALL.len(), MAPS.len()) };
-    let size = args.size.unwrap_or(if args.quick { QUICK.2 } else { SIZE });
-    Ok(super::pixels(size, scenes * maps * SCALES.len() * CONTENDERS.len(), args.frames + 1))
-}
-
-pub fn run(args: &Args, host: &Host) -> Result<()> {
-    let (quick_scenes, quick_maps, quick_size, quick_samples) = QUICK;
-    let (choices, left_out) = available(&CONTENDERS);
-    let plan = Plan {
-        scenes: shipped::ALL.iter().filter(|s| !args.quick || quick_scenes.contains(&s.name)).collect(),
-        maps: if args.quick { quick_maps.to_vec() } else { MAPS.to_vec() },
-        size: args.size.unwrap_or(if args.quick { quick_size } else { SIZE }),
-        samples: if args.quick { quick_samples } else { SAMPLES },
-        frames: args.frames,
-        choices,
-    };
-    let mut results = vec![];
-    for scene in &plan.scenes {
-        results.extend(one_scene(host, scene, &plan)?);
-    }
-    let figures = Figures {
-        suite: "soft",
-        origin: Origin::new(host),
-        size: plan.size,
-        samples: plan.samples,
-        frames: plan.frames,
-        left_out,
-        means: means(&results, &plan.maps),
-        cells: by_cell(&results).filter_map(cell).collect(),
-        results,
-    };
-    let path = save(args, host, figures.suite, &figures, &page::page(&figures))?.with_extension("svg");
-    write_atomic(&path, page::chart(&figures)?.as_bytes())?;
-    args.say(format_args!("wrote {}", shown(&path)))
-}
-
-/// The light so many times as large as the scene's own; where that has no size, as one that says nothing of it.
+/// The light scaled from the scene's own size, or from the usual size where the scene's light is a point.
 fn sized(stage: &Stage, scale: f64) -> Light {
     let with = |spot, sun| {
         let shape = match stage.light.shape {
@@ -215,34 +91,64 @@ fn width(light: &LightView) -> (f64, &'static str) {
     }
 }
 
-fn one_scene(host: &Host, scene: &'static Shipped, plan: &Plan) -> Result<Vec<Row>> {
-    let stage = Stage::shipped(scene, plan.size)?;
+fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
+    let plan = run.plan;
+    let stage = plan.stage(scene)?;
     // The map is drawn every frame, and what is made of it alone counts.
     let renderer = |map_size| {
         let desc = RenderDesc { size: plan.size, map_size, output: OutputFormat::R32, ..RenderDesc::default() };
         Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
     };
-    let measures = match plan.maps.first() {
-        Some(&map) => measures(host, &stage, plan, &mut renderer(map)?)?,
-        None => vec![],
-    };
-    let progress = Progress::start(format!("suite soft, {}", scene.name));
-    let total = (plan.maps.len() * plan.choices.len() * measures.len()) as u64;
-    let mut rows = vec![];
-    for &map in &plan.maps {
+    let measures = measures(host, &stage, plan, &mut renderer(plan.maps[0])?)?;
+    run.start(scene);
+    let first = run.rows.len();
+    for &map in plan.maps {
         let mut renderer = renderer(map)?;
-        for choice in &plan.choices {
-            let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
+        for (variant, _) in plan.members(scene, map) {
+            let mut technique = renderer.prepare(variant.choice.info.id, &variant.choice.params)?;
             for measure in &measures {
                 renderer.set_light(&stage.scene, measure.light);
-                let row = judge(host, (scene, map, choice), &mut renderer, technique.as_mut(), measure, plan)?;
-                rows.push(row);
-                progress.set(rows.len() as u64, total);
+                // The first frame warms up.
+                renderer.frame(technique.as_mut())?;
+                let frames =
+                    (0..plan.frames).map(|_| renderer.frame(technique.as_mut())).collect::<Result<Vec<_>>>()?;
+                let test = renderer.visibility(technique.as_ref())?;
+                let picture = view::picture(host, renderer.picture())?;
+                let (light_size, unit) = width(&measure.light);
+                let place = |e| {
+                    let place = format!("{scene}, map {map}, light {light_size} {unit}, {}", variant.label);
+                    Error::Usage(format!("{place}: {e}"))
+                };
+                let report = metrics::compare(&test, &measure.truth, &measure.mask, plan.size).map_err(place)?;
+                let flip = truth::flip(&picture, &measure.picture, &measure.mask)?;
+                // The technique's own passes, median over the frames.
+                let gpu_ms = stats::technique(&frames).map(|s| s.median);
+                let figures = figures(flip, &report, gpu_ms, technique.memory_bytes());
+                let light = (measure.scale, light_size, unit);
+                run.push(row(scene, light, map, variant, figures), plan.frames + 1);
             }
         }
     }
-    rows.sort_by(|a, b| a.light_scale.total_cmp(&b.light_scale).then(a.shadow_map.cmp(&b.shadow_map)));
-    Ok(rows)
+    let scale = |r: &Row| SCALES.iter().position(|s| r.number("light_scale") == Some(*s));
+    run.rows[first..].sort_by_key(|r| (scale(r), r.number("shadow_map").map(f64::to_bits)));
+    Ok(())
+}
+
+fn row(scene: &str, (scale, size, unit): (f64, f64, &str), map: u32, variant: &Variant, figures: Record) -> Row {
+    let place = [
+        ("scene", scene.into()),
+        ("light_scale", scale.into()),
+        ("light_size", size.into()),
+        ("light_unit", unit.into()),
+        ("shadow_map", map.into()),
+    ];
+    let row = Row::of(place, variant, &format!("{scene} {scale} {map}"), figures);
+    row.and_shown([("light", format!("x {scale}").into())])
+}
+
+fn figures(flip: f64, report: &Report, gpu_ms: Option<f64>, memory_bytes: u64) -> Record {
+    let beside = [("gpu_ms", gpu_ms.into()), ("memory_bytes", memory_bytes.into())];
+    Record::of([("flip", flip.into())]).and(errors::figures(report).0).and(beside)
 }
 
 /// The truth under the light of every size.
@@ -252,7 +158,7 @@ fn measures(host: &Host, stage: &Stage, plan: &Plan, renderer: &mut Renderer<'_>
     let mut one = |scale| {
         let light = light_view(&stage.scene, &sized(stage, scale));
         tracer.look(stage.camera, &light);
-        let (truth, _) = tracer.truth(plan.samples, Seed::Truth)?;
+        let (truth, _) = tracer.truth(samples(plan), Seed::Truth)?;
         renderer.set_light(&stage.scene, light);
         let mask = mask(host, renderer, &truth)?;
         let picture = view::picture(host, renderer.picture())?;
@@ -261,119 +167,161 @@ fn measures(host: &Host, stage: &Stage, plan: &Plan, renderer: &mut Renderer<'_>
     SCALES.into_iter().map(&mut one).collect()
 }
 
-/// Renders, times and judges; the first frame warms up.
-fn judge(
-    host: &Host,
-    (scene, map, choice): (&'static Shipped, u32, &Choice),
-    renderer: &mut Renderer<'_>,
-    technique: &mut dyn Technique,
-    measure: &Measure,
-    plan: &Plan,
-) -> Result<Row> {
-    renderer.frame(technique)?;
-    let frames = (0..plan.frames).map(|_| renderer.frame(technique)).collect::<Result<Vec<_>>>()?;
-    let test = renderer.visibility(technique)?;
-    let picture = view::picture(host, renderer.picture())?;
-    let (light_size, light_unit) = width(&measure.light);
-    let label = label(choice);
-    let report = metrics::compare(&test, &measure.truth, &measure.mask, plan.size);
-    let place = |e| Error::Usage(format!("{}, map {map}, light {light_size} {light_unit}, {label}: {e}", scene.name));
-    Ok(Row {
-        scene: scene.name,
-        light_scale: measure.scale,
-        light_size,
-        light_unit,
-        shadow_map: map,
-        technique: choice.info.id,
-        params: report::params(choice.info, &choice.params),
-        flip: truth::flip(&picture, &measure.picture, &measure.mask)?,
-        report: report.map_err(place)?,
-        label,
-        gpu_ms: stats::technique(&frames).map(|s| s.median),
-        memory_bytes: technique.memory_bytes(),
-    })
+/// Means for every size of the light and for all together, and the order by error in every scene, light and map.
+fn summary(plan: &Plan, rows: &[Row]) -> Record {
+    let scales = SCALES.into_iter().map(Some).chain([None]);
+    let keys = scales.flat_map(|scale| plan.keys(&Record::of([("light_scale", scale.into())])));
+    let count = |mine: &[&Row]| Record::of([("rows", mine.len().into())]);
+    let mut means = means(rows, keys.collect(), &columns(), count);
+    means.retain(|m| m.number("rows") > Some(0.0));
+    let cells = groups(rows).filter_map(cell).collect();
+    Record::of([("means", Field::Rows(means)), ("cells", Field::Rows(cells))])
 }
 
-/// Rows of the same scene, light and map, one group after another.
-fn by_cell(rows: &[Row]) -> impl Iterator<Item = &[Row]> {
-    rows.chunk_by(|a, b| (a.scene, a.light_scale, a.shadow_map) == (b.scene, b.light_scale, b.shadow_map))
-}
-
-fn cell(rows: &[Row]) -> Option<Cell> {
-    let rmse = |id: &str| rows.iter().find(|r| r.technique == id).map(|r| r.report.rmse);
+/// Says who errs least in one scene with one map under a light of one size.
+fn cell(rows: &[Row]) -> Option<Row> {
+    let rmse = |id: &str| rows.iter().find(|r| r.label == id)?.number("rmse");
     let mut order: Vec<(&'static str, f64)> = ORDER.iter().filter_map(|&id| Some((id, rmse(id)?))).collect();
     // Stable: of equal ones the papers' order is kept.
     order.sort_by(|a, b| a.1.total_cmp(&b.1));
     let order: Vec<_> = order.into_iter().map(|o| o.0).collect();
-    let expected = ORDER.iter().filter(|id| order.contains(id));
-    let lowest = rows.iter().min_by(|a, b| a.report.rmse.total_cmp(&b.report.rmse))?;
-    Some(Cell {
-        scene: lowest.scene,
-        light_scale: lowest.light_scale,
-        shadow_map: lowest.shadow_map,
-        holds: (order.len() > 1).then(|| order.iter().eq(expected)),
-        order,
-        rbssm_below_pcss_percent: rmse(ORDER[0]).zip(rmse(ORDER[1])).map(|(a, b)| 100.0 * (1.0 - a / b)),
-        edtssm_star: rmse(BESIDE),
-        lowest: lowest.label.clone(),
-        lowest_rmse: lowest.report.rmse,
-    })
+    // Whether that is the papers' order; of fewer than two there is none.
+    let holds = (order.len() > 1).then(|| order.iter().eq(ORDER.iter().filter(|id| order.contains(id))));
+    let below = rmse(ORDER[0]).zip(rmse(ORDER[1])).map(|(a, b)| 1.0 - a / b);
+    let lowest = lowest(rows)?;
+    let shown = [
+        ("light", lowest.text("light").into()),
+        ("order", if order.is_empty() { "-".into() } else { order.join(" < ").into() }),
+        ("holds", holds.map(|h| if h { "yes" } else { "no" }).into()),
+        ("rbssm_below_pcss", below.into()),
+    ];
+    let figures = [
+        ("order", order.into()),
+        ("holds", holds.into()),
+        ("rbssm_below_pcss_percent", below.map(|b| 100.0 * b).into()),
+        ("edtssm_star", rmse(BESIDE).into()),
+        ("lowest", lowest.label.as_str().into()),
+        ("lowest_rmse", lowest.number("rmse").into()),
+    ];
+    let place = lowest.fields.only(&["scene", "light_scale", "shadow_map"]);
+    Some(Row::new("", "", place.and(figures)).and_shown(shown))
 }
 
-/// For every size of the light, and for all together.
-fn means(rows: &[Row], maps: &[u32]) -> Vec<Mean> {
-    let mut found: Vec<Mean> = vec![];
+/// Tables of lights, of the order by error, of means, then of every scene.
+fn page(results: &Results<'_>) -> String {
+    let plan = results.plan;
+    let about = format!("against ray-traced shadows of the area light, {} rays a pixel.", samples(plan));
+    let mut text = results.head(&about)
+        + &format!(
+            "{LEGEND}; `FLIP`: of the lit pictures; `GPU ms`: the technique's own passes, median of {} frames, with all that is \
+             made of the shadow map anew.\n\n",
+            plan.frames
+        );
+    text += &left_out_note(&plan.left_out);
+    text += &lights(&results.rows);
+    text += &conclusions(results.list("cells"));
+    let lead = [("light", "light", 0), ("map", "shadow_map", 0), ("<technique", "label", 0)];
+    let columns = [&lead[..], &columns()].concat();
     for scale in SCALES.into_iter().map(Some).chain([None]) {
-        for &map in maps {
-            let here = |r: &&Row| r.shadow_map == map && scale.is_none_or(|s| r.light_scale == s);
-            let first = found.len();
-            for row in rows.iter().filter(here) {
-                if found[first..].iter().any(|m| m.label == row.label) {
-                    continue;
-                }
-                let mine: Vec<&Row> = rows.iter().filter(here).filter(|r| r.label == row.label).collect();
-                let of = |f: fn(&Row) -> Option<f64>| mean(mine.iter().map(|r| f(r)));
-                found.push(Mean {
-                    light_scale: scale,
-                    shadow_map: map,
-                    label: row.label.clone(),
-                    technique: row.technique,
-                    params: row.params.clone(),
-                    rows: mine.len(),
-                    rmse: of(|r| Some(r.report.rmse)),
-                    penumbra_rmse: of(|r| r.report.penumbra_rmse),
-                    mae: of(|r| Some(r.report.mae)),
-                    over: of(|r| Some(r.report.over)),
-                    under: of(|r| Some(r.report.under)),
-                    flip: of(|r| Some(r.flip)),
-                    gpu_ms: of(|r| r.gpu_ms),
-                });
-            }
+        let light = scale.map_or_else(|| "all sizes of the light".to_owned(), |s| format!("light x {s}"));
+        let means = results.list("means").iter().filter(|m| m.number("light_scale") == scale);
+        text += &format!("\n## Mean over the scenes, {light}\n\n{}", table(&columns[1..], means));
+    }
+    text + &tables_by_scene(&columns, &results.rows)
+}
+
+/// Table of the lights' sizes.
+fn lights(rows: &[Row]) -> String {
+    let line = |rows: &[Row]| {
+        let unit = rows[0].text("light_unit");
+        let kind = if unit == "degrees" { "sun" } else { "spot" };
+        let of = |scale| rows.iter().find(|r| r.number("light_scale") == Some(scale))?.number("light_size");
+        let light = [rows[0].text("scene").to_owned(), format!("{kind}, {unit}")];
+        light.into_iter().chain(SCALES.map(|s| number(of(s), 4))).collect()
+    };
+    let heads = SCALES.map(|s| format!(" | x {s}")).concat();
+    "## Sizes of the lights\n\nBy the scene's own: full width of a spot's square in world units, full angle of a sun in \
+     degrees.\n\n"
+        .to_owned()
+        + &plain_table(&format!("<scene | <light{heads}"), by_scene(rows).map(line))
+}
+
+/// Says whether the papers' order holds, and where it does not.
+fn conclusions(cells: &[Row]) -> String {
+    let mut text = format!(
+        "\n## Order by error\n\nThe papers find {} in RMSE. `rbssm below pcss`: per cent of the RMSE of `pcss`. The \
+         lowest is that of all in the cell.\n\n",
+        ORDER.map(|id| format!("`{id}`")).join(" < ")
+    );
+    let mut say_how_often = |what: &str, holds: &dyn Fn(&Row) -> Option<bool>| {
+        let found: Vec<_> = cells.iter().filter_map(holds).collect();
+        if !found.is_empty() {
+            let held = found.iter().filter(|h| **h).count();
+            text += &format!("* {what}: {held} of {} cells.\n", found.len());
+        }
+    };
+    say_how_often("The whole order, of those that there are", &holds);
+    for pair in ORDER.windows(2) {
+        let is_below = |c: &Row| {
+            let place = |id| c.text("order").split(" < ").position(|o| o == id);
+            Some(place(pair[0])? < place(pair[1])?)
+        };
+        say_how_often(&format!("`{}` below `{}`", pair[0], pair[1]), &is_below);
+    }
+    for scale in SCALES {
+        let mine = cells.iter().filter(|c| c.number("light_scale") == Some(scale));
+        if let Some(s) = Span::of(mine.filter_map(|c| c.number("rbssm_below_pcss_percent"))) {
+            let [median, min, max] = [s.median, s.min, s.max].map(|v| number(v, 1));
+            text += &format!("* Light x {scale}: `rbssm` is {median} % below `pcss` (median; {min} to {max} %).\n");
         }
     }
-    found
+    const COLUMNS: [Column; 9] = [
+        ("<scene", "scene", 0),
+        ("light", "light", 0),
+        ("map", "shadow_map", 0),
+        ("<from the lowest", "order", 0),
+        ("<as the papers", "holds", 0),
+        ("rbssm below pcss %", "rbssm_below_pcss", 1),
+        ("edtssm-star", "edtssm_star", 4),
+        ("<lowest", "lowest", 0),
+        ("RMSE", "lowest_rmse", 4),
+    ];
+    text + "\n" + &table(&COLUMNS, cells)
+}
+
+/// True if the papers' order holds in a cell; `None` of fewer than two techniques.
+fn holds(cell: &Row) -> Option<bool> {
+    Some(cell.text("holds")).filter(|text| !text.is_empty()).map(|text| text == "yes")
+}
+
+/// Mean RMSE over mean GPU time, a line a technique through the sizes of the map.
+fn chart(results: &Results<'_>) -> Chart {
+    let plan = results.plan;
+    let line = |v: &Variant| {
+        let all = results.list("means").iter().filter(|m| m.number("light_scale").is_none() && m.label == v.label);
+        let points = all.filter_map(|m| Some((m.number("gpu_ms")?, m.number("rmse")?))).collect();
+        Line { name: v.label.clone(), points }
+    };
+    let [low, high] = [plan.maps.iter().min(), plan.maps.iter().max()].map(|map| number(map.map(|&m| f64::from(m)), 0));
+    Chart {
+        title: format!("Error of soft shadows over GPU time, maps of {low} to {high}, mean over scenes and lights"),
+        axes: ["GPU ms of the technique's passes", "RMSE"],
+        lines: plan.variants.iter().map(line).collect(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::judge::hard;
     use super::*;
 
     /// A row in which every pixel is too dark by so much.
-    fn row(scene: &'static str, light_scale: f64, shadow_map: u32, technique: &'static str, error: f32) -> Row {
-        Row {
-            scene,
-            light_scale,
-            light_size: light_scale,
-            light_unit: "degrees",
-            shadow_map,
-            label: technique.into(),
-            technique,
-            params: Map::new(),
-            flip: f64::from(2.0 * error),
-            report: metrics::compare(&[1.0 - error; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap(),
-            gpu_ms: (technique != "sm").then(|| 8.0 * f64::from(error)),
-            memory_bytes: 0,
-        }
+    fn row(scene: &'static str, scale: f64, map: u32, technique: &'static str, error: f32) -> Row {
+        let report = metrics::compare(&[1.0 - error; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap();
+        let gpu_ms = (technique != "sm").then(|| 8.0 * f64::from(error));
+        let figures = figures(f64::from(2.0 * error), &report, gpu_ms, 0);
+        let variant = available(technique).found.remove(0);
+        super::row(scene, (scale, scale, "degrees"), map, &variant, figures)
     }
 
     #[test]
@@ -385,17 +333,20 @@ mod tests {
             rows.push(row("a", 1.0, map, BESIDE, 0.125));
         }
         rows.extend([row("a", 4.0, 512, "sm", 0.5), row("a", 4.0, 512, "pcss", 0.5)]);
-        let cells: Vec<_> = by_cell(&rows).filter_map(cell).collect();
-        let holds: Vec<_> = cells.iter().map(|c| (c.shadow_map, c.light_scale, c.holds)).collect();
-        assert_eq!(holds, [(512, 1.0, Some(true)), (1024, 1.0, Some(false)), (512, 4.0, None)]);
-        assert_eq!(cells[1].order, ["pcss", "rbssm", "ssrbssm", "ssabss"]);
-        let below: Vec<_> = cells.iter().map(|c| c.rbssm_below_pcss_percent).collect();
+        let cells: Vec<_> = groups(&rows).filter_map(cell).collect();
+        let found: Vec<_> = cells.iter().map(|c| (c.number("shadow_map"), c.text("light"), holds(c))).collect();
+        let expected =
+            [(Some(512.0), "x 1", Some(true)), (Some(1024.0), "x 1", Some(false)), (Some(512.0), "x 4", None)];
+        assert_eq!(found, expected);
+        assert_eq!(*cells[1].fields.get("order"), vec!["pcss", "rbssm", "ssrbssm", "ssabss"].into());
+        let below: Vec<_> = cells.iter().map(|c| c.number("rbssm_below_pcss_percent")).collect();
         assert_eq!(below, [Some(50.0), Some(-100.0), None]);
-        assert_eq!((cells[0].edtssm_star, &cells[0].lowest[..], cells[2].edtssm_star), (Some(0.125), BESIDE, None));
+        assert_eq!((cells[0].number("edtssm_star"), cells[0].text("lowest")), (Some(0.125), BESIDE));
+        assert_eq!(cells[2].number("edtssm_star"), None);
         // Where one of the four is missing, the others' order still counts.
-        rows.retain(|r| r.technique != "pcss");
-        let cells: Vec<_> = by_cell(&rows).filter_map(cell).collect();
-        assert_eq!(cells.iter().map(|c| c.holds).collect::<Vec<_>>(), [Some(true), Some(true), None]);
+        rows.retain(|r| r.label != "pcss");
+        let found: Vec<_> = groups(&rows).filter_map(cell).map(|c| holds(&c)).collect();
+        assert_eq!(found, [Some(true), Some(true), None]);
     }
 
     #[test]
@@ -406,28 +357,33 @@ mod tests {
         {
             rows.extend(["sm", "pcss"].iter().zip(errors).map(|(id, e)| row(scene, scale, 512, id, e)));
         }
-        let means = means(&rows, &[512, 1024]);
-        let of = |scale, id| means.iter().find(|m| m.light_scale == scale && m.technique == id).unwrap();
-        assert_eq!((of(Some(0.25), "sm").rmse, of(Some(0.25), "sm").rows), (Some(0.375), 2));
-        assert_eq!((of(Some(0.25), "pcss").rmse, of(Some(0.25), "pcss").over), (Some(0.5), Some(0.5)));
-        assert_eq!((of(None, "pcss").rmse, of(None, "pcss").rows, of(None, "pcss").gpu_ms), (Some(0.5), 4, Some(4.0)));
-        assert_eq!((of(None, "sm").gpu_ms, of(None, "sm").flip), (None, Some(0.75)));
+        let plan = SUITE.plan(false, 1, None, DeviceFeatures::default()).unwrap();
+        let summary = summary(&Plan { maps: &[512, 1024], ..plan }, &rows);
+        let Field::Rows(means) = summary.get("means") else { panic!("no means") };
+        let of = |scale: Option<f64>, id, figure| {
+            let mut mine = means.iter().filter(|m| m.number("light_scale") == scale);
+            mine.find(|m| m.label == id).unwrap().number(figure)
+        };
+        assert_eq!(["rmse", "rows"].map(|f| of(Some(0.25), "sm", f)), [Some(0.375), Some(2.0)]);
+        assert_eq!(["rmse", "over"].map(|f| of(Some(0.25), "pcss", f)), [Some(0.5), Some(0.5)]);
+        assert_eq!(["rmse", "rows", "gpu_ms"].map(|f| of(None, "pcss", f)), [Some(0.5), Some(4.0), Some(4.0)]);
+        assert_eq!(["gpu_ms", "flip"].map(|f| of(None, "sm", f)), [None, Some(0.75)]);
         // 4 is a size without rows, 1024 a map without.
         assert_eq!(means.len(), 2 * 3);
     }
 
     #[test]
     fn lights_grow_from_the_scenes_own_and_from_a_usual_one_where_that_is_a_point() {
-        for shipped in shipped::ALL {
-            let mut stage = Stage::shipped(shipped, SIZE).unwrap();
+        for name in every_scene() {
+            let mut stage = Stage::shipped(find_scene(name).unwrap(), SIZE).unwrap();
             let of = |stage: &Stage, scale| width(&light_view(&stage.scene, &sized(stage, scale))).0;
             let own = width(&light_view(&stage.scene, &stage.light)).0;
             for scale in SCALES {
-                assert!(own > 0.0 && (of(&stage, scale) / (scale * own) - 1.0).abs() < 1e-12, "{}", shipped.name);
+                assert!(own > 0.0 && (of(&stage, scale) / (scale * own) - 1.0).abs() < 1e-12, "{name}");
             }
-            stage.light = super::super::judge::hard(&stage.light);
+            stage.light = hard(&stage.light);
             let usual = of(&stage, 1.0);
-            assert!(usual > 0.0 && (of(&stage, 4.0) / usual - 4.0).abs() < 1e-12, "{}", shipped.name);
+            assert!(usual > 0.0 && (of(&stage, 4.0) / usual - 4.0).abs() < 1e-12, "{name}");
         }
     }
 }

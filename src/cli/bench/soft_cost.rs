@@ -1,36 +1,25 @@
 //! Suite `soft-cost`: what soft shadows of an area light cost, next to hard ones and to each other.
 
-use super::Variant;
-use super::judge::{Wanted, available, label, left_out_note};
-use super::penumbrae::passes;
-use crate::cli::report::{Bench, BenchRow};
-use edgeshade::Result;
-use edgeshade::scene::shipped;
-use edgeshade::table::number;
+use super::driver::*;
+use super::timed;
 
-/// Side of the map of all of them, texels.
-const MAP: u32 = 1024;
-/// What the others are set against.
+pub static SUITE: Suite = Suite {
+    name: "soft-cost",
+    about: "what soft shadows of an area light add to sm, pass by pass, and what their skipping saves",
+    extent: |quick| timed::extent(quick, every_scene(), &[1024]),
+    variants: |_| Ok(available(VARIANTS)),
+    page: |results| timed::page(results) + &added(&results.rows) + &savings(&results.rows) + &shares(&results.rows),
+    ..timed::BASE
+};
+
+/// Variant that the others are set against.
 const RIVAL: &str = "pcss";
 
-/// As far as the registry has them.
-const VARIANTS: [Wanted; 13] = [
-    ("sm", &[]),
-    ("pcf", &[("width", "15")]),
-    ("pcss", &[]),
-    ("pcss", &[("skip", "off")]),
-    ("rbssm", &[]),
-    ("rbssm-naive", &[]),
-    ("rbssm", &[("skip", "off")]),
-    ("rbssm", &[("reuse", "off")]),
-    ("ssrbssm", &[]),
-    ("ssabss", &[]),
-    ("edtssm", &[]),
-    ("edtssm-star", &[]),
-    ("soft-auto", &[]),
-];
+/// Variants, as far as the registry has them.
+const VARIANTS: &str = "sm pcf:width=15 pcss pcss:skip=off rbssm rbssm-naive rbssm:skip=off rbssm:reuse=off ssrbssm ssabss edtssm \
+                        edtssm-star soft-auto";
 
-/// What a technique has, and the variant without it.
+/// Accelerations, with a variant that has each and one that does not.
 const SAVINGS: [(&str, &str, &str); 4] = [
     ("hierarchical map", "pcss", "pcss skip=off"),
     ("hierarchical map", "rbssm", "rbssm skip=off"),
@@ -38,69 +27,43 @@ const SAVINGS: [(&str, &str, &str); 4] = [
     ("both", "rbssm", "rbssm-naive"),
 ];
 
-/// Every scene under its own light.
-pub fn variants() -> Result<Vec<Variant>> {
-    let (choices, _) = available(&VARIANTS);
-    let pairs = shipped::ALL.iter().flat_map(|scene| choices.iter().map(move |c| (scene, c)));
-    Ok(pairs.map(|(scene, choice)| Variant::new(scene, choice.clone(), MAP, scene.name)).collect())
+fn find<'a>(group: &'a [Row], name: &str) -> Option<&'a Row> {
+    group.iter().find(|r| r.label == name)
 }
 
-/// What the table's figures come to.
-pub fn conclusions(figures: &Bench, variants: &[Variant]) -> String {
-    let labels: Vec<_> = variants.iter().map(|v| label(&v.choice)).collect();
-    let rows: Vec<_> = figures.results.iter().zip(labels.iter().map(String::as_str)).collect();
-    let groups: Vec<_> = rows.chunk_by(|a, b| a.0.group == b.0.group).collect();
-    let note = left_out_note(&available(&VARIANTS).1);
-    let note = if note.is_empty() { note } else { format!("\n{}\n", note.trim_end()) };
-    note + &added(&groups) + &savings(&groups) + &shares(&groups)
+/// Time that a variant adds to the frame of `sm` by the time that the rival adds; `None` where the rival adds nothing.
+fn by_rival(group: &[Row], row: &Row) -> Option<f64> {
+    let rival = find(group, RIVAL)?.number("added_to_frame").filter(|a| *a > 0.0)?;
+    Some(row.number("added_to_frame")? / rival)
 }
 
-/// Rows of one group with their labels.
-type Group<'a> = [(&'a BenchRow, &'a str)];
-
-fn find<'a>(group: &Group<'a>, name: &str) -> Option<&'a BenchRow> {
-    group.iter().find(|(_, label)| *label == name).map(|(row, _)| *row)
-}
-
-/// By how many times a variant adds what the rival adds to the same frame of `sm`; where that adds nothing, nothing.
-fn by_rival(group: &Group<'_>, row: &BenchRow) -> Option<f64> {
-    let rival = find(group, RIVAL)?.added_to_frame.filter(|a| *a > 0.0)?;
-    Some(row.added_to_frame? / rival)
-}
-
-fn added(groups: &[&Group<'_>]) -> String {
-    let mut text = format!(
-        "\n## What soft shadows add\n\n\
-         `adds`: milliseconds that a technique's passes take more than those of `sm`; `by {RIVAL}'s`: that by what \
-         `{RIVAL}` adds; `frame`: the whole frame by that of `sm`. Medians over the turns.\n\n\
-         | scene | technique | adds ms | by {RIVAL}'s | frame |\n|---|---|--:|--:|--:|\n"
-    );
+fn added(rows: &[Row]) -> String {
+    let mut lines = vec![];
     // By label, over the scenes.
     let mut all: Vec<(&str, Vec<f64>)> = vec![];
-    for group in groups {
-        for &(row, label) in group.iter().skip(1) {
+    for group in groups(rows) {
+        for row in &group[1..] {
             let ratio = by_rival(group, row);
-            if all.iter().all(|(l, _)| *l != label) {
-                all.push((label, vec![]));
+            match all.iter_mut().find(|(label, _)| *label == row.label) {
+                Some((_, found)) => found.extend(ratio),
+                None => all.push((&row.label, ratio.into_iter().collect())),
             }
-            all.iter_mut().filter(|(l, _)| *l == label).for_each(|(_, found)| found.extend(ratio));
-            text += &format!(
-                "| {} | {label} | {} | {} | {} |\n",
-                row.group,
-                number(row.added_ms, 3),
-                number(ratio, 2),
-                number(row.frame_ratio, 3)
-            );
+            let [added, frame] = ["added_ms", "frame_ratio"].map(|name| number(row.number(name), 3));
+            lines.push(vec![row.group.clone(), row.label.clone(), added, number(ratio, 2), frame]);
         }
     }
-    text += &format!(
-        "\nOver the scenes, by {RIVAL}'s:\n\n| technique | geometric mean | least | most |\n|---|--:|--:|--:|\n"
-    );
-    for (label, ratios) in all {
-        let [mean, least, most] = spread(&ratios);
-        text += &format!("| {label} | {} | {} | {} |\n", number(mean, 2), number(least, 2), number(most, 2));
-    }
-    text
+    let spreads = all.iter().map(|(label, ratios)| {
+        let [mean, least, most] = spread(ratios).map(|v| number(v, 2));
+        vec![(*label).to_owned(), mean, least, most]
+    });
+    format!(
+        "\n## What soft shadows add\n\n\
+         `adds`: milliseconds that a technique's passes take more than those of `sm`; `by {RIVAL}'s`: that by what \
+         `{RIVAL}` adds; `frame`: the whole frame by that of `sm`. Medians over the turns.\n\n{}\n\
+         Over the scenes, by {RIVAL}'s:\n\n{}",
+        plain_table(&format!("<scene | <technique | adds ms | by {RIVAL}'s | frame"), lines),
+        plain_table("<technique | geometric mean | least | most", spreads)
+    )
 }
 
 /// Geometric mean, least and most of ratios; a mean only of positive ones.
@@ -112,86 +75,53 @@ fn spread(ratios: &[f64]) -> [Option<f64>; 3] {
     [has.then_some(mean), has.then_some(least), has.then_some(most)]
 }
 
-fn savings(groups: &[&Group<'_>]) -> String {
-    let mut lines = String::new();
-    for group in groups {
+fn savings(rows: &[Row]) -> String {
+    let mut lines = vec![];
+    for group in groups(rows) {
         for (what, with, without) in SAVINGS {
             let (Some(a), Some(b)) = (find(group, with), find(group, without)) else { continue };
-            let saved = a.gpu_ms.zip(b.gpu_ms).map(|(a, b)| 100.0 * (1.0 - a / b));
-            lines += &format!(
-                "| {} | {what} | {with} | {} | {} | {} |\n",
-                a.group,
-                number(a.gpu_ms, 3),
-                number(b.gpu_ms, 3),
-                number(saved, 1)
-            );
+            let [a_ms, b_ms] = [a, b].map(|r| r.number("gpu_ms"));
+            let saved = a_ms.zip(b_ms).map(|(a, b)| 100.0 * (1.0 - a / b));
+            let [with_ms, without_ms] = [a_ms, b_ms].map(|ms| number(ms, 3));
+            lines.push(vec![a.group.clone(), what.into(), with.into(), with_ms, without_ms, number(saved, 1)]);
         }
     }
     if lines.is_empty() {
-        return lines;
+        return String::new();
     }
     "\n## What the accelerations save\n\n\
      Milliseconds of the technique's own passes, with and without; `saved`: per cent of those without, negative where it \
-     costs more than it saves.\n\n\
-     | scene | what | technique | with ms | without ms | saved % |\n|---|---|---|--:|--:|--:|\n"
+     costs more than it saves.\n\n"
         .to_owned()
-        + &lines
+        + &plain_table("<scene | <what | <technique | with ms | without ms | saved %", lines)
 }
 
-fn shares(groups: &[&Group<'_>]) -> String {
-    let mut text =
-        "\n## Passes\n\nShare of the technique's time; in brackets tiles or pixels that were worked on, of all.\n\n\
-                    | scene | technique | passes |\n|---|---|---|\n"
-            .to_owned();
-    for group in groups {
-        for (row, label) in group.iter() {
-            text += &format!("| {} | {label} | {} |\n", row.group, passes(row));
-        }
-    }
-    text
+fn shares(rows: &[Row]) -> String {
+    let line = |r: &Row| vec![r.group.clone(), r.label.clone(), timed::passes(r)];
+    "\n## Passes\n\nShare of the technique's time; in brackets tiles or pixels that were worked on, of all.\n\n"
+        .to_owned()
+        + &plain_table("<scene | <technique | <passes", rows.iter().map(line))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::timed::tests::row;
     use super::*;
     use crate::cli::report::Origin;
-
-    fn row(group: &str, gpu_ms: f64, base: f64) -> BenchRow {
-        BenchRow {
-            scene: "jenga",
-            ground_alone: false,
-            technique: "sm",
-            params: serde_json::Map::new(),
-            shadow_map: MAP,
-            group: group.into(),
-            gpu_ms: Some(gpu_ms),
-            gpu_ms_min: None,
-            gpu_ms_max: None,
-            ratio: None,
-            added_ms: Some(gpu_ms - base),
-            added_to_frame: Some((gpu_ms - base) / 100.0),
-            frame_ratio: Some(1.0 + (gpu_ms - base) / 100.0),
-            passes: vec![],
-            total_gpu_ms: None,
-            memory_bytes: 0,
-        }
-    }
 
     #[test]
     fn ratios_are_between_rows_of_one_group() {
         let rows = [
-            (row("a", 2.0, 2.0), "sm"),
-            (row("a", 6.0, 2.0), "pcss"),
-            (row("a", 8.0, 2.0), "pcss skip=off"),
-            (row("a", 10.0, 2.0), "rbssm"),
-            (row("a", 40.0, 2.0), "rbssm-naive"),
-            (row("b", 2.0, 2.0), "sm"),
-            (row("b", 12.0, 2.0), "pcss"),
-            (row("b", 7.0, 2.0), "rbssm"),
+            row("a", "sm", 2.0, 2.0),
+            row("a", "pcss", 6.0, 2.0),
+            row("a", "pcss skip=off", 8.0, 2.0),
+            row("a", "rbssm", 10.0, 2.0),
+            row("a", "rbssm-naive", 40.0, 2.0),
+            row("b", "sm", 2.0, 2.0),
+            row("b", "pcss", 12.0, 2.0),
+            row("b", "rbssm", 7.0, 2.0),
         ];
-        let rows: Vec<_> = rows.iter().map(|(r, l)| (r, *l)).collect();
-        let groups: Vec<_> = rows.chunk_by(|a, b| a.0.group == b.0.group).collect();
-        let text = added(&groups);
+        let text = added(&rows);
         let lines = [
             "| a | pcss | 4.000 | 1.00 | 1.040 |",
             "| a | rbssm | 8.000 | 2.00 | 1.080 |",
@@ -203,7 +133,7 @@ mod tests {
             assert!(text.contains(line), "{line}: {text}");
         }
         assert!(!text.contains("| a | sm |"), "{text}");
-        let text = savings(&groups);
+        let text = savings(&rows);
         assert!(text.contains("| a | hierarchical map | pcss | 6.000 | 8.000 | 25.0 |"), "{text}");
         assert!(text.contains("| a | both | rbssm | 10.000 | 40.000 | 75.0 |"), "{text}");
         assert_eq!(text.matches("\n| b |").count(), 0, "nothing to set it against: {text}");
@@ -211,26 +141,22 @@ mod tests {
 
     #[test]
     fn without_the_rival_there_is_no_ratio() {
-        let rows = [(row("a", 2.0, 2.0), "sm"), (row("a", 6.0, 2.0), "pcf width=15")];
-        let rows: Vec<_> = rows.iter().map(|(r, l)| (r, *l)).collect();
-        let text = added(&[&rows[..]]);
+        let rows = [row("a", "sm", 2.0, 2.0), row("a", "pcf width=15", 6.0, 2.0)];
+        let text = added(&rows);
         assert!(text.contains("| a | pcf width=15 | 4.000 | - | 1.040 |"), "{text}");
         assert!(text.contains("| pcf width=15 | - | - | - |"), "{text}");
     }
 
     #[test]
     fn hard_shadows_come_first_and_what_is_missing_is_named() {
-        let variants = variants().unwrap();
-        for group in variants.chunk_by(|a, b| a.group == b.group) {
-            assert_eq!(label(&group[0].choice), "sm");
-        }
-        let results = variants.iter().map(|v| row(&v.group, 2.0, 1.0)).collect();
-        let origin = Origin::default();
-        let text = conclusions(&Bench { suite: "soft-cost", origin, size: [1, 1], frames: 1, results }, &variants);
-        let missing = available(&VARIANTS).1;
-        assert!(missing.iter().all(|m| text.contains(m.as_str())), "{text}");
+        let plan = SUITE.plan(false, 1, None, DeviceFeatures::default()).unwrap();
+        assert_eq!(plan.variants[0].label, "sm");
+        let plan = Plan { left_out: vec!["none".into()], ..plan };
+        let rows = plan.variants.iter().map(|v| row("a", &v.label, 2.0, 1.0)).collect();
+        let text = (SUITE.page)(&SUITE.results(&plan, Origin::default(), rows));
+        assert!(text.contains("\n\nLeft out, as this version has none: none.\n\n## What soft"), "{text}");
         for (_, with, without) in SAVINGS {
-            let has = |name: &str| VARIANTS.iter().any(|(id, s)| super::super::judge::wanted_label(id, s) == name);
+            let has = |name: &str| plan.variants.iter().any(|v| v.label == name);
             assert!(has(with) && has(without), "{with} {without}");
         }
     }

@@ -12,7 +12,6 @@ use edgeshade::reference::ray_traced::Truth;
 use edgeshade::scene::{Instance, Light, LightShape, Material, Mesh, Scene};
 use edgeshade::view::{CameraView, DepthRange, LightView, look_along};
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4, dvec2, dvec3};
-use serde::Serialize;
 use std::f64::consts::{SQRT_2, TAU};
 
 /// Side of the shadow map, texels.
@@ -34,8 +33,7 @@ const NEAR: f64 = 0.05;
 const CELLS: (i32, f64) = (3, 0.44);
 
 /// What kind of shadow edge a plate throws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
     /// A triangle, 38 texels a side.
     Straight,
@@ -46,11 +44,10 @@ pub enum Edge {
 }
 
 /// Every kind.
-pub const EDGES: [Edge; 3] = [Edge::Straight, Edge::Curved, Edge::Thin];
+const EDGES: [Edge; 3] = [Edge::Straight, Edge::Curved, Edge::Thin];
 
 /// Which light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lamp {
     Sun,
     Spot,

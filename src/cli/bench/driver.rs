@@ -1,0 +1,296 @@
+//! The driver of the suites: scenes x maps x variants -> rows -> means -> a page, a plot and JSON.
+//!
+//! A suite is a [`Suite`] in a file of its own: data, the measurement of one scene, and the prose of its page. Suites of one
+//! kind share a module, such as `timed`; they do not import each other.
+
+pub use super::judge::{Variant, Variants, available, contenders, left_out_note, possible};
+pub use super::plot::{Chart, Line};
+pub use super::record::{Column, Field, Record, Row, by_scene, groups, means, plain_table, table, tables_by_scene};
+pub use crate::cli::stage::Stage;
+pub use edgeshade::host::Host;
+pub use edgeshade::table::number;
+pub use edgeshade::{DeviceFeatures, Error, Result};
+
+use super::{Args, plot, shown, slug};
+use crate::cli::progress::Progress;
+use crate::cli::report::{self, Origin};
+use edgeshade::picture::write_atomic;
+use edgeshade::scene::Renderer;
+use edgeshade::scene::shipped::{self, Shipped};
+use edgeshade::technique::Technique;
+use edgeshade::timing::FrameTiming;
+use serde_json::json;
+
+/// Image size of the suites of whole pictures, pixels.
+pub const SIZE: [u32; 2] = [1280, 720];
+
+/// A suite as data. It names what differs from [`Suite::BASE`].
+pub struct Suite {
+    pub name: &'static str,
+    /// Purpose, for the list.
+    pub about: &'static str,
+    /// Scenes, maps and image size; given true, those of a quick run.
+    pub extent: fn(bool) -> Extent,
+    /// The variants that registry and device have.
+    pub variants: fn(DeviceFeatures) -> Result<Variants>,
+    /// Names the variants that are set against each other in a scene with a map; `None` leaves one out there.
+    pub group: Group,
+    /// Frames that a variant is drawn for in a scene with a map.
+    pub frames: fn(&Plan) -> u32,
+    /// Shows a progress of its own for each scene.
+    pub shows_scenes: bool,
+    /// Measures all variants in one scene.
+    pub measure: fn(&Host, &mut Run<'_>, &'static str) -> Result<()>,
+    /// Goes into the JSON above the rows.
+    pub settings: fn(&Plan) -> Record,
+    /// Goes into the JSON below the rows: means and what follows from the rows.
+    pub summary: fn(&Plan, &[Row]) -> Record,
+    pub page: fn(&Results<'_>) -> String,
+    pub chart: Option<fn(&Results<'_>) -> Chart>,
+    /// Measures and writes the files.
+    pub run: fn(&Suite, &Args, &Host) -> Result<()>,
+}
+
+impl Suite {
+    /// One frame of each variant in every scene, without means or plot.
+    pub const BASE: Self = Self {
+        name: "",
+        about: "",
+        extent: |_| Extent { scenes: vec![], maps: &[], size: SIZE },
+        variants: |_| Ok(Variants::default()),
+        group: |scene, _, _| Some(scene.to_owned()),
+        frames: |_| 1,
+        shows_scenes: false,
+        measure: |_, _, _| Ok(()),
+        settings: |_| Record::default(),
+        summary: |_, _| Record::default(),
+        page: |_| String::new(),
+        chart: None,
+        run,
+    };
+
+    /// Plans a run; `size` replaces the suite's own size of the image.
+    pub fn plan(&self, quick: bool, frames: u32, size: Option<[u32; 2]>, device: DeviceFeatures) -> Result<Plan> {
+        let extent = (self.extent)(quick);
+        let Variants { found: variants, left_out } = (self.variants)(device)?;
+        let (suite, group, size) = (self.name, self.group, size.unwrap_or(extent.size));
+        Ok(Plan { suite, quick, frames, scenes: extent.scenes, maps: extent.maps, size, variants, left_out, group })
+    }
+
+    /// Frames that all variants are drawn for in these scenes.
+    fn frames_in(&self, plan: &Plan, scenes: &[&str]) -> u64 {
+        let cells = scenes.iter().flat_map(|s| plan.maps.iter().map(|&map| plan.members(s, map).count() as u64));
+        cells.sum::<u64>() * u64::from((self.frames)(plan))
+    }
+
+    pub fn results<'a>(&self, plan: &'a Plan, origin: Origin, rows: Vec<Row>) -> Results<'a> {
+        let (settings, summary) = ((self.settings)(plan), (self.summary)(plan, &rows));
+        Results { origin, settings, rows, summary, plan }
+    }
+
+    fn plan_of(&self, args: &Args, host: &Host) -> Result<Plan> {
+        self.plan(args.quick, args.frames, args.size, host.context().features())
+    }
+
+    /// Pixels of all frames together, which the time is estimated from.
+    pub fn pixels(&self, args: &Args, host: &Host) -> Result<u64> {
+        let plan = self.plan_of(args, host)?;
+        Ok(plan.size.map(u64::from).iter().product::<u64>() * self.frames_in(&plan, &plan.scenes))
+    }
+}
+
+/// Measures, writes the files and prints the page.
+fn run(suite: &Suite, args: &Args, host: &Host) -> Result<()> {
+    let plan = suite.plan_of(args, host)?;
+    let rows = {
+        let mut run = Run::new(suite, &plan);
+        for scene in &plan.scenes {
+            (suite.measure)(host, &mut run, scene)?;
+            run.progress = run.progress.filter(|_| !suite.shows_scenes);
+        }
+        run.rows
+    };
+    let results = suite.results(&plan, Origin::new(host), rows);
+    let page = report::with_times_line(&(suite.page)(&results), host.timing());
+    let chart = suite.chart.map(|chart| chart(&results));
+    let path = args.output.join(format!("{}-{}.json", suite.name, slug(&host.info().name)));
+    args.write(&path, &results.json())?;
+    write_atomic(&path.with_extension("md"), page.as_bytes())?;
+    args.say(format_args!("{page}\nwrote {} and .md\n", shown(&path)))?;
+    let Some(chart) = chart else { return Ok(()) };
+    let picture =
+        plot::svg(&chart).map_err(|e| Error::Usage(format!("drawing the plot of suite {}: {e}", suite.name)))?;
+    let path = path.with_extension("svg");
+    write_atomic(&path, picture.as_bytes())?;
+    args.say(format_args!("wrote {}", shown(&path)))
+}
+
+/// Names the group of a variant in a scene with a map.
+pub type Group = fn(&str, u32, &Variant) -> Option<String>;
+
+/// Scenes, maps and image size of a suite.
+pub struct Extent {
+    pub scenes: Vec<&'static str>,
+    /// Sides of the shadow maps, texels.
+    pub maps: &'static [u32],
+    /// Size of the image unless the command line gives one, pixels.
+    pub size: [u32; 2],
+}
+
+/// Names of all shipped scenes.
+pub fn every_scene() -> Vec<&'static str> {
+    shipped::ALL.iter().map(|s| s.name).collect()
+}
+
+/// The shipped scene of that name.
+pub fn find_scene(name: &str) -> Result<&'static Shipped> {
+    shipped::find(name).ok_or_else(|| Error::Usage(format!("there is no scene {name}")))
+}
+
+/// Everything that a run of a suite needs to know.
+pub struct Plan {
+    pub suite: &'static str,
+    pub quick: bool,
+    /// Frames to measure of each variant.
+    pub frames: u32,
+    pub scenes: Vec<&'static str>,
+    pub maps: &'static [u32],
+    pub size: [u32; 2],
+    pub variants: Vec<Variant>,
+    /// Variants that the registry or the device lacks.
+    pub left_out: Vec<String>,
+    pub group: Group,
+}
+
+impl Plan {
+    /// The stage of a shipped scene.
+    pub fn stage(&self, scene: &str) -> Result<Stage> {
+        Stage::shipped(find_scene(scene)?, self.size)
+    }
+
+    /// Variants that are measured in a scene with a map, and their groups. A variant without a map comes with the first map only.
+    pub fn members(&self, scene: &str, map: u32) -> impl Iterator<Item = (&Variant, String)> {
+        let variants = self.variants.iter().filter(move |v| !v.has_no_map || Some(&map) == self.maps.first());
+        variants.filter_map(move |v| Some((v, (self.group)(scene, map, v)?)))
+    }
+
+    /// Keys of [`means`]: `place` with the variants that look at no map, then with every map and every other variant.
+    pub fn keys(&self, place: &Record) -> Vec<Row> {
+        let maps = [None].into_iter().chain(self.maps.iter().copied().map(Some));
+        let cells = maps
+            .flat_map(|map| self.variants.iter().filter(move |v| v.has_no_map == map.is_none()).map(move |v| (map, v)));
+        let key = |(map, v): (Option<u32>, &Variant)| {
+            Row::new(&v.label, "", place.clone().and([("shadow_map", map.into())]).and(v.fields()))
+        };
+        cells.map(key).collect()
+    }
+}
+
+/// A suite under way.
+pub struct Run<'a> {
+    pub plan: &'a Plan,
+    suite: &'a Suite,
+    pub rows: Vec<Row>,
+    progress: Option<Progress>,
+    frames: u64,
+    frames_in_all: u64,
+}
+
+impl<'a> Run<'a> {
+    pub fn new(suite: &'a Suite, plan: &'a Plan) -> Self {
+        Self { plan, suite, rows: vec![], progress: None, frames: 0, frames_in_all: 0 }
+    }
+
+    /// Shows progress from here on: what comes before, such as tracing the truth, may show its own.
+    pub fn start(&mut self, scene: &'static str) {
+        let Plan { suite, scenes, .. } = self.plan;
+        let (what, scenes) = match self.suite.shows_scenes {
+            true => (format!("suite {suite}, {scene}"), &[scene][..]),
+            false if self.progress.is_some() => return,
+            false => (format!("suite {suite}"), &scenes[..]),
+        };
+        self.frames = 0;
+        self.frames_in_all = self.suite.frames_in(self.plan, scenes);
+        self.progress = Some(Progress::start(what));
+    }
+
+    /// Adds to the progress.
+    fn drawn(&mut self, frames: u32) {
+        self.frames += u64::from(frames);
+        if let Some(progress) = &self.progress {
+            progress.set(self.frames, self.frames_in_all);
+        }
+    }
+
+    /// Adds a row for which so many frames were drawn.
+    pub fn push(&mut self, row: Row, frames: u32) {
+        self.rows.push(row);
+        self.drawn(frames);
+    }
+
+    /// Draws a frame of each variant by its renderer in turn, A B A B, so that what drifts drifts for all of them.
+    pub fn in_turns(&mut self, renderers: &mut [Renderer<'_>], variants: &[(usize, &Variant)]) -> Result<Vec<Drawn>> {
+        let prepare = |&(renderer, Variant { choice, .. }): &(usize, &Variant)| {
+            let technique = renderers[renderer].prepare(choice.info.id, &choice.params)?;
+            Ok(Drawn { renderer, memory_bytes: technique.memory_bytes(), technique, frames: vec![] })
+        };
+        let mut all = variants.iter().map(prepare).collect::<Result<Vec<_>>>()?;
+        // Turn 0 warms up.
+        for turn in 0..=self.plan.frames {
+            for drawn in &mut all {
+                let timing = renderers[drawn.renderer].frame(drawn.technique.as_mut())?;
+                drawn.frames.extend((turn > 0).then_some(timing));
+                self.drawn(1);
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// A variant that was drawn in turns.
+pub struct Drawn {
+    renderer: usize,
+    pub technique: Box<dyn Technique>,
+    /// Memory before the first frame.
+    pub memory_bytes: u64,
+    pub frames: Vec<FrameTiming>,
+}
+
+/// Everything that a suite has found.
+pub struct Results<'a> {
+    origin: Origin,
+    pub settings: Record,
+    pub rows: Vec<Row>,
+    pub summary: Record,
+    pub plan: &'a Plan,
+}
+
+impl Results<'_> {
+    /// The object that is written as JSON.
+    fn json(self) -> Record {
+        let Origin { device, driver, version, command, timing } = self.origin;
+        Record::of([
+            ("suite", self.plan.suite.into()),
+            ("device", device.into()),
+            ("driver", driver.into()),
+            ("version", version.into()),
+            ("command", command.into()),
+            ("timing", json!(timing).into()),
+            ("size", self.plan.size.to_vec().into()),
+        ])
+        .and(self.settings.0)
+        .and([("results", Field::Rows(self.rows))])
+        .and(self.summary.0)
+    }
+
+    /// The page's first lines; `about` goes on after the size of the image.
+    pub fn head(&self, about: &str) -> String {
+        let (Origin { device, driver, version, .. }, Plan { suite, size: [w, h], .. }) = (&self.origin, self.plan);
+        format!("# Suite `{suite}`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, {about}\n\n")
+    }
+
+    /// A list of the summary by its name.
+    pub fn list(&self, name: &str) -> &[Row] {
+        if let Field::Rows(rows) = self.summary.get(name) { rows } else { &[] }
+    }
+}

@@ -1,0 +1,23 @@
+//! Suite `revectorization`: the RBSM family next to plain shadow mapping, and its averages next to `pcf`.
+
+use super::driver::*;
+use super::timed;
+use edgeshade::scene::shipped;
+
+pub static SUITE: Suite = Suite {
+    name: "revectorization",
+    about: "what the RBSM family adds to sm, maps of 512 to 4096 texels",
+    extent: |quick| timed::extent(quick, vec![shipped::DEFAULT, "robot"], &[512, 1024, 2048, 4096]),
+    variants: |_| Ok(available(FAMILY)),
+    group: |scene, map, variant| {
+        let is_averaged = ["pcf", "rpcf"].contains(&variant.choice.info.id);
+        Some(format!("{scene} {map} {}", if is_averaged { "averaged" } else { "hard" }))
+    },
+    ..timed::BASE
+};
+
+const FAMILY: &str = "sm rbsm:skip=off rbsm:skip=list rbsm-branches:skip=off rbsm-branches:skip=list rbsm-filtered:skip=off \
+                      rbsm-filtered:skip=list rbsm-branches:variant=filtered,skip=off rbsm-branches:variant=filtered,skip=list \
+                      rbsm-star:skip=off rbsm-star:skip=list rbsm-profile:skip=off rbsm-profile:skip=list \
+                      rbsm-profile:quality=neighbours rbsm-profile:quality=line pcf:width=7 rpcf:skip=off rpcf:skip=list \
+                      rpcf:skip=bounds rpcf:visibility=star rpcf:visibility=profile";
