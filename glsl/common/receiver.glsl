@@ -17,11 +17,13 @@ struct Receiver {
 
 float depthAt(ivec2 pixel) { return texelFetch(camera_depth, pixel, 0).x; }
 
-// Geometric normal from neighbouring depths, along each axis of the one that is likelier on the same surface; towards the
-// viewer where there is no neighbour to tell. `neighbours` is 4, or 0 if the result is not wanted: a CPU driver goes through
-// both sides of every branch, but not through every round of a loop.
+// Geometric normal from neighbouring depths, along each axis of the one that is likelier on the same surface: from which and
+// the pixel beyond it the pixel's own depth follows best, as depths of a plane are linear in the image; so the normals on
+// both sides of a crease are those of its faces. Towards the viewer where there is no neighbour to tell. `neighbours` is 4, or
+// 0 if the result is not wanted: a CPU driver goes through both sides of every branch, but not through every round of a loop.
 vec3 normalFromDepth(ivec2 pixel, vec3 p, int neighbours) {
   ivec2 last = ivec2(view.size) - 1;
+  float own = depthAt(pixel);
   vec3 right = vec3(0.0), down = vec3(0.0);
   float nearest_right = 3.0e38, nearest_down = 3.0e38;
   for (int i = 0; i < neighbours; ++i) {
@@ -32,7 +34,11 @@ vec3 normalFromDepth(ivec2 pixel, vec3 p, int neighbours) {
     float depth = depthAt(q);
     if (depth == view.far_depth) continue;
     vec3 d = viewPosition(q, depth) - p;
-    float off = abs(d.z);
+    ivec2 beyond = 2 * q - pixel, inside = clamp(beyond, ivec2(0), last);
+    float depth_beyond = depthAt(inside);
+    precise float step = depth - own, step_beyond = depth_beyond - depth, bend = step_beyond - step;
+    float off = abs(step);
+    if (beyond == inside && depth_beyond != view.far_depth) off = min(off, abs(bend));
     if (off < (vertical ? nearest_down : nearest_right)) {
       if (vertical) {
         nearest_down = off;

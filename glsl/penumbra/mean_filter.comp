@@ -3,7 +3,7 @@
 // is constant in the world. Macedo, Apolinario (2018), eq. 9-10.
 // Where penumbrae have widths of their own (SOFT), the filter's is a share of the pixel's.
 // Departures: only pixels in the penumbra or next to it are filtered, with no more taps than pixels; what lies on the
-// surface is told by its plane (PLANES).
+// surface is told by positions and normals (PLANES).
 #extension GL_GOOGLE_include_directive : require
 #include "edge_seeds.glsl"
 
@@ -13,7 +13,7 @@ layout(constant_id = 3) const bool SOFT = false;
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// Intensity and camera depth, wherever a tap may fall. Less than 0: out of the penumbra's reach, two less than it is.
+// Intensity and packed normal, wherever a tap may fall. Less than 0: out of the penumbra's reach, two less than it is.
 layout(binding = 3) uniform sampler2D source;
 layout(binding = 4) writeonly uniform image2D target;
 layout(binding = 5, scalar) readonly buffer TileList {
@@ -33,22 +33,21 @@ float meanOnSurface(ivec2 pixel, float own) {
   // As many as pixels, odd.
   int half_taps = min(TAPS, int(min(ceil(pixels), 64.0)) | 1) / 2;
   float between = half_taps > 0 ? 0.5 * pixels / float(half_taps) : 0.0;
-  // The plane through p, in clip space: a tap's distance to it without the tap's position.
-  vec4 plane = vec4(p.normal, -dot(p.normal, p.position)) * view.view_from_clip;
-  vec4 w_row = vec4(view.view_from_clip[0][3], view.view_from_clip[1][3], view.view_from_clip[2][3], view.view_from_clip[3][3]);
-  float off_plane = push.tolerance * width;
   float sum = own, count = 1.0;
   int last = int(view.size[axis]) - 1;
   for (int i = -half_taps; i <= half_taps; ++i) {
     int offset = int(round(between * float(i)));
     ivec2 at = pixel;
     at[axis] += offset;
-    vec2 tap = texelFetch(source, clamp(at, ivec2(0), ivec2(view.size) - 1), 0).xy;
-    vec4 clip = vec4((2.0 * vec2(at) + 1.0) / vec2(view.size) - 1.0, tap.y, 1.0);
-    bool same = PLANES ? abs(dot(plane, clip)) <= off_plane * abs(float(offset)) * abs(dot(w_row, clip))
-                       : sameDepth(p.position.z, viewPosition(at, tap.y).z, push.tolerance);
+    ivec2 inside = clamp(at, ivec2(0), ivec2(view.size) - 1);
+    vec2 tap = texelFetch(source, inside, 0).xy;
+    float depth = depthAt(inside);
+    vec3 q = viewPosition(inside, depth), normal = unpackNormal(tap.y);
+    bool same = PLANES ? dot(p.normal, normal) >= CREASE_COSINE &&
+                           onePatch(p.normal, normal, q - p.position, abs(float(offset)), width, push.tolerance)
+                       : sameDepth(p.position.z, q.z, push.tolerance);
     // The middle one is counted already.
-    bool taken = same && i != 0 && at[axis] >= 0 && at[axis] <= last && tap.y != view.far_depth;
+    bool taken = same && i != 0 && at[axis] >= 0 && at[axis] <= last && depth != view.far_depth;
     sum += taken ? (tap.x < -0.5 ? tap.x + 2.0 : tap.x) : 0.0;
     count += taken ? 1.0 : 0.0;
   }

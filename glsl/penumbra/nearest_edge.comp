@@ -9,6 +9,7 @@
 layout(constant_id = 1) const bool WORLD = true;
 layout(constant_id = 2) const bool VIEWED = false; // write seeds, labels and distances too
 layout(constant_id = 6) const int LINE_TAPS = 0;   // if SOFT: taps across the penumbra for what lies beyond the nearest edge
+layout(constant_id = 7) const bool FILTERED = true; // leave intensities and tiles to a filter; false: write the visibility itself
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -30,6 +31,7 @@ layout(binding = 10) writeonly uniform image2D distances;
 layout(binding = 11) writeonly uniform uimage2D nearest_labels;
 layout(binding = 12) writeonly uniform image2D seed_mask; // 1 at a seed; if SOFT what `widths` has there
 layout(binding = 14) writeonly uniform image2D pixel_widths; // if SOFT the penumbra's full width at pixels in reach, world units
+layout(binding = 15) writeonly uniform image2D visibility;   // unless FILTERED; may be `hard`, of which each pixel reads its own
 
 shared bool wanted;
 
@@ -41,9 +43,9 @@ int pixelsAside(Place at) {
 }
 
 // The pixel's own label, those aside and of the quads around, and then the places next to the seed found.
-Nearest findNearest(ivec2 pixel, Receiver p) {
+Nearest search(Place at) {
+  ivec2 pixel = at.pixel;
   Nearest nearest = nothing();
-  Place at = placeAt(pixel, p);
   consider(texelFetch(labels, pixel, 0).x, at, nearest);
   if (!WORLD) return nearest;
   considerAside(labels, pixelsAside(at), 1, at, nearest);
@@ -53,6 +55,23 @@ Nearest findNearest(ivec2 pixel, Receiver p) {
     consider(blockLabel(quad_labels, quad + side * ivec2(i & 1, i >> 1), QUAD), at, nearest);
   }
   for (int step = 2; step > 0; --step) considerAround(labels, step, at, nearest);
+  return nearest;
+}
+
+// Over creases the search is repeated, so many times at most, for what is farther than the edge found beyond one. To look at
+// the way to every candidate instead takes twice the time.
+const int ROUNDS = 4;
+
+Nearest findNearest(ivec2 pixel, Receiver p) {
+  Place at = placeAt(pixel, p);
+  Nearest nearest = nothing();
+  bool open = p.surface;
+  for (int round = 0; open && round < ROUNDS; ++round) {
+    nearest = search(at);
+    open = !bendsEvenly(at, nearest);
+    at.beyond = nearest.squared;
+    if (open) nearest = nothing();
+  }
   return nearest;
 }
 
@@ -78,11 +97,12 @@ float beyondEdge(ivec2 pixel, Receiver p, vec3 apart, float share, float own, in
     ivec2 tap = ivec2(floor(place));
     bool inside = clip.w > 0.0 && all(greaterThanEqual(tap, ivec2(0))) && all(lessThan(tap, ivec2(size)));
     ivec2 at = inside ? tap : pixel;
-    float depth = depthAt(at);
-    bool same = depth != view.far_depth && abs(t - share) * pixels >= EDGE_PIXELS;
-    vec3 q = viewPosition(at, depth);
-    same = same && (PLANES ? nearPlane(p.normal, q - p.position, max(length(vec2(at - pixel)), 0.5), width, push.tolerance)
-                           : sameDepth(p.position.z, q.z, push.tolerance));
+    Receiver q = receiverAt(at);
+    bool same = q.surface && abs(t - share) * pixels >= EDGE_PIXELS;
+    vec3 to_tap = q.position - p.position;
+    float away = max(length(vec2(at - pixel)), 0.5);
+    same = same && (PLANES ? onePatch(p.normal, q.normal, to_tap, away, width, push.tolerance)
+                           : sameDepth(p.position.z, q.position.z, push.tolerance));
     float expected = t < share ? own : 1.0 - own;
     sum += inside && same ? texelFetch(hard, at, 0).x - expected : 0.0;
   }
@@ -98,8 +118,7 @@ void workOn(ivec2 tile) {
   p.position = vec3(0.0);
   p.normal = vec3(0.0, 0.0, 1.0);
   if (inside) p = receiverAt(pixel);
-  Nearest nearest = nothing();
-  if (p.surface) nearest = findNearest(pixel, p);
+  Nearest nearest = findNearest(pixel, p);
   barrier();
   if (inside) {
     float squared = squaredShare(nearest);
@@ -114,7 +133,8 @@ void workOn(ivec2 tile) {
       float beyond = beyondEdge(pixel, p, apart, D, own, wanted_line ? LINE_TAPS : 0);
       if (wanted_line) v = clamp(v + beyond, 0.0, 1.0);
     }
-    imageStore(intensity, pixel, vec4(v, depthAt(pixel), 0.0, 0.0));
+    if (FILTERED || VIEWED) imageStore(intensity, pixel, vec4(v, packNormal(p.normal), 0.0, 0.0));
+    if (!FILTERED && near) imageStore(visibility, pixel, vec4(v));
     if (near) wanted = true;
     if (SOFT) {
       vec2 width = texelFetch(widths, near ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0), 0).xy;
@@ -130,7 +150,7 @@ void workOn(ivec2 tile) {
     }
   }
   barrier();
-  if (gl_LocalInvocationIndex == 0 && wanted) {
+  if (FILTERED && gl_LocalInvocationIndex == 0 && wanted) {
     uint i = atomicAdd(filter_list.count, 1);
     filter_list.tiles[i] = packTile(uvec2(tile));
     if (i < MAX_TILE_GROUPS) atomicMax(filter_list.groups[0], i + 1);

@@ -25,7 +25,8 @@ struct Nearest {
 struct Place {
   ivec2 pixel;
   Receiver p;
-  float width; // of a pixel there, world units
+  float width;  // of a pixel there, world units
+  float beyond; // only edges farther than this count, squared as in Nearest
   // ALONG_LIGHT:
   vec3 axis;    // of the light's view, from the light
   vec3 ray;     // along the light's ray, as far as its axis says 1
@@ -33,7 +34,7 @@ struct Place {
 };
 
 Place placeAt(ivec2 pixel, Receiver p) {
-  Place at = Place(pixel, p, pixelWidth(p.position), vec3(0.0), vec3(0.0), vec3[2](vec3(0.0), vec3(0.0)));
+  Place at = Place(pixel, p, pixelWidth(p.position), -1.0, vec3(0.0), vec3(0.0), vec3[2](vec3(0.0), vec3(0.0)));
   if (SOFT && ALONG_LIGHT) {
     mat4 m = view.light_clip_from_view[0];
     vec3 ray = -towardsLight(p.position, 0);
@@ -88,12 +89,46 @@ float squaredShare(Nearest nearest) {
   return found && width > 0.0 ? nearest.squared / (width * width) : 3.0e38;
 }
 
-bool onSurface(Place at, vec3 apart, uvec4 seed, ivec2 pixels) {
+// Whether a seed's point may lie on the place's surface, by both points alone. Where the normal turns by more than a crease
+// does, the surface must be curved: bendsEvenly tells.
+bool onSurface(Place at, vec3 apart, vec3 normal, ivec2 pixel) {
   if (!PLANES) return sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
   // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
-  float between = max(length(vec2(pixels)), 1.0);
-  return nearPlane(at.p.normal, apart, between, at.width, push.tolerance) &&
-         nearPlane(seedNormal(seed), apart, between, at.width, push.tolerance);
+  float pixels = max(length(vec2(pixel - at.pixel)), 1.0);
+  bool turned = dot(at.p.normal, normal) < CREASE_COSINE;
+  return onePatch(at.p.normal, normal, apart, pixels, at.width, turned ? CURVED * push.tolerance : push.tolerance);
+}
+
+// Whether the surface bends evenly on the way from the place to the seed found, as curved surfaces do; at a crease the normal
+// turns within a pixel. Where the normals differ by the angle of a crease, the way is halved; both halves must take a fair
+// part of the turn, and the one that takes more is halved again if that is a crease's angle still. What lies on the surface
+// of neither end stands in front, and proves nothing.
+bool bendsEvenly(Place at, Nearest nearest) {
+  bool found = nearest.label != NO_SEED;
+  ivec2 a = at.pixel, b = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
+  uvec4 seed = texelFetch(seeds, b, 0);
+  vec3 from = at.p.position, n = at.p.normal, to = seedPoint(seed), m = seedNormal(seed);
+  bool even = true, open = PLANES && found && dot(n, m) < CREASE_COSINE;
+  while (open) {
+    ivec2 between = abs(b - a), middle = (a + b) / 2;
+    Receiver r = receiverAt(middle);
+    float first = dot(n, r.normal), second = dot(r.normal, m);
+    bool hidden = !onePatch(n, r.normal, r.position - from, max(length(vec2(middle - a)), 1.0), at.width, push.tolerance) &&
+                  !onePatch(m, r.normal, r.position - to, max(length(vec2(middle - b)), 1.0), at.width, push.tolerance);
+    bool smooth_halves = min(first, second) >= CREASE_COSINE;
+    even = r.surface && (hidden || smooth_halves || turnsEvenly(first, second));
+    open = even && !hidden && !smooth_halves && max(between.x, between.y) > 2;
+    if (first < second) {
+      b = middle;
+      to = r.position;
+      m = r.normal;
+    } else {
+      a = middle;
+      from = r.position;
+      n = r.normal;
+    }
+  }
+  return even;
 }
 
 // Takes the candidate if it is nearer, on the place's surface, and no farther than its own reach if that is `limited`.
@@ -111,7 +146,7 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
     // Without a width there is no penumbra; 0/0 is no share.
     is_label = is_label && (MEET_NEAREST ? !limited || share <= blockReachSquared() : width.x > 0.0);
   }
-  bool nearer = is_label && d2 < nearest.squared && onSurface(at, apart, seed, pixel - at.pixel);
+  bool nearer = is_label && d2 < nearest.squared && d2 > at.beyond && onSurface(at, apart, seedNormal(seed), pixel);
   nearest.squared = nearer ? d2 : nearest.squared;
   nearest.label = nearer ? candidate : nearest.label;
 }

@@ -10,4 +10,16 @@ uvec4 packSeed(vec3 point, vec3 normal) {
 vec3 seedPoint(uvec4 seed) { return uintBitsToFloat(seed.xyz); }
 vec3 seedNormal(uvec4 seed) { return octahedralDecode(unpackSnorm2x16(seed.w)); }
 
+// A normal in the bits of a float: 15 along both octahedral axes. The bit above them is the opposite of the last, so that the
+// float is neither subnormal nor NaN and an image keeps it as it is.
+float packNormal(vec3 normal) {
+  uvec2 e = uvec2((0.5 * octahedralEncode(normal) + 0.5) * 32767.0 + 0.5);
+  uint bits = e.x | e.y << 15;
+  return uintBitsToFloat(bits | (~bits & 0x20000000u) << 1);
+}
+vec3 unpackNormal(float packed) {
+  uint bits = floatBitsToUint(packed);
+  return octahedralDecode(vec2(bits & 0x7fffu, bits >> 15 & 0x7fffu) * (2.0 / 32767.0) - 1.0);
+}
+
 #endif

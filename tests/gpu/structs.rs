@@ -128,7 +128,9 @@ const SHADERS: &[(&str, Make)] = &[
     ("penumbra/marked_tiles.comp", |c| c.pipeline::<MarkedTilesPush>("penumbra/marked_tiles.comp", &[1]).map(drop)),
     ("penumbra/mean_filter.comp", |c| penumbra(c, "penumbra/mean_filter.comp", &[&[1, 0, 1], &[0, 1, 63, 1]])),
     ("penumbra/nearest_block.comp", |c| penumbra(c, "penumbra/nearest_block.comp", &[&[0, 0], &[1, 1, 0, 1, 1, 1]])),
-    ("penumbra/nearest_edge.comp", |c| penumbra(c, "penumbra/nearest_edge.comp", &[&[0, 0, 0], &[1, 1, 1, 1, 0, 1]])),
+    ("penumbra/nearest_edge.comp", |c| {
+        penumbra(c, "penumbra/nearest_edge.comp", &[&[0, 0, 0, 0, 0, 0, 0, 0], &[1, 1, 1, 1, 0, 1, 1, 1]])
+    }),
     ("penumbra/nearest_quad.comp", |c| penumbra(c, "penumbra/nearest_quad.comp", &[&[0], &[1, 0, 0, 1, 1, 0]])),
     ("penumbra/seed_width.comp", |c| penumbra(c, "penumbra/seed_width.comp", &[&[0, 1, 0, 0, 0], &[1, 63, 1, 1, 1]])),
     ("revectorization/rbsm.comp", |c| {

@@ -13,6 +13,53 @@ pub(crate) struct Apart {
 /// A pixel's world width and the bound of its error.
 pub(crate) type Width = (f64, f64);
 
+/// A unit normal and the bound of its error.
+pub(crate) type Normal = (DVec3, f64);
+
+/// `CREASE_COSINE` of `glsl/lib/penumbra.glsl`.
+pub(crate) const CREASE_COSINE: f64 = 0.8660254;
+/// `FARTHEST_COSINE` of the same.
+const FARTHEST_COSINE: f64 = 0.1;
+/// `CURVED` of the same.
+pub(crate) const CURVED: f64 = 0.43;
+
+/// The cosine of the angle between two normals, and the bound of its error.
+pub(crate) fn turn(n: Normal, m: Normal) -> (f64, f64) {
+    (n.0.dot(m.0), n.1 + m.1 + ROUNDING)
+}
+
+/// Whether two normals differ by less than a crease does.
+pub(crate) fn is_smooth(n: Normal, m: Normal) -> Decision {
+    let (cosine, error) = turn(n, m);
+    Decision::positive(cosine - CREASE_COSINE, error)
+}
+
+/// `onePatch` of `glsl/lib/penumbra.glsl`.
+pub(crate) fn one_patch(
+    n: Normal,
+    m: Normal,
+    apart: &Apart,
+    pixels: f64,
+    (width, width_error): Width,
+    tolerance: f64,
+) -> Decision {
+    let (cosine, cosine_error) = turn(n, m);
+    let limit = 2.0 * tolerance * width * pixels;
+    let error = 2.0 * apart.error
+        + apart.vector.length() * (n.1 + m.1 + 2.0 * ROUNDING)
+        + 2.0 * tolerance * width_error * pixels
+        + ROUNDING * limit;
+    let is_level = Decision::positive(limit - (n.0 + m.0).dot(apart.vector).abs(), error);
+    Decision::positive(cosine - FARTHEST_COSINE, cosine_error).and(is_level)
+}
+
+/// `turnsEvenly` of `glsl/lib/penumbra.glsl`, for the turns from `n` to `k` and on to `m`.
+pub(crate) fn turns_evenly(n: Normal, k: Normal, m: Normal) -> Decision {
+    let ((first, first_error), (second, second_error)) = (turn(n, k), turn(k, m));
+    let even = 9.0 * (1.0 - first.max(second)) - (1.0 - first.min(second));
+    Decision::positive(even, 10.0 * (first_error + second_error))
+}
+
 /// `nearPlane` of `glsl/lib/penumbra.glsl`; `normal` with the bound of its error.
 pub(crate) fn near_plane(
     (normal, normal_error): (DVec3, f64),

@@ -144,6 +144,16 @@ impl Decision {
         }
     }
 
+    /// At least one.
+    pub fn or(self, other: Self) -> Self {
+        self.opposite().and(other.opposite()).opposite()
+    }
+
+    /// This, where `other` may as well be the answer.
+    pub fn unless(self, other: Self) -> Self {
+        if self == other { self } else { Self::Doubtful(self.is_yes()) }
+    }
+
     pub fn is_yes(self) -> bool {
         matches!(self, Self::Yes | Self::Doubtful(true))
     }
@@ -352,65 +362,45 @@ impl<'a> View<'a> {
         Some(Receiver { position, position_error, normal, normal_error, allowance })
     }
 
-    /// Differences to both neighbours along an axis, the one that the shader takes first; each with its error.
-    fn tangents(&self, pixel: [usize; 2], axis: usize, p: DVec3, p_error: DVec3) -> Vec<(DVec3, DVec3)> {
-        let mut found: Vec<(f64, DVec3, DVec3)> = vec![];
-        for forward in [false, true] {
+    /// Difference to the neighbour along an axis that the shader takes, forwards, and its error.
+    fn tangent(&self, pixel: [usize; 2], axis: usize, p: DVec3, p_error: DVec3) -> Option<(DVec3, DVec3)> {
+        let at = |steps: isize| {
             let mut q = pixel;
-            if forward {
-                q[axis] += 1;
-            } else {
-                let Some(before) = q[axis].checked_sub(1) else { continue };
-                q[axis] = before;
-            }
-            if q[axis] >= self.size[axis] || !self.is_surface(q) {
-                continue;
-            }
-            let (other, other_error) = self.position(q);
-            let d = other - p;
-            let error = p_error + other_error + ROUNDING * d.abs();
-            found.push((d.z.abs(), if forward { d } else { -d }, error));
-        }
-        if let [a, b] = found[..]
-            && b.0 < a.0
-        {
-            found.swap(0, 1);
-        }
-        // The farther one counts only where rounding may have made it the nearer.
-        if let [a, b] = found[..]
-            && b.0 - a.0 > a.2.z + b.2.z
-        {
-            found.pop();
-        }
-        found.into_iter().map(|(_, d, error)| (d, error)).collect()
+            q[axis] = q[axis].checked_add_signed(steps).filter(|x| *x < self.size[axis])?;
+            self.is_surface(q).then_some(q)
+        };
+        let depth = |q: [usize; 2]| self.depth[self.index(q)];
+        // Differences of stored depths are rounded alike here and there, so the choice is the same.
+        let off = |steps: isize, q: [usize; 2]| {
+            let step = depth(q) - depth(pixel);
+            at(2 * steps).map_or(step.abs(), |beyond| step.abs().min((depth(beyond) - depth(q) - step).abs()))
+        };
+        let sides = [-1, 1].map(|steps| at(steps).map(|q| (off(steps, q), steps, q)));
+        let (_, steps, q) = match sides {
+            [Some(a), Some(b)] => Some(if b.0 < a.0 { b } else { a }),
+            [a, b] => a.or(b),
+        }?;
+        let (other, other_error) = self.position(q);
+        let d = other - p;
+        Some((steps as f64 * d, p_error + other_error + ROUNDING * d.abs()))
     }
 
     fn normal_from_depth(&self, pixel: [usize; 2], p: DVec3, p_error: DVec3) -> (DVec3, f64) {
         // A parallel projection looks along -Z everywhere.
         let ray = if self.view_from_clip.z_axis.w == 0.0 { DVec3::NEG_Z } else { p };
-        let vertical = self.tangents(pixel, 1, p, p_error);
-        let horizontal = self.tangents(pixel, 0, p, p_error);
-        let mut chosen: Option<DVec3> = None;
-        let mut error = 0.0f64;
-        for (v, v_error) in &vertical {
-            for (h, h_error) in &horizontal {
-                let c = v.cross(*h);
-                let length = c.length();
-                if length <= 0.0 {
-                    return (DVec3::Z, 2.0);
-                }
-                let n = c / length;
-                let n = if n.dot(ray) > 0.0 { -n } else { n };
-                let off = (v.length() * h_error.length() + h.length() * v_error.length()) / length + 3.0 * ROUNDING;
-                // Seen edge-on, the side that faces the viewer is a matter of rounding.
-                let off = if n.dot(ray).abs() <= off * ray.length() + p_error.length() { 2.0 } else { off };
-                match chosen {
-                    None => (chosen, error) = (Some(n), off),
-                    Some(first) => error = error.max((n - first).length() + off),
-                }
-            }
+        let [horizontal, vertical] = [0, 1].map(|axis| self.tangent(pixel, axis, p, p_error));
+        let (Some((h, h_error)), Some((v, v_error))) = (horizontal, vertical) else { return (DVec3::Z, 0.0) };
+        let c = v.cross(h);
+        let length = c.length();
+        if length <= 0.0 {
+            return (DVec3::Z, 2.0);
         }
-        chosen.map_or((DVec3::Z, 0.0), |n| (n, error.min(2.0)))
+        let n = c / length;
+        let n = if n.dot(ray) > 0.0 { -n } else { n };
+        let error = (v.length() * h_error.length() + h.length() * v_error.length()) / length + 3.0 * ROUNDING;
+        // Seen edge-on, the side that faces the viewer is a matter of rounding.
+        let edge_on = n.dot(ray).abs() <= error * ray.length() + p_error.length();
+        (n, if edge_on { 2.0 } else { error.min(2.0) })
     }
 
     /// Unit vector towards the light, and the bound of its error.

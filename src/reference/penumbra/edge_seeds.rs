@@ -1,7 +1,7 @@
 //! Mirror of `glsl/penumbra/edge_tiles.comp`, `edge_seeds.comp`, `edge_place.comp` and `marked_tiles.comp`: the shadow edges in an
 //! image of hard shadows, and the tiles in their reach.
 
-use crate::reference::common::surface::{Apart, near_plane, same_depth};
+use crate::reference::common::surface::{Apart, CREASE_COSINE, near_plane, same_depth};
 use crate::reference::common::view::{Decision, FrameData, ROUNDING, Receiver, View};
 use crate::reference::revectorization::rbsm;
 use crate::technique::common::surface::SurfaceTest;
@@ -120,9 +120,6 @@ pub(super) fn check_hard(view: &View<'_>, hard: &[f32]) -> Result<()> {
     }
     Ok(())
 }
-
-/// `CREASE_COSINE` of `glsl/lib/penumbra.glsl`.
-const CREASE_COSINE: f64 = 0.8660254;
 
 fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixels: f64) -> Decision {
     let tolerance = f64::from(s.tolerance);

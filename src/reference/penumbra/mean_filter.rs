@@ -1,6 +1,6 @@
 //! Mirror of `glsl/penumbra/mean_filter.comp`, both axes.
 
-use crate::reference::common::surface::{Apart, near_plane, same_depth};
+use crate::reference::common::surface::{Apart, is_smooth, one_patch, same_depth};
 use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, View};
 use crate::technique::common::surface::SurfaceTest;
 use crate::{Error, Result};
@@ -27,6 +27,10 @@ struct Value {
     /// In reach of an edge: to be filtered.
     near: bool,
 }
+
+/// Half a step of 15 bits along both octahedral axes moves a unit normal by at most so much (`packNormal` of
+/// `glsl/penumbra/seed_format.glsl`): see `NORMAL_STEP` of the seeds.
+const PACKED_STEP: f64 = 4.26 / 32767.0;
 
 /// A tap: its value, and whether it counts.
 type Tap = (Value, Decision);
@@ -153,16 +157,19 @@ fn tap(
 ) -> Option<Tap> {
     let mut at = pixel;
     at[axis] = usize::try_from(pixel[axis] as i64 + offset).ok().filter(|x| *x < view.size[axis])?;
-    let q = view.is_surface(at).then(|| view.position_at(at, view.depth_at(at)))?;
-    let vector = q.0 - p.position;
+    let q = view.receiver(at)?;
+    let vector = q.position - p.position;
     let tolerance = f64::from(s.tolerance);
     let same = match s.surfaces {
-        SurfaceTest::Depth => same_depth(p.position.z, q.0.z, p.position_error.z + q.1.z, tolerance),
+        SurfaceTest::Depth => {
+            same_depth(p.position.z, q.position.z, p.position_error.z + q.position_error.z, tolerance)
+        }
         SurfaceTest::Planes => {
-            let error = (p.position_error + q.1).length() + view.clip_plane_error(at, p);
+            let error = (p.position_error + q.position_error).length() + ROUNDING * vector.length();
             let width = view.pixel_width(p.position, p.position_error);
-            let plane = (p.normal, p.normal_error);
-            near_plane(plane, &Apart { vector, error }, offset.unsigned_abs() as f64, width, tolerance)
+            let (n, m) = ((p.normal, p.normal_error), (q.normal, q.normal_error + PACKED_STEP));
+            let pixels = offset.unsigned_abs() as f64;
+            is_smooth(n, m).and(one_patch(n, m, &Apart { vector, error }, pixels, width, tolerance))
         }
     };
     (same != Decision::No).then(|| (values[view.index(at)], same))

@@ -4,12 +4,15 @@
 pub mod soft;
 
 use super::edge_seeds::{self, Seed};
-use crate::reference::common::surface::{Apart, near_plane, same_depth};
+use crate::reference::common::surface::{
+    Apart, CURVED, Normal, Width, is_smooth, one_patch, same_depth, turn, turns_evenly,
+};
 use crate::reference::common::view::{Decision, FrameData, ROUNDING, Receiver, View};
 use crate::reference::distance_transform::edt::{self, Mask};
 use crate::technique::common::surface::SurfaceTest;
 use crate::technique::distance_transform::NO_SEED;
 use crate::{Error, Result};
+use glam::DVec3;
 use std::collections::HashMap;
 
 /// Settings of the passes.
@@ -185,11 +188,69 @@ fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, se
     // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
     let pixels = away[0].hypot(away[1]).max(1.0);
     let width = view.pixel_width(p.position, p.position_error);
-    let planes = [(p.normal, p.normal_error), (seed.normal, seed.normal_error)];
-    let [here, there] = planes.map(|plane| {
-        // What is in doubt moves the point along the surface, and hardly off its planes.
-        let off_plane = plane.0.dot(seed.doubt).abs() + plane.1 * seed.doubt.length();
-        near_plane(plane, &Apart { vector, error: error + off_plane }, pixels, width, tolerance)
-    });
-    here.and(there)
+    let (n, m) = ((p.normal, p.normal_error), (seed.normal, seed.normal_error));
+    // What is in doubt moves the point along the surface, and hardly off its planes.
+    let off_plane = 0.5 * (n.0 + m.0).dot(seed.doubt).abs() + 0.5 * (n.1 + m.1) * seed.doubt.length();
+    let patch = |tolerance| one_patch(n, m, &Apart { vector, error: error + off_plane }, pixels, width, tolerance);
+    let smooth = is_smooth(n, m);
+    let level = smooth.and(patch(tolerance));
+    let curved = smooth.opposite().and(patch(CURVED * tolerance));
+    if curved == Decision::No {
+        return level;
+    }
+    let there = End { pixel: seed.pixel, position: seed.point, error: seed.off(), normal: m };
+    level.or(curved.and(bends_evenly(view, &End::of(pixel, p), &there, width, tolerance)))
+}
+
+/// One end of a way over a surface.
+struct End {
+    pixel: [usize; 2],
+    position: DVec3,
+    /// Bound of the position's error.
+    error: f64,
+    normal: Normal,
+}
+
+impl End {
+    fn of(pixel: [usize; 2], r: &Receiver) -> Self {
+        Self { pixel, position: r.position, error: r.position_error.length(), normal: (r.normal, r.normal_error) }
+    }
+}
+
+/// `bendsEvenly` of `glsl/penumbra/nearest_edge.glsl`: between `a` and `b`, whose normals differ by more than a crease's angle.
+/// `width`: that of the pixel at which the whole way starts.
+fn bends_evenly(view: &View<'_>, a: &End, b: &End, width: Width, tolerance: f64) -> Decision {
+    let middle = [0, 1].map(|i| (a.pixel[i] + b.pixel[i]) / 2);
+    let Some(r) = view.receiver(middle) else { return Decision::No };
+    let at_middle = End::of(middle, &r);
+    let k = at_middle.normal;
+    let is_patch = |end: &End| {
+        let vector = r.position - end.position;
+        let error = end.error + at_middle.error + ROUNDING * vector.length();
+        let away = [0, 1].map(|i| end.pixel[i].abs_diff(middle[i]) as f64);
+        one_patch(end.normal, k, &Apart { vector, error }, away[0].hypot(away[1]).max(1.0), width, tolerance)
+    };
+    let hidden = is_patch(a).or(is_patch(b)).opposite();
+    let smooth = is_smooth(a.normal, k).and(is_smooth(k, b.normal));
+    let even = turns_evenly(a.normal, k, b.normal);
+    let halves = || {
+        if a.pixel[0].abs_diff(b.pixel[0]).max(a.pixel[1].abs_diff(b.pixel[1])) <= 2 {
+            return Decision::Yes;
+        }
+        let before = || bends_evenly(view, a, &at_middle, width, tolerance);
+        let after = || bends_evenly(view, &at_middle, b, width, tolerance);
+        let ((first, first_error), (second, second_error)) = (turn(a.normal, k), turn(k, b.normal));
+        match Decision::positive(second - first, first_error + second_error) {
+            Decision::Yes => before(),
+            Decision::No => after(),
+            Decision::Doubtful(true) => before().unless(after()),
+            Decision::Doubtful(false) => after().unless(before()),
+        }
+    };
+    let known = hidden.or(smooth);
+    match known {
+        Decision::Yes => known,
+        _ if even == Decision::No => known,
+        _ => known.or(even.and(halves())),
+    }
 }

@@ -50,6 +50,8 @@ pub struct EdgeConfig {
     pub skip: bool,
     /// Penumbrae as wide as the area light makes them; none: of one width.
     pub widths: Option<WidthConfig>,
+    /// A mean filter follows, which writes the visibility; otherwise the search does, over the hard shadows.
+    pub filtered: bool,
 }
 
 /// The passes with their images and lists: about 20 bytes a pixel.
@@ -77,7 +79,7 @@ impl EdgeSeeds {
     /// More pixels than a storage buffer of the device may list; no memory; what [`SeedWidth::new`] refuses.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: EdgeConfig) -> Result<Self> {
         let device = context.device();
-        let EdgeConfig { surfaces, any_surface, points, skip, widths } = config;
+        let EdgeConfig { surfaces, any_surface, points, skip, widths, filtered: _ } = config;
         let at_pixels = matches!(points, EdgePoints::Pixels);
         let constants = [surfaces == SurfaceTest::Planes, any_surface, at_pixels, widths.is_some()].map(u32::from);
         let pipeline = |shader: &str, constants: &[u32]| {

@@ -102,11 +102,11 @@ impl NearestEdge {
             },
             finish: pipeline(
                 "penumbra/nearest_edge.comp",
-                &[planes, world.into(), viewed.into(), soft, meet, metric, line_taps],
+                &[planes, world.into(), viewed.into(), soft, meet, metric, line_taps, config.filtered.into()],
             )?,
             block_labels: [labels_of_blocks(BLOCK)?, labels_of_blocks(BLOCK)?],
             quad_labels: labels_of_blocks(QUAD)?,
-            intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, true)?,
+            intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, config.filtered || viewed)?,
             tiles: TileList::new(context.device(), "tiles in a penumbra", extent)?,
             viewed,
             distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
@@ -125,7 +125,7 @@ impl NearestEdge {
     }
 
     /// `R32G32_SFLOAT`, in the tiles near an edge only: the intensity of pixels within reach of an edge, of others the
-    /// hard visibility less 2; and the camera depth.
+    /// hard visibility less 2; and the normal, as `packNormal` of `glsl/penumbra/seed_format.glsl` has it.
     pub fn intensity(&self) -> &Image {
         &self.intensity
     }
@@ -149,7 +149,7 @@ impl NearestEdge {
     }
 
     /// Works on the tiles that `seeds` has listed, from `labels` on, the nearest seeds in the image: of all pixels, or of
-    /// those within some distance. `hard`: the hard shadows.
+    /// those within some distance. `hard`: the hard shadows, which turn into the visibility unless [`EdgeConfig::filtered`].
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -211,6 +211,7 @@ impl NearestEdge {
                 Bind::Image(&self.seed_mask),
                 widths,
                 Bind::Image(&self.pixel_widths),
+                Bind::Image(hard),
             ],
             push: bytemuck::bytes_of(&push),
             threads: seeds.tiles().threads(),

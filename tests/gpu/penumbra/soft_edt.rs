@@ -431,7 +431,7 @@ fn intensities_are_continuous_where_widths_meet() {
             }
         }
         let [weighted, nearest] = sum;
-        let jump = |[found, pairs]: [usize; 2]| found * 1000 > pairs;
+        let jump = |[found, pairs]: [usize; 2]| found * 2000 > pairs;
         assert!(!jump(weighted) && jump(nearest), "{sum:?}");
     });
 }

@@ -2,7 +2,7 @@
 
 use super::{Link, Nearest, on_surface};
 use crate::reference::FrameData;
-use crate::reference::common::surface::{Apart, near_plane, same_depth};
+use crate::reference::common::surface::{Apart, one_patch, same_depth};
 use crate::reference::common::view::{Decision, ROUNDING, Receiver, View};
 use crate::reference::penumbra::edge_seeds::{self, Seed};
 use crate::technique::common::surface::SurfaceTest;
@@ -303,6 +303,7 @@ impl Line<'_> {
         let away = [0, 1].map(|i| self.pixel[i].abs_diff(tap[i]) as f64);
         let width = self.view.pixel_width(self.p.position, self.p.position_error);
         let pixels = away[0].hypot(away[1]).max(0.5);
-        near_plane((self.p.normal, self.p.normal_error), &Apart { vector, error }, pixels, width, tolerance)
+        let (n, m) = ((self.p.normal, self.p.normal_error), (q.normal, q.normal_error));
+        one_patch(n, m, &Apart { vector, error }, pixels, width, tolerance)
     }
 }
