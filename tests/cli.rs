@@ -742,7 +742,9 @@ fn the_penumbrae_suite_says_what_edtsm_star_adds() {
             assert_eq!(pass["tiles_active"] == 0, r["ground_alone"] == true, "{r}");
         }
     }
-    for part in ["| courtyard, ground alone |", "## What penumbrae add", "## Passes of `edtsm-star`", "mean filter"] {
+    for part in
+        ["| courtyard, ground alone |", "## What penumbrae add", "## Passes of `edtsm-star`", "nearest edge of quads"]
+    {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
