@@ -31,7 +31,10 @@ const SUBJECT: &str = "edtsm-star";
 
 /// Widths of the penumbra in texels of the map at hand, and the contenders with kernels as wide.
 const GROUPS: [(u32, &str); 2] = [
-    (15, "pcf:width=15 edtsm edtsm-star edtsm-star:nearest=pixel,surfaces=depth,seeds=any,edge=pixel,receiver=fixed"),
+    (
+        15,
+        "pcf:width=15 edtsm edtsm-star edtsm-star:nearest=pixel,surfaces=depth,seeds=any,edge=pixel,receiver=fixed,filter_width=0.1",
+    ),
     (7, "pcf:width=7 rpcf:width=7 edtsm edtsm-star"),
 ];
 
