@@ -242,7 +242,7 @@ fn the_wall_clock_gives_the_same_picture_and_passes() {
         let read = |name: &str| std::fs::read(place.path(name)).unwrap();
         let figures: Value = serde_json::from_slice(&read("a.json")).unwrap();
         assert_eq!(figures["timing"], timing);
-        let is_noted = text.lines().any(|line| line == "times: wall clock, a submission a pass");
+        let is_noted = text.lines().any(|line| line == "times: wall clock, one submission per pass");
         assert_eq!(is_noted, timing == "wall", "{text}");
         let passes = figures["passes"].as_array().unwrap();
         let passes: Vec<_> =
@@ -257,7 +257,7 @@ fn the_wall_clock_gives_the_same_picture_and_passes() {
     let compare = ["compare", "jenga", "-t", "sm", "--frames", "1", "--samples", "4", "--size", "64x36"];
     let args = [&compare[..], &["--timing", "wall", "-o", "out"]].concat();
     let text = place.good(&args);
-    assert!(text.contains("times: wall clock, a submission a pass\n"), "{text}");
+    assert!(text.contains("times: wall clock, one submission per pass\n"), "{text}");
     let written: Value = serde_json::from_slice(&std::fs::read(place.path("out/results.json")).unwrap()).unwrap();
     assert_eq!(written["timing"], "wall");
     let figures = place.json(&[&compare[..], &["--timing", "timestamps", "--json", "-"]].concat());
@@ -722,7 +722,10 @@ fn the_penumbrae_suite_says_what_edtsm_star_adds() {
     let args = ["bench", "--suite", "penumbrae", "--quick", "--size", "64x36", "--frames", "1", "-o", "out"];
     let text = place.good(&[&args[..], &["--timing", "wall"]].concat());
     let figures = place.figures();
-    assert!(figures["timing"] == "wall" && text.contains("\n\ntimes: wall clock, a submission a pass\n\n"), "{text}");
+    assert!(
+        figures["timing"] == "wall" && text.contains("\n\ntimes: wall clock, one submission per pass\n\n"),
+        "{text}"
+    );
     let rows = figures["results"].as_array().unwrap();
     assert_eq!(rows.len(), 8 + 4);
     for r in rows {

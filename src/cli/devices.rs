@@ -16,7 +16,7 @@ pub struct Args {
     json: JsonArgs,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Args) -> Outcome {
     let devices = host::devices()?;
     args.json.write(&json!({ "command": report::command(), "devices": devices }))?;

@@ -1,4 +1,4 @@
-//! A self-made Vulkan device for the command-line tool, the tests and the benchmarks.
+//! A Vulkan device that Edgeshade opens itself, for the command-line tool, the tests and the benchmarks.
 
 mod clock;
 mod owner;
