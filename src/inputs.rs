@@ -6,7 +6,7 @@ use crate::{Error, Result};
 use ash::vk;
 use glam::DAffine3;
 
-/// How the normal image encodes a world-space unit normal.
+/// Encoding of the world-space unit normals in the normal image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NormalEncoding {
     /// Octahedral in `[-1, 1]`, stored as it is: `R16G16_SNORM`, `R8G8_SNORM` or a float format.

@@ -18,7 +18,7 @@ const SLOT_QUERIES: u32 = MAX_PASSES * 2 + 1;
 const SLOT_WORDS: usize = MAX_PASSES as usize + 1;
 const NUMBER: usize = MAX_PASSES as usize;
 
-/// What one pass of one frame cost.
+/// Time and counts of one pass of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTiming {
     /// Name given when the pass was recorded.

@@ -682,7 +682,11 @@ fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
                 found[0]
             };
             for variant in variants {
-                assert_eq!(of(variant, "penumbra"), of("pcf", "penumbra"), "one width a group");
+                assert_eq!(
+                    of(variant, "penumbra"),
+                    of("pcf", "penumbra"),
+                    "all variants of a group have the same width"
+                );
                 let (rmse, mae) = (of(variant, "rmse"), of(variant, "mae"));
                 // The fixed depth that the paper uses for a kernel leaves acne everywhere.
                 let limit = if variant.ends_with("paper") { 0.5 } else { 0.15 };
@@ -716,7 +720,7 @@ fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
         assert!(page.contains(&name), "{name}: {page}");
     }
     let lowest: u64 = figures["means"].as_array().unwrap().iter().map(|m| m["lowest"].as_u64().unwrap()).sum();
-    assert_eq!(lowest, 4, "one a cell");
+    assert_eq!(lowest, 4, "each cell has one lowest error");
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn disc(height: f64, sides: u32) -> Vec<[DVec3; 3]> {
     (0..sides).map(|i| [dvec3(0.0, height, 0.0), at(i), at((i + 1) % sides)]).collect()
 }
 
-/// Of radius 1 around the y axis, without lids; its edges lie at whole multiples of a turn by `sides`.
+/// A cylinder of radius 1 around the y axis, without lids; its edges lie at multiples of a turn divided by `sides`.
 fn cylinder(sides: u32) -> Vec<[DVec3; 3]> {
     let at = |i: u32, y: f64| {
         let a = TAU * f64::from(i % sides) / f64::from(sides);

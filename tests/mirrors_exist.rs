@@ -30,8 +30,8 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// What a room's mirrors cover: the stems of their files, and the shaders named in backticks in the heads of these
-/// files.
+/// Shaders that a room's mirrors cover: the stems of the mirrors' files, and the names in backticks in the heads of
+/// these files.
 struct Covered {
     stems: BTreeSet<String>,
     named: BTreeSet<String>,

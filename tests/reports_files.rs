@@ -256,7 +256,7 @@ fn a_cone_wider_than_a_map_is_told() {
 fn a_floor_of_its_own_is_enough() {
     let own = scene("box_on_own_floor.glb");
     assert!(fit::has_floor(&own));
-    // Without the floor, and with a floor that is a small part of the ground below.
+    // The box alone has no floor.
     let mut bare = own.clone();
     bare.instances.remove(0);
     assert!(!fit::has_floor(&bare));

@@ -18,8 +18,8 @@ const KNOWN: [(Method, f64, [f64; 2]); 8] = [
 
 /// Relative tolerance of a mismatch.
 const TOLERANCE: f64 = 0.05;
-/// Tolerance of over and under in texels. It is wider, because holes and solids are drawn at random, and exchanging
-/// them exchanges over and under.
+/// Tolerance of over and under in texels. Holes and solids are drawn at random, and exchanging them exchanges over and
+/// under.
 const SIDE_TOLERANCE: f64 = 0.01;
 
 /// Differences from the known figures.
@@ -53,7 +53,7 @@ fn the_figures_are_as_known() {
         planted[j].method = rows[i].method;
         assert!(!differences(&planted).is_empty(), "{} for {}", rows[i].method.name(), rows[j].method.name());
     }
-    // So are exchanged dark and light, and missing figures.
+    // Exchanging dark and light is noticed, and so are missing figures.
     let mut planted = rows.clone();
     (planted[1].over, planted[1].under) = (rows[1].under, rows[1].over);
     assert_eq!(differences(&planted).len(), 1);

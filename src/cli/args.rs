@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 pub struct SceneArgs {
     /// A shipped scene (see `edgeshade scenes`) or a .glb or .gltf file; by default the default shipped scene
     pub scene: Option<String>,
-    /// Which of the file's scenes, counted from 0
+    /// Number of the scene in the file, counted from 0
     #[arg(long, value_name = "N")]
     pub scene_index: Option<usize>,
     /// Lay a floor under the scene; `auto` does so if the file has neither camera nor light, as with a lone object
@@ -36,7 +36,7 @@ pub struct SceneArgs {
     /// shadows
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub light_size: Option<f64>,
-    /// How alpha-masked surfaces cast shadows: through their holes, not at all, or as if solid. Techniques that use
+    /// Shadows of alpha-masked surfaces: with holes (keep), none (exclude) or solid (solid). Techniques that use
     /// silhouette edges do not know the holes
     #[arg(long, value_name = "keep|exclude|solid", default_value = "keep", value_parser = masked)]
     pub masked: Masked,

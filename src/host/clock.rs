@@ -110,6 +110,7 @@ impl<'h> Clock<'h> {
         self.pass = pass.map(str::to_owned);
         next
     }
+
     /// Runs the last piece. Returns the first error of the whole frame.
     pub fn finish(&mut self) -> Result<()> {
         let last = self.commands[self.commands.len() - 1];

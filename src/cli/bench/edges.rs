@@ -87,7 +87,7 @@ mod tests {
     fn the_page_has_every_row_with_its_edges_and_names_what_is_left_out() {
         let plan = plan();
         let text = (SUITE.page)(&results(&plan));
-        assert!(text.contains("Left out, as this version has none: none."), "{text}");
+        assert!(text.contains("Left out because they are not supported: none."), "{text}");
         let scene_b = text.split_once("\n## b\n").unwrap().1;
         let lines: Vec<_> = scene_b.lines().filter(|l| l.starts_with('|')).collect();
         assert_eq!(lines.len(), 2 + 5, "{scene_b}");

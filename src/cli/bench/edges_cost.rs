@@ -394,7 +394,7 @@ mod tests {
         };
         let rows = STATES.into_iter().flat_map(|s| plan.variants.iter().map(move |v| row((v, s)))).collect();
         let text = (SUITE.page)(&SUITE.results(&plan, Origin::default(), rows));
-        assert!(text.contains("Left out, as this version has none: none."), "{text}");
+        assert!(text.contains("Left out because they are not supported: none."), "{text}");
         assert_eq!(text.matches("\n## jenga").count(), 3);
         assert_eq!(
             text.matches("\n| sm | 1.000 (1.000) | - | 2.000 (2.000) | - | 3.000 (3.000) | - | 7.000 (7.000) | - |\n")

@@ -87,7 +87,7 @@ pub fn left_out_note(left_out: &[String]) -> String {
     if left_out.is_empty() {
         return String::new();
     }
-    format!("Left out, as this version has none: {}.\n\n", left_out.join(", "))
+    format!("Left out because they are not supported: {}.\n\n", left_out.join(", "))
 }
 
 /// Variants that are judged in addition to the defaults, if the registry has them.

@@ -155,7 +155,7 @@ mod tests {
         let plan = Plan { left_out: vec!["none".into()], ..plan };
         let rows = plan.variants.iter().map(|v| row("a", &v.label, 2.0, 1.0)).collect();
         let text = (SUITE.page)(&SUITE.results(&plan, Origin::default(), rows));
-        assert!(text.contains("\n\nLeft out, as this version has none: none.\n\n## What soft"), "{text}");
+        assert!(text.contains("\n\nLeft out because they are not supported: none.\n\n## What soft"), "{text}");
         for (_, with, without) in SAVINGS {
             let has = |name: &str| plan.variants.iter().any(|v| v.label == name);
             assert!(has(with) && has(without), "{with} {without}");
