@@ -138,7 +138,7 @@ fn is_near(p: DVec3) -> bool {
 }
 
 /// Signed distance to the shadow edge of a half-plane on the floor.
-fn edge(light: &LightView, m: DVec3) -> impl Fn(DVec3) -> f64 {
+fn shadow_edge(light: &LightView, m: DVec3) -> impl Fn(DVec3) -> f64 {
     let at = if light.is_directional() {
         let s = light.towards(DVec3::ZERO);
         -m.dot(s) / s.y
@@ -157,7 +157,7 @@ fn a_straight_edge_on_a_floor() {
         let m = dvec3(angle.cos(), 0.0, angle.sin());
         let lights = [sun(dvec3(0.3, 1.0, -0.5).normalize()), spot(dvec3(1.0, 4.0, 0.5), dvec3(0.0, 0.0, 0.2))];
         for light in &lights {
-            let distance = edge(light, m);
+            let distance = shadow_edge(light, m);
             let middle = -distance(DVec3::ZERO) * m;
             // The camera is under the half-plane and low, so the farther floor is foreshortened six times.
             let camera = camera(middle + 2.5 * m + dvec3(0.0, 0.7, 0.0), middle);
@@ -266,7 +266,7 @@ fn neither_outlines_nor_other_faces_are_boundaries() {
 fn a_floor_of_several_objects_is_one_surface() {
     let light = sun(dvec3(0.3, 1.0, -0.5).normalize());
     let m = DVec3::X;
-    let distance = edge(&light, m);
+    let distance = shadow_edge(&light, m);
     let at = |x, z| dvec3(x, 0.0, z);
     let tile = |x0, z0, x1, z1| quad(at(x0, z0), at(x0, z1), at(x1, z1), at(x1, z0));
     // A T-shaped joint, one of whose lines is 0.02 beside the edge of the shadow.

@@ -516,7 +516,7 @@ fn naive_motion(shots: &[[&[f32]; 2]], mask: &[Vec<bool>], size: [u32; 2], radiu
     let inside = |x: i64, y: i64| (0..w).contains(&x) && (0..h).contains(&y);
     let near = |k: usize, x: i64, y: i64| {
         let truth = shots[k][1];
-        let edge = |x: i64, y: i64| {
+        let is_boundary = |x: i64, y: i64| {
             inside(x, y) && mask[k][at(x, y)] && {
                 let v = truth[at(x, y)];
                 let across = |dx: i64, dy: i64| {
@@ -528,7 +528,9 @@ fn naive_motion(shots: &[[&[f32]; 2]], mask: &[Vec<bool>], size: [u32; 2], radiu
             }
         };
         let reach = -radius..=radius;
-        reach.clone().any(|dy| reach.clone().any(|dx| dx * dx + dy * dy <= radius * radius && edge(x + dx, y + dy)))
+        reach
+            .clone()
+            .any(|dy| reach.clone().any(|dx| dx * dx + dy * dy <= radius * radius && is_boundary(x + dx, y + dy)))
     };
     let (mut pairs, mut triples) = ([0.0; 4], [0.0; 3]);
     for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {

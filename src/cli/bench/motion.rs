@@ -207,8 +207,8 @@ fn page(results: &Results<'_>) -> String {
     let mut text = results.head(&about)
         + &format!(
             "Over the pixels within {BAND} pixels of the true boundary in either frame, in percent: `change` is the mean absolute \
-             difference between consecutive frames; `not the truth's` is the difference between this change and that of the \
-             ray-traced truth; `flicker` is the share of pixels that go lit, dark, lit or dark, lit, dark in three frames.\n"
+             difference between consecutive frames; `not the truth's` is the mean absolute difference between a pixel's change \
+             and its change in the ray-traced truth; `flicker` is the share of pixels that go lit, dark, lit or dark, lit, dark in three frames.\n"
         );
     for rows in groups(&results.rows) {
         text += &format!("\n## {}\n\n{}", rows[0].group, table(&COLUMNS, rows));
