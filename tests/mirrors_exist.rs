@@ -89,7 +89,10 @@ fn every_shader_has_a_mirror_in_its_room() {
         }
         // Every name in a head exists, and a new shader is noticed.
         for name in covered.named.iter().filter(|n| !n.contains('/')) {
-            assert!(shaders.iter().any(|s| matches(name, s)), "src/reference/{room} names {name}, which is not there");
+            assert!(
+                shaders.iter().any(|s| matches(name, s)),
+                "src/reference/{room} names {name}, which does not exist"
+            );
         }
         assert!(!covered.covers("new_pass.comp"), "{room}");
     }

@@ -48,6 +48,6 @@ fn the_shaders_readme_shows_the_example() {
     // The table lists all files of the library.
     for entry in std::fs::read_dir(format!("{folder}/lib")).expect("glsl/lib") {
         let name = entry.expect("glsl/lib").file_name().into_string().expect("a name");
-        assert!(readme.contains(&format!("`{name}`")), "glsl/README.md says nothing of lib/{name}");
+        assert!(readme.contains(&format!("`{name}`")), "glsl/README.md does not mention lib/{name}");
     }
 }

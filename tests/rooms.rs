@@ -169,7 +169,7 @@ fn every_layer_has_the_same_rooms() {
         }
     }
     for folder in ["src/pass", "glsl/pass", "glsl/raster"] {
-        assert!(!Path::new(&root().join(folder)).exists(), "{folder}: its files belong into rooms");
+        assert!(!Path::new(&root().join(folder)).exists(), "{folder}: its files belong in rooms");
     }
 }
 

@@ -163,7 +163,7 @@ pub enum Ground {
 
 /// Parses an image size such as `1280x720`.
 pub fn size(text: &str) -> Result<[u32; 2], String> {
-    let hint = || format!("a size is WxH in pixels, each 1 to {MAX_SIZE}, such as 1280x720");
+    let hint = || format!("a size must be WxH in pixels, each 1 to {MAX_SIZE}, such as 1280x720");
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(hint)?;
     let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIZE).contains(n)).ok_or_else(hint);
     Ok([side(w)?, side(h)?])
@@ -172,14 +172,14 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
 /// Parses the side of a shadow map, texels.
 pub fn map_size(text: &str) -> Result<u32, String> {
     let side = text.parse().ok().filter(|n| (1..=MAX_SIZE).contains(n));
-    side.ok_or_else(|| format!("a shadow map has 1 to {MAX_SIZE} texels a side"))
+    side.ok_or_else(|| format!("a shadow map must have 1 to {MAX_SIZE} texels a side"))
 }
 
 /// Parses a setting, `name=value`.
 pub fn setting(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.is_empty() => Ok((name.trim().into(), value.trim().into())),
-        _ => Err("a setting is name=value, such as width=7".into()),
+        _ => Err("a setting must be name=value, such as width=7".into()),
     }
 }
 

@@ -120,7 +120,7 @@ fn load(name: &str, index: Option<usize>) -> Result<Scene> {
         name.contains(std::path::is_separator) || name.contains('/') || extension == "glb" || extension == "gltf";
     if !is_path && let Some(shipped) = shipped::find(name) {
         if let Some(n) = index.filter(|&n| n > 0) {
-            return usage(format!("there is no scene {n} in {name}: shipped scenes hold one, number 0"));
+            return usage(format!("there is no scene {n} in {name}: a shipped scene holds only scene 0"));
         }
         return load_bytes(shipped.name, shipped.bytes);
     }
@@ -204,7 +204,7 @@ fn warn_about_lights(scene: &Scene, light: &Light, given: bool) {
     let warn = |text: String| console::note(format_args!("warning: {}: {text}", scene.name));
     if scene.lights.len() > 1 && !given {
         let others: Vec<_> = scene.lights[1..].iter().map(|l| format!("{:?}", l.name)).collect();
-        warn(format!("only the light {:?} shines, not {}: choose one with --light", light.name, others.join(", ")));
+        warn(format!("only the light {:?} is used, not {}: choose one with --light", light.name, others.join(", ")));
     }
     if let LightShape::Spot { outer, .. } = light.shape
         && 2.0 * outer > MAX_SPOT_FOV

@@ -25,7 +25,7 @@ pub fn check(subcommand: &str, written: &Value) {
     let mut found = BTreeSet::new();
     collect(written, &mut found);
     let missing: Vec<_> = found.iter().filter(|name| !described.contains(name.as_str())).collect();
-    assert!(missing.is_empty(), "docs/json.md, `{subcommand}`: no word of {missing:?}");
+    assert!(missing.is_empty(), "docs/json.md, `{subcommand}`: does not describe {missing:?}");
 }
 
 fn collect(value: &Value, found: &mut BTreeSet<String>) {
