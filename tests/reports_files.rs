@@ -286,7 +286,7 @@ fn a_mask_without_seeds_is_told() {
     assert_eq!(seeds("l8.png", &[]), (14, String::new()));
     assert_eq!(seeds("l8_01.png", &["--threshold", "1"]), (14, String::new()));
     let (none, text) = seeds("l8_01.png", &[]);
-    assert!(none == 0 && text.contains("the brightest has 1: see --threshold"), "{text}");
+    assert!(none == 0 && text.contains("the brightest pixel has 1; see --threshold"), "{text}");
     let output = run(folder.path(), "edt", "wide20000.png", &["--method", "auto"]);
     if output.status.code() != Some(0) {
         let text = errors(&output);
