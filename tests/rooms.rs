@@ -1,4 +1,5 @@
-//! The same rooms in every layer, and arrows between them, and between the library's modules, that point one way.
+//! Checks that every layer has the same rooms, and that dependencies between rooms and between the library's modules
+//! have no cycle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ mod tree;
 
 use tree::ROOMS;
 
-/// The rooms that a room may use besides itself.
+/// Rooms that a room may use besides itself.
 fn below(room: &str) -> &'static [&'static str] {
     match room {
         "common" => &[],
@@ -19,7 +20,7 @@ fn below(room: &str) -> &'static [&'static str] {
     }
 }
 
-/// Why something in `room` may not use something in `other`; nothing where it may.
+/// Reason why a file in `room` must not use one in `other`; `None` if it may.
 fn fault(room: &str, other: &str) -> Option<String> {
     let fine = room == other || !ROOMS.contains(&other) || below(room).contains(&other);
     (!fine).then(|| format!("{room} uses {other}; it may use {:?}: move what they share down", below(room)))
@@ -29,7 +30,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files below a folder of the package with one of these extensions, relative to the folder, with their text.
+/// Files below a folder of the package that have one of these extensions: path relative to the folder, and text.
 fn files(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
     let folder = root().join(folder);
     let mut names = vec![];
@@ -40,7 +41,7 @@ fn files(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
     names.into_iter().map(|n| (n.clone(), std::fs::read_to_string(folder.join(&n)).unwrap())).collect()
 }
 
-/// Modules that a file under `src/` is, from the crate's root on: `["technique", "soft", "pcss"]`.
+/// Module path of a file under `src/`, from the crate's root: `["technique", "soft", "pcss"]`.
 fn module(file: &str) -> Vec<String> {
     let mut parts: Vec<_> = file.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
     if matches!(parts.last().map(String::as_str), Some("mod" | "lib")) {
@@ -49,7 +50,7 @@ fn module(file: &str) -> Vec<String> {
     parts
 }
 
-/// Paths from the crate's root that a module's code names, whether in `use` or in place. Comments and tests do not count.
+/// Paths from the crate's root that a module's code names, in `use` or in place. Comments and tests do not count.
 fn paths(module: &[String], text: &str) -> Vec<Vec<String>> {
     let lines: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default()).collect();
     let text = lines.join("\n");
@@ -72,7 +73,7 @@ fn paths(module: &[String], text: &str) -> Vec<Vec<String>> {
     found
 }
 
-/// Reads `a::b`, or `a::{b, c::d}`, from the start of a text.
+/// Reads `a::b` or `a::{b, c::d}` from the start of a text.
 fn tree_of_use(rest: &mut &str, base: &[String], found: &mut Vec<Vec<String>>) {
     *rest = rest.trim_start();
     if let Some(inside) = rest.strip_prefix('{') {
@@ -84,7 +85,7 @@ fn tree_of_use(rest: &mut &str, base: &[String], found: &mut Vec<Vec<String>>) {
                 return;
             }
             tree_of_use(rest, base, found);
-            // An alias, `as name`, ends where its path does.
+            // An alias, `as name`, ends where its path ends.
             let Some(end) = rest.find([',', '}']) else { return };
             *rest = if rest.as_bytes()[end] == b',' { &rest[end + 1..] } else { &rest[end..] };
         }
@@ -104,7 +105,7 @@ fn tree_of_use(rest: &mut &str, base: &[String], found: &mut Vec<Vec<String>>) {
     }
 }
 
-/// One line for every arrow of a layer's module that points the wrong way.
+/// One line for each forbidden dependency of a module in a layer.
 fn wrong_arrows(module: &[String], text: &str) -> Vec<String> {
     let [_, room, ..] = module else { return vec![] };
     if !ROOMS.contains(&room.as_str()) {
@@ -120,9 +121,9 @@ fn wrong_arrows(module: &[String], text: &str) -> Vec<String> {
         .collect()
 }
 
-/// A circle of arrows, if there is one.
+/// A cycle of dependencies, if there is one.
 fn circle(arrows: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
-    /// `open` is the way to `at`.
+    /// `open` is the path that led to `at`.
     fn visit(
         at: &str,
         arrows: &BTreeMap<String, BTreeSet<String>>,
@@ -144,7 +145,7 @@ fn circle(arrows: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
     arrows.keys().find_map(|start| visit(start, arrows, &mut vec![], &mut done))
 }
 
-/// The module of `src/` that each name comes from which `lib.rs` hands on: `Frame` comes from `frame`.
+/// Maps every name that `lib.rs` re-exports to its module of `src/`, such as `Frame` to `frame`.
 fn handed_on(lib: &str) -> BTreeMap<String, String> {
     let uses = lib.lines().filter(|l| l.starts_with("pub")).filter_map(|l| l.split_once(" use ").map(|u| u.1));
     let mut names = BTreeMap::new();
@@ -168,7 +169,7 @@ fn every_layer_has_the_same_rooms() {
         }
     }
     for folder in ["src/pass", "glsl/pass", "glsl/raster"] {
-        assert!(!Path::new(&root().join(folder)).exists(), "{folder}: its files belong into rooms");
+        assert!(!Path::new(&root().join(folder)).exists(), "{folder}: its files belong in rooms");
     }
 }
 
@@ -198,7 +199,7 @@ fn modules_form_no_circle() {
     let sources = files("src", &["rs"]);
     let lib = &sources.iter().find(|s| s.0 == "lib.rs").unwrap().1;
     let handed_on = handed_on(lib);
-    // Between the library's modules, and between the files of a room.
+    // Dependencies between the library's modules, and between the files of a room.
     let (mut modules, mut room_files) = (BTreeMap::new(), BTreeMap::new());
     for (file, text) in &sources {
         let module = module(file);
@@ -228,7 +229,7 @@ fn modules_form_no_circle() {
     assert_eq!(circle(&room_files), None);
 }
 
-/// The checks are worth something only if they can fail.
+/// The checks themselves can fail.
 #[test]
 fn wrong_arrows_and_circles_are_found() {
     let at = |file: &str, text: &str| wrong_arrows(&module(file), text);

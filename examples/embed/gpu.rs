@@ -1,4 +1,4 @@
-//! The engine's own Vulkan: instance, device, images, pipelines. Edgeshade knows nothing of this file.
+//! The engine's own Vulkan code: instance, device, images, pipelines. Edgeshade knows nothing of this file.
 
 use ash::vk;
 use edgeshade::DeviceFeatures;
@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex};
 pub type Result<T, E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 /// Warnings and errors of the validation layer.
 pub type Messages = Arc<Mutex<Vec<String>>>;
-/// How an image is used: stages, accesses, layout.
+/// Use of an image: stages, accesses, layout.
 pub type State = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
 
-/// Destroys something that the engine made.
+/// Destroys an object that the engine made.
 type Destroy = Box<dyn FnOnce(&ash::Device)>;
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -24,7 +24,7 @@ pub struct Gpu {
     pub device: ash::Device,
     pub queue: vk::Queue,
     pub family: u32,
-    /// What the device was made with for Edgeshade's techniques.
+    /// Features that the device was made with for Edgeshade's techniques.
     pub features: DeviceFeatures,
     pub debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT, *const Mutex<Vec<String>>)>,
@@ -68,7 +68,7 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     messages: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer hands over a valid struct; the pointer is the Arc that `Gpu` keeps alive.
+    // SAFETY: the layer passes a valid struct; the pointer is the Arc that `Gpu` keeps alive.
     let (text, messages) = unsafe {
         let text = (*data).message_as_c_str().map(CStr::to_string_lossy).unwrap_or_default();
         (text.into_owned(), &*messages.cast::<Mutex<Vec<String>>>())
@@ -78,15 +78,15 @@ unsafe extern "system" fn on_message(
 }
 
 impl Gpu {
-    /// With `messages`, under the validation layer with synchronization validation.
+    /// Opens a device. With `messages` it runs under the validation layer with synchronization validation.
     pub fn new(messages: Option<Messages>) -> Result<Self> {
         Self::with_extensions(messages, edgeshade::requirements().extensions)
     }
 
-    /// The same with these device extensions, which are not what Edgeshade needs.
+    /// Same as [`Self::new`] with these device extensions, which are not the ones that Edgeshade needs.
     pub fn with_extensions(messages: Option<Messages>, extensions: &[&CStr]) -> Result<Self> {
         let device_extensions = extensions;
-        // SAFETY of this file: plain Vulkan; every handle is made, used and destroyed by this engine.
+        // SAFETY of this file: plain Vulkan calls; the engine itself makes, uses and destroys every handle.
         unsafe {
             let entry = ash::Entry::load().map_err(|e| format!("no Vulkan loader: {e}"))?;
             let layers = entry.enumerate_instance_layer_properties()?;
@@ -131,7 +131,7 @@ impl Gpu {
                 _ => None,
             };
 
-            // Edgeshade says what it needs; the engine adds what itself needs.
+            // Edgeshade lists what it needs; the engine adds its own requirements.
             let needs = edgeshade::requirements();
             let mut problem = String::from("there is no Vulkan driver");
             let mut found = None;
@@ -151,7 +151,7 @@ impl Gpu {
                 .scalar_block_layout(true)
                 .separate_depth_stencil_layouts(true);
             let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
-            // All that some technique may want, and the device has.
+            // All features that some technique may use and the device has.
             let features = DeviceFeatures::of(&instance, physical_device);
             let mut core = needs.features;
             features.enable(&mut core, &mut v12, &mut v13);
@@ -181,7 +181,7 @@ impl Gpu {
         }
     }
 
-    /// Remembers how to destroy what was just made.
+    /// Remembers how to destroy an object that was just made.
     pub fn at_exit(&self, destroy: impl FnOnce(&ash::Device) + 'static) {
         self.at_exit.borrow_mut().push(Box::new(destroy));
     }
@@ -198,7 +198,7 @@ impl Gpu {
         Ok(memory)
     }
 
-    /// An attachment; `view` is the type of its view.
+    /// Creates an attachment; `view` is the type of its view.
     pub fn texture(
         &self,
         format: vk::Format,
@@ -233,7 +233,7 @@ impl Gpu {
         }
     }
 
-    /// A buffer to read back through, and where it is mapped.
+    /// Creates a buffer for reading back, and maps it.
     pub fn readback(&self, size: u64) -> Result<(vk::Buffer, *const u8)> {
         let flags = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
         let info = vk::BufferCreateInfo::default().size(size).usage(vk::BufferUsageFlags::TRANSFER_DST);
@@ -247,7 +247,7 @@ impl Gpu {
         }
     }
 
-    /// Command buffers, each with a fence that is signalled.
+    /// Creates command buffers, each with a signalled fence.
     pub fn commands(&self, count: u32) -> Result<Vec<(vk::CommandBuffer, vk::Fence)>> {
         let pool = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
@@ -267,7 +267,8 @@ impl Gpu {
         }
     }
 
-    /// A descriptor set for two images that fragment shaders sample, in the layouts that they are then in.
+    /// Creates a descriptor set for two images that fragment shaders sample, with the layouts that they will have
+    /// then.
     pub fn image_set(
         &self,
         images: [(vk::ImageView, vk::ImageLayout); 2],
@@ -297,7 +298,7 @@ impl Gpu {
             let set = d.allocate_descriptor_sets(&info)?[0];
             let infos =
                 images.map(|(image_view, image_layout)| vk::DescriptorImageInfo { sampler, image_view, image_layout });
-            // Bindings of one type, in a row: one write.
+            // One write covers consecutive bindings of one type.
             let write = vk::WriteDescriptorSet::default().dst_set(set).descriptor_type(ty).image_info(&infos);
             d.update_descriptor_sets(&[write], &[]);
             Ok((layouts[0], set))
@@ -317,7 +318,7 @@ impl Gpu {
         Ok(layout)
     }
 
-    /// A pipeline without vertex buffers, for dynamic rendering.
+    /// Creates a pipeline without vertex buffers, for dynamic rendering.
     pub fn pipeline(
         &self,
         layout: vk::PipelineLayout,
@@ -378,7 +379,7 @@ impl Gpu {
         unsafe { self.device.cmd_pipeline_barrier2(cmd, &info) };
     }
 
-    /// One pass over cleared targets, in `COLOR_ATTACHMENT_OPTIMAL` and `DEPTH_ATTACHMENT_OPTIMAL`.
+    /// Records one pass over cleared targets in `COLOR_ATTACHMENT_OPTIMAL` and `DEPTH_ATTACHMENT_OPTIMAL`.
     pub fn render(
         &self,
         cmd: vk::CommandBuffer,
@@ -416,7 +417,7 @@ impl Gpu {
         }
     }
 
-    /// Copies a picture to where the CPU reads it once the fence is signalled.
+    /// Copies a picture to a buffer that the CPU can read once the fence is signalled.
     pub fn copy_to_host(&self, cmd: vk::CommandBuffer, picture: &Texture, buffer: vk::Buffer) {
         let [width, height] = picture.extent;
         let layers = vk::ImageSubresourceLayers { aspect_mask: picture.aspect, layer_count: 1, ..Default::default() };
