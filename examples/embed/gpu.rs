@@ -143,7 +143,8 @@ impl Gpu {
                     Some(family) if missing.is_empty() => {
                         found = found.or(Some((physical_device, family as u32)));
                     }
-                    _ => problem = format!("the device lacks {}", missing.join(", ")),
+                    Some(_) => problem = format!("the device lacks {}", missing.join(", ")),
+                    None => problem = "the device has no queue for both graphics and compute".into(),
                 }
             }
             let (physical_device, family) = found.ok_or(problem)?;

@@ -43,10 +43,12 @@ impl Stage {
         // Chooses the camera before masked surfaces are removed, so that they do not influence the view.
         let camera = camera(&scene, args.camera.as_deref(), &light, size, file)?;
         warn_about_lights(&scene, &light, args.light.is_some());
-        if scene.triangles() == 0 {
-            console::note(format_args!("warning: {}: it has no triangles, so nothing casts a shadow", scene.name));
-        }
+        let all = scene.triangles();
         scene.set_masked(args.masked);
+        if scene.triangles() == 0 {
+            let what = if all == 0 { "it has no triangles" } else { "--masked exclude leaves no triangles" };
+            console::note(format_args!("warning: {}: {what}, so nothing casts a shadow", scene.name));
+        }
         if let Some(size) = args.light_size {
             resize(&mut light, size)?;
         }

@@ -74,9 +74,10 @@ impl Host {
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
         // SAFETY: plain creations on a live device.
         let pool = unsafe { owner.device.create_command_pool(&pool_info, None) }.context("vkCreateCommandPool")?;
-        // SAFETY: as above.
-        let fence =
-            unsafe { owner.device.create_fence(&vk::FenceCreateInfo::default(), None) }.context("vkCreateFence")?;
+        // SAFETY: as above; the pool is destroyed here only if nothing else will.
+        let fence = unsafe { owner.device.create_fence(&vk::FenceCreateInfo::default(), None) }
+            .inspect_err(|_| unsafe { owner.device.destroy_command_pool(pool, None) })
+            .context("vkCreateFence")?;
         context.device().name(pool, "host");
         context.device().name(fence, "host");
         let info = DeviceInfo::new(&owner.instance, owner.physical_device);
