@@ -4,7 +4,7 @@ use crate::Result;
 use crate::reference::common::shadow_map_test::test;
 use crate::reference::common::view::{FrameData, Mirror, Verdict, View};
 
-/// The hard test of every pixel; the two settings are the technique's own.
+/// Returns the hard shadow test of every pixel; the two settings are those of the technique.
 ///
 /// # Errors
 /// Images that do not fit the constants.

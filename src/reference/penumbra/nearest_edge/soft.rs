@@ -1,4 +1,4 @@
-//! The search where every seed has a penumbra width of its own (`SOFT` of `glsl/penumbra/nearest_edge.glsl`).
+//! Mirror of the search where every seed has its own penumbra width (`SOFT` of `glsl/penumbra/nearest_edge.glsl`).
 
 use super::{Link, Nearest, on_surface};
 use crate::reference::FrameData;
@@ -15,20 +15,21 @@ use std::collections::HashMap;
 /// Settings of the passes.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Those of the seeds.
+    /// Settings of the seeds.
     pub seeds: edge_seeds::Settings,
-    /// Which edge counts.
+    /// Rule for which edge counts where several are in reach.
     pub meet: Meet,
-    /// How distances are measured.
+    /// Measure of distances.
     pub metric: Metric,
-    /// Width of the mean filter, a share of the penumbra's.
+    /// Width of the mean filter, as a fraction of the penumbra's width.
     pub filter_width: f32,
 }
 
 impl Settings {
-    /// Within this distance of an edge, a share of its penumbra's width, the image may differ from hard shadows.
+    /// Returns the distance from an edge, as a fraction of its penumbra's width, within which the image may differ
+    /// from hard shadows.
     pub fn reach(&self) -> f64 {
-        // The passes take a little more, so that rounding takes nothing off.
+        // The passes use a slightly larger reach, so that rounding excludes nothing.
         0.5 * (1.0 + f64::from(self.filter_width)) * 1.000001f64.sqrt()
     }
 
@@ -37,16 +38,16 @@ impl Settings {
     }
 }
 
-/// A seed with the penumbra's width and the cosine that it was given.
+/// Seed with its penumbra width and its cosine, as the pass stored them.
 pub type WideSeed = (Seed, [f32; 2]);
 
 /// `ROUNDED` of `glsl/penumbra/nearest_edge.glsl`.
 const ROUNDED: f64 = 0.5;
 
-/// A distance as it is measured, in world units, and the bound of its error.
+/// Measured distance, world units, and the bound of its error.
 struct Measured(f64, f64);
 
-/// What of a pixel distances are measured by.
+/// Data of a pixel that distances are measured with.
 struct Place {
     p: Receiver,
     axis: DVec3,
@@ -85,8 +86,9 @@ impl Place {
     }
 }
 
-/// Every pixel's exact nearest seed, on its surface: with [`Meet::Weighted`] by the share of its penumbra's width, of those
-/// in reach; with [`Meet::Nearest`] in world units, of all.
+/// Returns every pixel's exact nearest seed on its surface. With [`Meet::Weighted`] distances are fractions of the
+/// penumbra's width, and only seeds in reach count. With [`Meet::Nearest`] distances are in world units, and all seeds
+/// count.
 ///
 /// # Errors
 /// Images that do not fit the constants.
@@ -106,7 +108,7 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -
                 Meet::Nearest => 1.0,
             };
             let reach = if settings.meet == Meet::Weighted { reach } else { f64::INFINITY };
-            // Most are too far off by any measure.
+            // Most seeds are clearly too far away.
             let limit = 1.00001 * (reach.min(found.range[1]) * unit / cosine + p.position_error.length() + seed.off());
             if place.p.position.distance_squared(seed.point) > limit * limit {
                 continue;
@@ -132,8 +134,8 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -
     }))
 }
 
-/// Every pixel with the seed of its label, and the distance to it as a share of the penumbra's width there; `None` for
-/// [`NO_SEED`].
+/// Returns every pixel's link to the seed of its label, with the distance as a fraction of that seed's penumbra width;
+/// `None` for [`NO_SEED`].
 ///
 /// # Errors
 /// Images that do not fit the constants, or a label that is no seed's.
