@@ -1,4 +1,5 @@
-//! Mirror of `glsl/revectorization/rbsm.comp`: the functions of [`super::revectorize`] over the tests on a receiver's plane.
+//! Mirror of `glsl/revectorization/rbsm.comp`: the functions of [`super::revectorize`] applied to the tests on a
+//! receiver's plane.
 
 use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};
 use crate::Result;
@@ -10,9 +11,9 @@ use std::cell::RefCell;
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// What becomes of a fragment at an edge.
+    /// Visibility function at a discontinuity.
     pub function: Function,
-    /// All texels are compared with the fragment's own depth.
+    /// Compares all texels with the fragment's own depth.
     pub fixed_depth: bool,
     /// `MAXDIST`, texels.
     pub max_distance: u32,

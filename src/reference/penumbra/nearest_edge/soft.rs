@@ -138,7 +138,7 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -
 /// `None` for [`NO_SEED`].
 ///
 /// # Errors
-/// Images that do not fit the constants, or a label that is no seed's.
+/// Fails if the images do not fit the constants, or if a label belongs to no seed.
 pub fn links(
     data: &FrameData<'_>,
     settings: &Settings,
@@ -173,7 +173,7 @@ pub fn links(
     view.every_pixel(link).into_iter().collect()
 }
 
-/// Every pixel's point and unit normal in camera view space; `None` for the sky.
+/// Returns every pixel's point and unit normal in camera view space; `None` for the sky.
 ///
 /// # Errors
 /// Images that do not fit the constants.
@@ -182,20 +182,20 @@ pub fn points(data: &FrameData<'_>) -> Result<Vec<Option<(DVec3, DVec3)>>> {
     Ok(view.every_pixel(|pixel| view.receiver(pixel).map(|r| (r.position, r.normal))))
 }
 
-/// What a pixel's hard shadows hold beyond its nearest edge.
+/// Contribution of a pixel's hard shadows beyond its nearest edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Beyond {
-    /// To be added to eq. 8's intensity.
+    /// Amount to add to eq. 8's intensity.
     pub change: f64,
-    /// How far taps that rounding may place or judge otherwise take it from that.
+    /// Largest deviation from `change` by taps whose position or test rounding may change.
     pub doubt: f64,
 }
 
 /// `EDGE_PIXELS` of `glsl/penumbra/nearest_edge.comp`.
 const EDGE_PIXELS: f64 = 1.5;
 
-/// `beyondEdge` of `glsl/penumbra/nearest_edge.comp`, of every pixel with a label, at a distance that is the given share of the
-/// penumbra's width.
+/// Mirror of `beyondEdge` of `glsl/penumbra/nearest_edge.comp` for every pixel with a label. `shares` holds each
+/// pixel's distance to its edge as a fraction of the penumbra's width.
 ///
 /// # Errors
 /// Images that do not fit the constants.
@@ -237,34 +237,34 @@ pub fn beyond(
     }))
 }
 
-/// A pixel's line through its nearest edge.
+/// Line of a pixel through its nearest edge.
 struct Line<'a> {
     view: &'a View<'a>,
     s: &'a Settings,
     pixel: [usize; 2],
     p: Receiver,
-    /// As long as the penumbra is wide.
+    /// Vector across the edge, as long as the penumbra is wide, world units.
     across: DVec3,
     share: f64,
-    /// Of that, world units.
+    /// Bound on the error of `across`, world units.
     error: f64,
 }
 
 impl Line<'_> {
-    /// In pixels from the image's corner.
+    /// Returns the image position at parameter `t`, in pixels from the image's corner.
     fn place(&self, t: f64) -> Option<DVec2> {
         let clip = self.view.clip_from_view() * (self.p.position + t * self.across).extend(1.0);
         let size = dvec2(self.view.size[0] as f64, self.view.size[1] as f64);
         (clip.w > 0.0).then(|| (dvec2(clip.x, clip.y) / clip.w * 0.5 + 0.5) * size)
     }
 
-    /// What a tap adds by the most likely decisions, at the least and at the most.
+    /// Returns what a tap adds: by the most likely decisions, at least and at most.
     fn tap(&self, t: f64, expected: f64, hard: &[f32]) -> [f64; 3] {
         let ends = [-0.5, 0.5].map(|t| self.place(t));
         let (Some(place), [Some(from), Some(to)]) = (self.place(t), ends) else { return [0.0; 3] };
         let pixels = from.distance(to);
         let (width, _) = self.view.pixel_width(self.p.position, self.p.position_error);
-        // Of a place: what the line's end may be off, and the products of a few matrices.
+        // Error of a position: the error of the line's end, and the products of a few matrices.
         let error = t.abs() * self.error / width + 1e-4 + 1e-6 * (place.length() + pixels);
         let away = (t - self.share).abs() * pixels - EDGE_PIXELS;
         let far = Decision::positive(away, 1e-3 + 1e-4 * pixels + self.error / width);
