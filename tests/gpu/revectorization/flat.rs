@@ -1,5 +1,5 @@
-//! A plane under a shadow map made here, seen so that every pixel lies at a known place of a known texel; and what the
-//! functions say there of the bare shadow tests, without camera, light or depth.
+//! A plane under a shadow map made here, seen so that every pixel lies at a known position in a known texel. Also the
+//! results of the functions there from the bare shadow tests, without camera, light or depth.
 
 use crate::noise::visibility_of;
 use ash::vk;
@@ -19,25 +19,26 @@ const TEXEL: f64 = 0.125;
 const EYE: f64 = 20.0;
 const NEAR: f64 = 1.0;
 const FAR: f64 = 41.0;
-/// Depth of what casts: before any receiver here.
+/// Depth of casters, in front of any receiver here.
 const CASTER: f32 = 0.02;
-/// The map's receiver lies so much deeper than the seen one, that rounding decides nothing.
+/// Depth by which the map's receiver lies behind the visible one, so that rounding decides nothing.
 const DEEPER: f64 = 1e-5;
 
-/// Single precision, from a pixel to its place in the map: texels. Eight roundings on maps up to 128 texels wide.
+/// Single-precision error from a pixel to its position in the map, texels: eight roundings on maps up to 128 texels
+/// wide.
 pub const PLACE_ERROR: f64 = 8.0 * 128.0 * f32::EPSILON as f64;
 
-/// The map, and what the image shows of it.
+/// The map, and the part that the image shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
-    /// Texels of the map.
+    /// Size of the map, texels.
     pub map: [u32; 2],
-    /// The first texel shown, which may lie outside the map, and how many.
+    /// First texel shown, which may lie outside the map, and the number of texels shown.
     pub first: [i64; 2],
     pub texels: [u32; 2],
-    /// Pixels a texel along each axis.
+    /// Pixels per texel along each axis.
     pub zoom: u32,
-    /// How much the plane rises towards the light along the world's x and y.
+    /// Rise of the plane towards the light along the world's x and y.
     pub rise: [f64; 2],
 }
 
@@ -46,7 +47,7 @@ impl Window {
         self.texels.map(|n| n * self.zoom)
     }
 
-    /// The texel that a pixel's centre lies in, and the place in it.
+    /// Returns the texel that contains a pixel's centre, and the position in it.
     pub fn place(&self, pixel: usize) -> ([i64; 2], DVec2) {
         let (width, zoom) = (self.size()[0] as usize, self.zoom as usize);
         let at = [pixel % width, pixel / width];
