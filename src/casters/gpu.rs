@@ -61,8 +61,8 @@ impl VertexBuffer {
         }
         if size > u64::from(largest) {
             let problem = format!(
-                "the casters' vertex buffer has {size} bytes; a storage buffer of this device has {largest} at most: split \
-                 it, or use Vertices::Copy"
+                "the casters' vertex buffer has {size} bytes, but a storage buffer of this device has at most {largest}: \
+                 split it, or use Vertices::Copy"
             );
             return Err(Error::Usage(problem));
         }
@@ -179,7 +179,7 @@ impl Casters {
         let (mut triangle_chunks, mut edge_chunks): (Vec<u32>, Vec<u32>) = (vec![], vec![]);
         for (i, &mesh) in (0u32..).zip(instances) {
             let Some((record, sphere)) = placed.get(mesh) else {
-                let problem = format!("caster {i} is of mesh {mesh}, but there are {}", meshes.len());
+                let problem = format!("caster {i} refers to mesh {mesh}, but there are {} meshes", meshes.len());
                 return Err(Error::Usage(problem));
             };
             let add = |total: u32, n: u32| {
@@ -348,7 +348,10 @@ impl Upload<'_> {
         let device = self.context.device();
         let most = u64::from(device.limits.max_storage_buffer_range);
         if bytes.len() as u64 > most {
-            return Err(Error::Usage(format!("{name}: {} bytes; this device takes {most}", bytes.len())));
+            return Err(Error::Usage(format!(
+                "{name}: {} bytes, but a storage buffer of this device has at most {most}",
+                bytes.len()
+            )));
         }
         let desc = BufferDesc {
             name,

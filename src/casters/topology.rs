@@ -216,7 +216,7 @@ impl Topology {
 fn check(positions: &[[f32; 3]], indices: &[u32]) -> Result<()> {
     let wrong = |problem: String| Err(Error::Usage(format!("caster mesh: {problem}")));
     if !indices.len().is_multiple_of(3) {
-        return wrong(format!("{} indices; a list of triangles has three for each", indices.len()));
+        return wrong(format!("{} indices, but every triangle has three", indices.len()));
     }
     if indices.len() / 3 > Topology::MOST_TRIANGLES || u32::try_from(positions.len()).is_err() {
         let (triangles, vertices) = (indices.len() / 3, positions.len());

@@ -225,7 +225,7 @@ fn penumbra_band(planes: &Planes, radius: u32) -> Vec<bool> {
 fn pixel_count(size: [u32; 2]) -> Result<usize> {
     if size[0].max(size[1]) > MAX_SIDE_PX {
         return Err(Error::Usage(format!(
-            "metrics: a picture of {}x{} px has a side beyond {MAX_SIDE_PX} px; compare it in parts",
+            "metrics: a picture of {}x{} px has a side longer than {MAX_SIDE_PX} px; compare it in parts",
             size[0], size[1]
         )));
     }

@@ -86,7 +86,11 @@ pub(super) fn decode(path: &Path, bytes: &[u8], size: [u32; 2], channel: Option<
     file::check_size(path, [side(extent.0), side(extent.1)], size)?;
     let subsampled = header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1));
     if header.deep || subsampled {
-        return Err(file::wrong(path, "channels", "deep or subsampled; write it flat and full".to_owned()));
+        return Err(file::wrong(
+            path,
+            "channels",
+            "the channel is deep or subsampled; write it flat and in full resolution".to_owned(),
+        ));
     }
     let width = extent.0;
     let image = read()
@@ -109,7 +113,7 @@ pub(super) fn decode(path: &Path, bytes: &[u8], size: [u32; 2], channel: Option<
         .map_err(wrong)?;
     let values = image.layer_data.channel_data.pixels.1;
     if values.len() != size[0] as usize * size[1] as usize {
-        return Err(file::wrong(path, "layers", format!("channel {name} is not in one layer of that size")));
+        return Err(file::wrong(path, "layers", format!("no layer of that size has the channel {name}")));
     }
     Ok(values)
 }

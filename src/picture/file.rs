@@ -62,7 +62,7 @@ pub(super) fn read(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     io::Read::read_to_end(&mut io::Read::take(file, limit_bytes + 1), &mut bytes).map_err(io_error)?;
     if bytes.len() as u64 > limit_bytes {
-        return Err(wrong(path, "size", format!("beyond {limit_bytes} bytes, too large for this picture")));
+        return Err(wrong(path, "size", format!("more than {limit_bytes} bytes, too large for this picture")));
     }
     Ok(bytes)
 }

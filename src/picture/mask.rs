@@ -33,7 +33,11 @@ pub fn read_png_mask(path: &Path, largest: u32, threshold: u8) -> Result<PngMask
     // Check the size first: a small file can claim a picture that fills the memory.
     let size: [u32; 2] = reader().into_dimensions().map_err(wrong)?.into();
     if let Some(side) = size.into_iter().find(|&s| s > largest) {
-        return Err(file::wrong(path, "size", format!("{side} pixels a side, at most {largest} are possible here")));
+        return Err(file::wrong(
+            path,
+            "size",
+            format!("a side has {side} pixels, but at most {largest} are possible here"),
+        ));
     }
     // The 16-bit code of an 8-bit value is 257 times as large.
     let luma = reader().decode().map_err(wrong)?.into_luma16();

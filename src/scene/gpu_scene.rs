@@ -58,15 +58,17 @@ impl GpuScene {
         let vertices = scene.meshes.iter().map(|m| m.positions.len()).sum();
         let largest_index = host.context().device().limits.max_draw_indexed_index_value;
         if vertices as u64 > u64::from(largest_index) {
-            let problem =
-                format!("scene {}: {vertices} vertices; this device draws {largest_index} at most", scene.name);
+            let problem = format!(
+                "scene {}: {vertices} vertices, but this device draws at most {largest_index}: split the scene",
+                scene.name
+            );
             return Err(Error::Usage(problem));
         }
         let indices: usize = scene.meshes.iter().map(|m| m.indices.len()).sum();
         // The last id stands for the sky.
         if scene.triangles() as u64 >= u64::from(u32::MAX) || indices as u64 > u64::from(u32::MAX) {
             let problem = format!(
-                "scene {}: {} triangles, instances counted; {} can be told apart: split the scene",
+                "scene {}: {} triangles over all instances, but at most {} can have ids: split the scene",
                 scene.name,
                 scene.triangles(),
                 u32::MAX - 1

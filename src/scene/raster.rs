@@ -74,7 +74,9 @@ impl InstanceBuffer {
         let each = size_of::<GpuInstance>() as u64;
         let most = u64::from(host.context().device().limits.max_storage_buffer_range) / each;
         if capacity as u64 > most {
-            let problem = format!("{name}: the scene has {capacity} instances; this device takes {most}");
+            let problem = format!(
+                "{name}: the scene has {capacity} instances, but this device takes at most {most}: split the scene"
+            );
             return Err(Error::Usage(problem));
         }
         let desc = BufferDesc {

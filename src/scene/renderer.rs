@@ -138,7 +138,7 @@ impl<'h> Renderer<'h> {
     pub fn new(host: &'h Host, scene: &Scene, camera: CameraView, light: &Light, desc: RenderDesc) -> Result<Self> {
         for (what, n) in [("image", desc.size[0]), ("image", desc.size[1]), ("shadow map", desc.map_size)] {
             if n == 0 || n > MAX_SIZE {
-                let problem = format!("a side of {n} is not possible for the {what}: 1 to {MAX_SIZE}");
+                let problem = format!("a side of {n} is not possible for the {what}: choose 1 to {MAX_SIZE}");
                 return Err(Error::Usage(problem));
             }
         }

@@ -121,7 +121,7 @@ fn check(rows: &[Row], options: &Options) -> Result<[u32; 2]> {
     let Some(first) = rows.first() else { return wrong("there are no pictures".to_owned()) };
     let size = first.full.size;
     if rows.len() > MAX_ROWS {
-        return wrong(format!("{} techniques; {MAX_ROWS} is the most", rows.len()));
+        return wrong(format!("{} techniques; at most {MAX_ROWS} fit", rows.len()));
     }
     if size[0] == 0 || size[1] == 0 {
         return wrong("the pictures are empty".to_owned());
@@ -131,12 +131,15 @@ fn check(rows: &[Row], options: &Options) -> Result<[u32; 2]> {
             check_length(row.label, picture.rgb.len(), picture.size)?;
             if picture.size != size {
                 let [w, h] = picture.size;
-                return wrong(format!("{} is {w}x{h} px, the first picture {}x{}", row.label, size[0], size[1]));
+                return wrong(format!(
+                    "{} is {w}x{h} px, but the first picture is {}x{}",
+                    row.label, size[0], size[1]
+                ));
             }
         }
     }
     if !(1..=256).contains(&options.closeup_px) || !(1..=16).contains(&options.zoom) {
-        return wrong("a close-up has sides of 1 to 256 px and a zoom of 1 to 16".to_owned());
+        return wrong("a close-up must have sides of 1 to 256 px and a zoom of 1 to 16".to_owned());
     }
     let inside = |c: &[u32; 4]| {
         c[2].min(c[3]) >= 1
@@ -147,7 +150,10 @@ fn check(rows: &[Row], options: &Options) -> Result<[u32; 2]> {
     match &options.closeups {
         Some(list) if list.len() > 2 => wrong(format!("{} close-ups; 2 is the most", list.len())),
         Some(list) => match list.iter().find(|c| !inside(c)) {
-            Some(c) => wrong(format!("close-up {c:?} is not in the picture, or beyond {} px", options.closeup_px)),
+            Some(c) => wrong(format!(
+                "close-up {c:?} is not in the picture, or a side is longer than {} px",
+                options.closeup_px
+            )),
             None => Ok(size),
         },
         None => Ok(size),

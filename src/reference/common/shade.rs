@@ -24,7 +24,7 @@ pub fn picture(
 ) -> Result<Vec<[f64; 3]>> {
     let view = View::new(data)?;
     if albedo.len() != data.depth.len() || visibility.len() != data.depth.len() {
-        return Err(Error::Usage("mirror: albedo or visibility is not of the depth image's size".into()));
+        return Err(Error::Usage("mirror: albedo or visibility does not have the size of the depth image".into()));
     }
     let width = view.size[0];
     Ok(view.every_pixel(|at| {

@@ -203,7 +203,7 @@ impl<'a> View<'a> {
             ("shadow map", data.shadow_map.len(), map_size[0] * map_size[1]),
         ] {
             if found != wanted {
-                return Err(Error::Usage(format!("mirror: the {what} has {found} values, {wanted} are needed")));
+                return Err(Error::Usage(format!("mirror: the {what} has {found} values, but {wanted} are needed")));
             }
         }
         let matrix = |m: &[[f32; 4]; 4]| Mat4::from_cols_array_2d(m).as_dmat4();

@@ -30,11 +30,11 @@ pub struct Settings {
 /// Rule for the point of the shadow edge at a seed.
 #[derive(Clone, Copy, Debug)]
 pub enum Points {
-    /// At the pixel's own centre; pixels on both sides of the edge are seeds.
+    /// Centre of the pixel; pixels on both sides of the edge are seeds.
     Pixels,
-    /// Half-way between the pixels.
+    /// Midpoint between the pixels.
     Between,
-    /// Where the hard shadow ends between the pixels.
+    /// Point between the pixels where the hard shadow ends.
     Traced {
         /// Settings of the hard shadows.
         hard: rbsm::Settings,
@@ -113,11 +113,11 @@ pub fn mixed_tiles(size: [usize; 2], hard: &[f32]) -> usize {
 pub(super) fn check_hard(view: &View<'_>, hard: &[f32]) -> Result<()> {
     let wanted = view.size[0] * view.size[1];
     if hard.len() != wanted {
-        let problem = format!("mirror: the hard shadows have {} values, {wanted} are needed", hard.len());
+        let problem = format!("mirror: the hard shadows have {} values, but {wanted} are needed", hard.len());
         return Err(Error::Usage(problem));
     }
     if let Some(v) = hard.iter().find(|v| **v != 0.0 && **v != 1.0) {
-        return Err(Error::Usage(format!("mirror: a hard shadow of {v}, 0 or 1 is needed")));
+        return Err(Error::Usage(format!("mirror: a hard shadow is {v}, but must be 0 or 1")));
     }
     Ok(())
 }

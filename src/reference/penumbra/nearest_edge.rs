@@ -123,7 +123,7 @@ pub fn links(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed], labels: 
         }
         let (x, y) = (label & 0xffff, label >> 16);
         let Some(seed) = seeds.get(&label) else {
-            return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, which is no seed")));
+            return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, but there is no seed")));
         };
         let Some(p) = view.receiver(pixel) else {
             return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, but no surface")));

@@ -69,7 +69,7 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
             return wrong(mesh, format!("index {i} into {n} positions"));
         }
         if mesh.indices.len() % 3 != 0 {
-            return wrong(mesh, format!("{} indices are no list of triangles", mesh.indices.len()));
+            return wrong(mesh, format!("{} indices, which is not a multiple of three", mesh.indices.len()));
         }
         let Some(material) = scene.materials.get(mesh.material) else {
             return wrong(mesh, format!("material {} of {}", mesh.material, scene.materials.len()));

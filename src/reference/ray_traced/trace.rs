@@ -85,7 +85,7 @@ impl RayScene {
             total += scene.meshes[instance.mesh].triangles() as u64;
             if total >= u64::from(MASKED) {
                 return Err(Error::Usage(format!(
-                    "scene {}: more than {} triangles, instances counted; ray tracing takes no more",
+                    "scene {}: more than {} triangles over all instances, the limit of ray tracing; split the scene",
                     scene.name,
                     MASKED - 1
                 )));

@@ -114,7 +114,7 @@ impl Document {
         for (i, extension) in document.extensions_required.iter().enumerate() {
             if !is_supported(extension) {
                 let problem = format!(
-                    "the file cannot be read without {extension}, which is not supported; export it without (supported: {})",
+                    "the file cannot be read without {extension}, which is not supported; export it without that extension (supported: {})",
                     SUPPORTED.join(", ")
                 );
                 return Err(fault(format!("extensionsRequired[{i}]"), problem));

@@ -29,7 +29,8 @@ pub fn of_texture(document: &Document, index: usize, user: impl FnOnce() -> Stri
     let image = texture.source.value();
     // The crate's mark for a texture that has its image only in an extension.
     if image == u32::MAX as usize {
-        let problem = "has no image that can be read: only PNG and JPEG are; export it without texture compression";
+        let problem =
+            "has no image that can be read: only PNG and JPEG are supported; export it without texture compression";
         return Ok(Err(fault(format!("textures[{index}].source"), problem)));
     }
     entry(&document.images, "images", image, || format!("textures[{index}].source"))?;
@@ -139,7 +140,7 @@ fn measure(bytes: &[u8], index: usize) -> Loaded<u64> {
     let size = 4 * u64::from(width) * u64::from(height);
     if width.max(height) > side || size > limits::IMAGE_BYTES || size == 0 {
         let texels = limits::IMAGE_BYTES / 4;
-        let problem = format!("is {width} x {height}, may have 1 to {side} texels a side and {texels} in all");
+        let problem = format!("is {width} x {height}, but may have 1 to {side} texels a side and {texels} in all");
         return Err(fault(format!("images[{index}]"), problem));
     }
     Ok(size)

@@ -144,7 +144,8 @@ fn is_wanted(
     let stored =
         |a: &json::Index<json::Accessor>| document.accessors.get(a.value()).is_none_or(|a| a.buffer_view.is_some());
     if draco && !primitive.attributes.values().all(stored) {
-        let problem = "is compressed with KHR_draco_mesh_compression, which is not supported; export it without";
+        let problem =
+            "is compressed with KHR_draco_mesh_compression, which is not supported; export it without compression";
         return Err(fault(place(), problem));
     }
     if let Some(m) = primitive.material.map(|m| m.value()) {

@@ -89,7 +89,7 @@ fn indices(
         None => (0..vertices as u32).collect(),
     };
     if mode == Mode::Triangles && corners.len() % 3 != 0 {
-        warnings.add("the last corners make no whole triangle and were left out", 1, || place.into());
+        warnings.add("the last corners do not make a whole triangle and were left out", 1, || place.into());
     }
     Ok(topology::triangles(mode, corners))
 }

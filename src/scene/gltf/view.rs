@@ -16,7 +16,7 @@ const NO_DIRECTION: &str = "was left out: the scale of its node leaves it no dir
 /// Adds a fault to the list of unusable cameras or lights, and a warning.
 fn leave_out(broken: &mut Vec<Broken>, number: usize, name: String, fault: Fault, warnings: &mut Warnings) {
     let (place, problem) = fault.into_parts();
-    warnings.add(format!("{problem}. It cannot be used, all else can"), 1, || place.clone());
+    warnings.add(format!("{problem}. It cannot be used; everything else can"), 1, || place.clone());
     broken.push(Broken { number, name, place, problem });
 }
 

@@ -89,8 +89,8 @@ enum Scenario {
     I,
     /// In filtering: whether the fragment is lit.
     O(Option<bool>),
-    /// Whether it lies between left and right. In filtering: which end of the other axis was found, and whether it is
-    /// lit.
+    /// `true` if both ends on u were found, `false` if both on v. In filtering: the end found on the other axis, and
+    /// whether the fragment is lit.
     U(bool, Option<(Option<usize>, bool)>),
     /// The ends found on u and v, and whether the discontinuity runs along u. In filtering: whether the fragment is
     /// lit.

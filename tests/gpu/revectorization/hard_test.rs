@@ -39,7 +39,7 @@ fn silhouette_recovery_lights_nothing() {
     });
 }
 
-/// What the map alone makes certain about a pixel.
+/// Facts about a pixel that the map alone makes certain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Certain {
     Nothing,

@@ -157,7 +157,8 @@ pub fn links(
         }
         let (x, y) = (label & 0xffff, label >> 16);
         let Some(wide) = seeds.get(&label).filter(|s| s.1[0] > 0.0) else {
-            let problem = format!("mirror: pixel {pixel:?} has the label {x}, {y}, which is no seed with a penumbra");
+            let problem =
+                format!("mirror: pixel {pixel:?} has the label {x}, {y}, but there is no seed with a penumbra");
             return Err(Error::Usage(problem));
         };
         let Some(p) = view.receiver(pixel) else {
@@ -210,7 +211,7 @@ pub fn beyond(
     let view = View::new(data)?;
     let pixels = view.size[0] * view.size[1];
     if [hard.len(), labels.len(), shares.len()].iter().any(|n| *n != pixels) {
-        return Err(Error::Usage(format!("mirror: images of other sizes than {:?} pixels", view.size)));
+        return Err(Error::Usage(format!("mirror: not all images have {:?} pixels", view.size)));
     }
     let seeds: HashMap<u32, &WideSeed> = seeds.iter().map(|s| (s.0.label(), s)).collect();
     Ok(view.every_pixel(|pixel| {
