@@ -193,9 +193,11 @@ fn a_light_that_looks_away_shadows_only_what_faces_away() {
             .collect();
         every_mode(&mut r, "light looks away", |values, what| {
             // Where bodies turn away from the light there is an edge too, with penumbrae of a fixed width around it.
-            let edge = if what.contains("edtsm") { 0.2 } else { 1e-2 };
-            let wrong =
-                values.iter().zip(&facing).filter(|(v, f)| f.abs() > edge && **v != if **f > 0.0 { 1.0 } else { 0.0 });
+            let terminator = if what.contains("edtsm") { 0.2 } else { 1e-2 };
+            let wrong = values
+                .iter()
+                .zip(&facing)
+                .filter(|(v, f)| f.abs() > terminator && **v != if **f > 0.0 { 1.0 } else { 0.0 });
             // Pixels at edges may show the other of two surfaces.
             let wrong = wrong.count();
             assert!(wrong * 500 <= values.len(), "{what}: {wrong} pixels");

@@ -131,10 +131,7 @@ fn check(rows: &[Row], options: &Options) -> Result<[u32; 2]> {
             check_length(row.label, picture.rgb.len(), picture.size)?;
             if picture.size != size {
                 let [w, h] = picture.size;
-                return wrong(format!(
-                    "{} is {w}x{h} px, but the first picture is {}x{}",
-                    row.label, size[0], size[1]
-                ));
+                return wrong(format!("{} is {w}x{h} px, but the first picture is {}x{}", row.label, size[0], size[1]));
             }
         }
     }

@@ -20,12 +20,12 @@ pub struct Near {
     pub before: f64,
 }
 
-/// The settings of the pass.
+/// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// Distance along each axis, texels, at which a cell still lists an edge.
     pub reach: f64,
-    /// Leave out edges that lie behind everything around a cell.
+    /// Leaves out edges that lie behind everything around a cell.
     pub kill: bool,
 }
 

@@ -31,7 +31,7 @@ pub struct StoredSegment {
 /// `SEGMENT_FACE` of `glsl/lib/edge_segment.glsl`.
 const FACE: u32 = 16;
 
-/// A segment in `f64`.
+/// Segment in `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Ends, texels; the occluder lies where `perp_dot(b - a, p - a)` is positive.

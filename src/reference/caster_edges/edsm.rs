@@ -139,7 +139,7 @@ fn differs_beyond(
 /// Computes the visibility of every pixel from the GPU's own map of distances. `width` is the border's width, texels.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(
     data: &FrameData<'_>,
     settings: &ReceiverSettings,

@@ -75,7 +75,7 @@ impl Point {
 /// Computes the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, map: &EdgeMap<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     Ok(Mirror::collect(view.every_pixel(|p| match receive(&view, p, 0.0, 0.0) {

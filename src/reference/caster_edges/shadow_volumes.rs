@@ -41,7 +41,7 @@ const ALONG: f64 = 1e-3;
 /// Returns the count of every pixel; `None` for the sky.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn counts(
     data: &FrameData<'_>,
     camera: &CameraView,

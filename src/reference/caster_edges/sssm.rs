@@ -148,7 +148,7 @@ fn quadrant(q: DVec2, own: DVec2, neighbours: [DVec2; 4]) -> usize {
 /// Computes the visibility of every pixel from the GPU's own map of points.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &ReceiverSettings, points: &[u32]) -> Result<Mirror> {
     let view = View::new(data)?;
     let [w, h] = view.map_size.map(|n| n as i64);

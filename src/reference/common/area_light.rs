@@ -14,9 +14,9 @@ use glam::{DVec2, dvec2};
 /// let (near, far) = (1.0, 100.0);
 /// let lamp = AreaLight::spot(0.5, [1.0, 1.0], near, far);
 /// assert!((lamp.distance(0.0) - near).abs() < 1e-12 && (lamp.distance(1.0) - far).abs() < 1e-9);
-/// The blocker stands half-way between lamp and receiver: the penumbra is as wide as the lamp.
+/// // The blocker stands half-way between lamp and receiver: the penumbra is as wide as the lamp.
 /// assert!((lamp.penumbra_width(10.0, 5.0) - 0.5).abs() < 1e-12);
-/// Through the blocker the receiver sees 0.25 units of the lamp at distance 5, where the map is 10 wide.
+/// // The receiver sees the lamp through 0.25 units at distance 5, where the map is 10 wide.
 /// assert!((lamp.filter_half_width(10.0, 5.0).x - 0.5 * 0.25 / 10.0).abs() < 1e-12);
 ///
 /// // The sun is half a degree wide, its map 20 units by 10.
@@ -28,8 +28,9 @@ use glam::{DVec2, dvec2};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight {
-    /// Scale from world distances to uv by axis of the map. For a spot `R/(2 T)`, with half-width `R` and tangent `T`
-    /// of half the map's field of view; for a sun `tan(theta)/W`, with half-angle `theta` and map width `W`.
+    /// Half-width of the filter in uv, without the factor for the distances, by axis of the map. For a spot `R/(2 T)`,
+    /// with half-width `R` and tangent `T` of half the map's field of view; for a sun `tan(theta)/W`, with half-angle
+    /// `theta` and map width `W`.
     pub uv: DVec2,
     /// `R` for a spot, `tan(theta)` for a sun.
     pub world: f64,

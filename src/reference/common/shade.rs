@@ -15,7 +15,7 @@ const GROUND: DVec3 = dvec3(0.36, 0.32, 0.28);
 /// per pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn picture(
     data: &FrameData<'_>,
     push: &ShadePush,

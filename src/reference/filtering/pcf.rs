@@ -43,7 +43,7 @@ struct Kernel {
 /// Returns the filtered visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
@@ -57,7 +57,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
 /// filter.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn listed(data: &FrameData<'_>, settings: &Settings) -> Result<Listed> {
     let view = View::new(data)?;
     let levels = depth_bounds::blocks(data.shadow_map, data.constants.map_size);

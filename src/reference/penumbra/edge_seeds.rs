@@ -84,7 +84,7 @@ impl Seed {
 /// Returns all seeds, row by row. `hard` is the image of hard shadows: 0 or 1 per pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn seeds(data: &FrameData<'_>, hard: &[f32], settings: &Settings) -> Result<Vec<Seed>> {
     let view = View::new(data)?;
     check_hard(&view, hard)?;

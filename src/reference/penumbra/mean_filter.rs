@@ -39,7 +39,7 @@ type Tap = (Value, Decision);
 /// minus 2.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings, intensity: &[f32]) -> Result<Mirror> {
     let width = f64::from(settings.filter_width);
     filtered(data, settings, intensity, |_| width)
@@ -49,7 +49,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings, intensity: &[f32]) 
 /// fraction of it.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility_by_widths(
     data: &FrameData<'_>,
     settings: &Settings,

@@ -64,7 +64,7 @@ pub struct Link {
 /// Returns every pixel's nearest seed in the world, among those on its surface and in reach.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Nearest>> {
     let view = View::new(data)?;
     Ok(view.every_pixel(|pixel| {
@@ -87,7 +87,7 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Re
 /// surface or out of reach.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn in_image(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Nearest>> {
     let view = View::new(data)?;
     let mut mask = Mask { size: view.size, seeds: vec![false; view.size[0] * view.size[1]] };

@@ -52,7 +52,7 @@ pub struct Width {
 /// Returns the widths of the seeds, in their order.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn widths(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Width>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);

@@ -36,7 +36,7 @@ impl Settings {
 /// Returns the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let pixels = view.every_pixel(|p| {
@@ -75,7 +75,7 @@ pub struct Intermediates {
 /// Returns the intermediate results of every pixel; `quality` is that of the edge profile.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn intermediates(data: &FrameData<'_>, settings: &Settings, quality: Quality) -> Result<Vec<Intermediates>> {
     let view = View::new(data)?;
     Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {

@@ -11,7 +11,7 @@ use crate::reference::common::view::{FrameData, Mirror, ROUNDING, Verdict, View}
 /// Returns the filtered visibility of every pixel, over `width` x `width` texels; `width` is odd.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings, width: u32) -> Result<Mirror> {
     let view = View::new(data)?;
     let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {

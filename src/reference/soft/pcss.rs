@@ -39,7 +39,7 @@ pub struct Settings {
 /// Returns the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
@@ -68,7 +68,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
 /// Returns the class of every pixel by the map's depth bounds.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> Result<Vec<Classified>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);

@@ -64,7 +64,7 @@ const ANY: Width = Width { range: [0.0, f64::INFINITY], ..NONE };
 /// Returns the penumbra width of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);

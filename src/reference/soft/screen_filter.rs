@@ -49,7 +49,7 @@ type Tap = (Value, f64, Decision);
 /// Returns the visibility of every pixel from the hard shadows and the penumbra widths, world units.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings, hard: &[f32], widths: &[f32]) -> Result<Mirror> {
     let view = View::new(data)?;
     for (what, found) in [("hard shadows", hard.len()), ("widths", widths.len())] {

@@ -59,7 +59,7 @@ impl Settings {
 /// Returns the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);

@@ -174,8 +174,8 @@ impl Shot {
 pub fn normal_texels(host: &Host, image: &Image) -> Vec<[f32; 3]> {
     if image.format() == ash::vk::Format::R16G16_SNORM {
         let value = |v: i16| (f32::from(v) / 32767.0).max(-1.0);
-        let texels = host.read_image::<[i16; 2]>(image).unwrap();
-        texels.into_iter().map(|[x, y]| [value(x), value(y), 0.0]).collect()
+        let pixels = host.read_image::<[i16; 2]>(image).unwrap();
+        pixels.into_iter().map(|[x, y]| [value(x), value(y), 0.0]).collect()
     } else {
         host.read_image::<[f32; 2]>(image).unwrap().into_iter().map(|[x, y]| [x, y, 0.0]).collect()
     }

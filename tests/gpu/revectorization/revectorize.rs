@@ -193,10 +193,11 @@ fn intermediates_equal_their_mirror() {
             assert_eq!(wrong(&height), 0, "{word}");
             assert!(unsure * 50 < mirror.len(), "{word}: {unsure} unsure");
             // The comparison can fail, and the image is not empty.
-            let edges: Vec<_> = (0..mirror.len()).filter(|&i| mirror[i].height != [0.0; 4] && mirror[i].sure).collect();
-            assert!(edges.len() > 200, "{word}: {} pixels at edges", edges.len());
+            let boundary: Vec<_> =
+                (0..mirror.len()).filter(|&i| mirror[i].height != [0.0; 4] && mirror[i].sure).collect();
+            assert!(boundary.len() > 200, "{word}: {} pixels at discontinuities", boundary.len());
             let mut planted = height.clone();
-            planted[edges[0]][0] += 1e-3;
+            planted[boundary[0]][0] += 1e-3;
             assert_eq!(wrong(&planted), 1, "{word}: a planted difference goes unnoticed");
         }
         // Without a request, no intermediates are made.

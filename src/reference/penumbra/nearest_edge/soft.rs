@@ -91,7 +91,7 @@ impl Place {
 /// count.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -> Result<Vec<Nearest>> {
     let view = View::new(data)?;
     let reach = settings.reach();
@@ -177,7 +177,7 @@ pub fn links(
 /// Returns every pixel's point and unit normal in camera view space; `None` for the sky.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn points(data: &FrameData<'_>) -> Result<Vec<Option<(DVec3, DVec3)>>> {
     let view = View::new(data)?;
     Ok(view.every_pixel(|pixel| view.receiver(pixel).map(|r| (r.position, r.normal))))
@@ -199,7 +199,7 @@ const EDGE_PIXELS: f64 = 1.5;
 /// pixel's distance to its edge as a fraction of the penumbra's width.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn beyond(
     data: &FrameData<'_>,
     settings: &Settings,

@@ -100,9 +100,9 @@ fn rect(p: DVec2, half: DVec2) -> f64 {
 
 fn wedge(p: DVec2, half_angle: f64) -> f64 {
     let p = dvec2(p.x, p.y.abs());
-    let edge = DVec2::from_angle(half_angle);
-    let distance = (p - edge * p.dot(edge).max(0.0)).length();
-    if p.x * edge.y - p.y * edge.x > 0.0 { -distance } else { distance }
+    let side = DVec2::from_angle(half_angle);
+    let distance = (p - side * p.dot(side).max(0.0)).length();
+    if p.x * side.y - p.y * side.x > 0.0 { -distance } else { distance }
 }
 
 /// Returns the distance for cells of side 1; cells with an even sum of coordinates are occluders.
