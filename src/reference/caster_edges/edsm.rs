@@ -216,7 +216,10 @@ mod tests {
             let found = [&upper, &lower].map(|e| edge_distance(e, p, 1.5, false));
             let nearest = if found[0].priority < found[1].priority { found[0] } else { found[1] };
             assert!(nearest.distance < 0.0, "{p}: {found:?}");
-            assert!(found.iter().any(|f| f.distance > 0.0) || p.y > 10.0 && p.x > 10.8, "{p} is no case: {found:?}");
+            assert!(
+                found.iter().any(|f| f.distance > 0.0) || p.y > 10.0 && p.x > 10.8,
+                "{p} does not test a tie: {found:?}"
+            );
         }
     }
 

@@ -111,7 +111,7 @@ fn the_map_is_that_of_brute_force() {
                 let made =
                     |generation| edges(host, &r, &casters, EdgeMapConfig { kill, reach, ..config(slots, generation) });
                 let (found, quads) = (made(Generation::Compute), made(Generation::Raster));
-                assert_eq!((found.lost, quads.lost), (0, 0), "{name}: with edges lost, which ones is left to chance");
+                assert_eq!((found.lost, quads.lost), (0, 0), "{name}: edges were lost, and chance decides which");
                 let other = |i: &usize| {
                     found.slots[*i] != quads.slots[*i] || sorted(&found.chains[*i]) != sorted(&quads.chains[*i])
                 };
@@ -205,7 +205,7 @@ fn it_equals_its_mirror() {
                     &casters,
                     EdgeMapConfig { kill, reach, spill: 4096, ..config(2, Generation::Compute) },
                 );
-                assert_eq!(made.lost, 0, "{name}: with edges lost, which ones is left to chance");
+                assert_eq!(made.lost, 0, "{name}: edges were lost, and chance decides which");
                 let map = edsm_x::EdgeMap { segments: &made.segments, cells: &made.all() };
                 let mirror = edsm_x::visibility(&shot.data(), &map, &settings).unwrap();
                 let off = |v: &[f32], i: usize| {
