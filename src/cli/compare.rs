@@ -136,7 +136,11 @@ pub fn run(args: &Args) -> Outcome {
         pixels_left_out: measure.left_out,
         frames: args.frames,
         results: vec![],
+        warnings: stage.scene.warnings.clone(),
     };
+    if figures.pixels_judged == 0 {
+        console::note("warning: no pixel could be judged, so all errors are those of nothing; see the reasons below");
+    }
     let note = note(&figures);
     let table = table(&judged);
     console.say(format_args!("{note}\n\n{table}"))?;

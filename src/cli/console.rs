@@ -46,7 +46,25 @@ pub fn print(text: impl Display) -> Result<()> {
 
 /// Writes a line to standard error.
 pub fn note(text: impl Display) {
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", printable(&text.to_string(), true));
+}
+
+/// Writes a warning about a file to standard error, as one line.
+pub fn warn_of_file(file: &str, warning: &str) {
+    let _ = writeln!(io::stderr(), "warning: {}: {}", printable(file, false), printable(warning, false));
+}
+
+/// Replaces control characters by escapes: text from a file must neither command the terminal nor forge a line.
+fn printable(text: &str, keep_lines: bool) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\n' if keep_lines => shown.push(c),
+            c if c.is_control() => shown.extend(c.escape_default()),
+            c => shown.push(c),
+        }
+    }
+    shown
 }
 
 /// Writes a line to standard error that begins with the tool's name.
@@ -95,5 +113,12 @@ mod tests {
         assert_eq!(page.split_whitespace().collect::<Vec<_>>().join(" "), words);
         let long = "x".repeat(100);
         assert_eq!(wrap(&format!("a {long} b"), 2), format!("a\n  {long}\n  b\n"));
+    }
+
+    #[test]
+    fn names_from_files_cannot_command_the_terminal() {
+        let name = "wall\u{1b}[31m\nwarning: forged\u{9b}2J ü";
+        assert_eq!(printable(name, false), "wall\\u{1b}[31m\\nwarning: forged\\u{9b}2J ü");
+        assert_eq!(printable(name, true).lines().count(), 2);
     }
 }

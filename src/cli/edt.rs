@@ -15,7 +15,7 @@ use edgeshade::timing::{FrameTiming, Timings};
 use edgeshade::{Error, Result};
 use serde::Serialize;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
 #[command(after_help = "Methods, all exact and with the same result bit for bit:
@@ -130,6 +130,15 @@ struct Done {
 pub fn run(args: &Args) -> Outcome {
     let console = Console::new(&args.json);
     let exr = args.output.as_deref().map(view::is_exr).transpose()?;
+    for (option, path) in [("-o", &args.output), ("--labels", &args.labels)] {
+        if path.as_ref().is_some_and(|p| same_file(p, &args.mask)) {
+            return Err(Error::Usage(format!(
+                "{option} {}: this is the mask itself; name another file",
+                args.mask.display()
+            ))
+            .into());
+        }
+    }
     let PngMask { size, seeds, brightest } = read_png_mask(&args.mask, MAX_SIDE, args.threshold)?;
     for path in [args.output.as_deref(), args.labels.as_deref(), args.json.file()].into_iter().flatten() {
         make_folder_of(path)?;
@@ -192,6 +201,11 @@ pub fn run(args: &Args) -> Outcome {
     }
     args.json.write(&figures)?;
     close(host)
+}
+
+/// True if both paths name the same existing file.
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 fn transform(args: &Args, host: &Host, mask: &Mask, method: EdtMethod) -> Result<Done> {

@@ -120,6 +120,7 @@ pub struct Compare {
     pub pixels_left_out: LeftOut,
     pub frames: u32,
     pub results: Vec<CompareRow>,
+    pub warnings: Vec<String>,
 }
 
 /// Reference that the techniques were compared with.

@@ -32,7 +32,7 @@ impl Stage {
     pub fn load(args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
         let scene = load(args.scene.as_deref().unwrap_or(shipped::DEFAULT), args.scene_index)?;
         for warning in &scene.warnings {
-            console::note(format_args!("warning: {}: {warning}", scene.name));
+            console::warn_of_file(&scene.name, warning);
         }
         Self::of(scene, args, size)
     }

@@ -27,7 +27,8 @@ const FLOOR_SHARE: f64 = 0.5;
 /// end.
 const LONGEST_SHADOW: f64 = 1.0;
 
-/// Floor of a scene: the upward-facing triangles at its lowest height, if they cover half of the ground area.
+/// Floor of a scene: the level triangles at its lowest height that are seen from above, if they cover half of the ground
+/// area.
 struct Floor {
     /// Bounds of the scene without the floor.
     rest: Bounds,
@@ -35,8 +36,8 @@ struct Floor {
     bounds: Bounds,
 }
 
-/// Returns every triangle in world space, once per instance.
-fn triangles(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
+/// Returns every triangle in world space, once per instance, and whether it is double-sided.
+fn triangles(scene: &Scene) -> impl Iterator<Item = ([DVec3; 3], bool)> {
     scene.instances.iter().flat_map(|instance| {
         let mesh = &scene.meshes[instance.mesh];
         let at = |i: u32| {
@@ -47,7 +48,7 @@ fn triangles(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
         let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
         mesh.indices.chunks_exact(3).map(move |t| {
             let [a, b, c] = [at(t[0]), at(t[1]), at(t[2])];
-            if mirrored { [a, c, b] } else { [a, b, c] }
+            (if mirrored { [a, c, b] } else { [a, b, c] }, scene.materials[mesh.material].double_sided)
         })
     })
 }
@@ -58,9 +59,8 @@ fn floor(scene: &Scene) -> Option<Floor> {
     let top = bounds.min.y + FLOOR_RISE * size.max_element();
     let mut floor = Floor { rest: Bounds::EMPTY, bounds: Bounds::EMPTY };
     let mut area = 0.0;
-    for triangle in triangles(scene) {
-        let [a, b, c] = triangle;
-        let normal = (b - a).cross(c - a);
+    for (triangle, double_sided) in triangles(scene) {
+        let normal = normal_from_above(triangle, double_sided);
         // `normal` is twice the area as seen from above; a floor is almost level.
         let is_floor = triangle.iter().all(|p| p.y <= top) && normal.y > 0.99 * normal.length();
         let part = if is_floor { &mut floor.bounds } else { &mut floor.rest };
@@ -68,6 +68,24 @@ fn floor(scene: &Scene) -> Option<Floor> {
         area += if is_floor { 0.5 * normal.y } else { 0.0 };
     }
     (area > 0.0 && area >= FLOOR_SHARE * size.x * size.z).then_some(floor)
+}
+
+/// Returns a normal as long as twice the triangle's area; of a double-sided triangle the one that points up.
+fn normal_from_above([a, b, c]: [DVec3; 3], double_sided: bool) -> DVec3 {
+    let normal = (b - a).cross(c - a);
+    if double_sided && normal.y < 0.0 { -normal } else { normal }
+}
+
+/// Returns the height for a ground under the scene: its lowest height, or just below if something level lies there that
+/// is seen from above, such as a rug, which the ground would otherwise share its depth with.
+fn ground_height(scene: &Scene) -> f64 {
+    let (bounds, size) = extent(scene);
+    let top = bounds.min.y + FLOOR_RISE * size;
+    let is_level = |(triangle, double_sided): ([DVec3; 3], bool)| {
+        let normal = normal_from_above(triangle, double_sided);
+        triangle.iter().all(|p| p.y <= top) && normal.y > 0.99 * normal.length()
+    };
+    if triangles(scene).any(is_level) { bounds.min.y - FLOOR_RISE * size } else { bounds.min.y }
 }
 
 /// Returns whether the scene has its own floor to receive shadows.
@@ -164,7 +182,7 @@ pub fn add_ground(scene: &mut Scene) {
         mesh: scene.meshes.len(),
         world_from_object: DAffine3 {
             matrix3: DMat3::from_diagonal(DVec3::splat(GROUND_RADIUS * size)),
-            translation: dvec3(center.x, bounds.min.y, center.z),
+            translation: dvec3(center.x, ground_height(scene), center.z),
         },
     });
     scene.meshes.push(mesh);
