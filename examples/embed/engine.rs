@@ -1,11 +1,11 @@
-//! A small engine that embeds Edgeshade: read `Engine::draw`, that is all there is to it.
+//! A small engine that embeds Edgeshade. Start with `Engine::draw`.
 //!
 //! The engine owns the instance, the device, the queue, the command buffers, the depth buffer, the shadow map and
-//! all synchronization between its passes. Edgeshade owns the visibility image and everything that it takes to
-//! make it, and orders its own passes, of one frame and from frame to frame.
+//! all synchronization between its own passes. Edgeshade owns the visibility image and the resources behind it, and
+//! synchronizes its own passes, within a frame and between frames.
 //!
-//! The SPIR-V next to the shaders is made by `EDGESHADE_BLESS=1 cargo test --test embed shaders`, which calls
-//! `glslangValidator -V --target-env vulkan1.3 -g0 -o scene.vert.spv scene.vert` and so on.
+//! `EDGESHADE_BLESS=1 cargo test --test embed shaders` compiles the shaders here. It calls
+//! `glslangValidator -V --target-env vulkan1.3 -g0 -o scene.vert.spv scene.vert` and the like.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "the head of gpu.rs gives the argument for all")]
 
 use crate::gpu::{Gpu, Messages, Result, State, Texture};
@@ -24,7 +24,7 @@ pub const SHADERS: [(&str, &[u8]); 4] = [
     ("light.frag", include_bytes!("light.frag.spv")),
 ];
 const FRAMES_IN_FLIGHT: u32 = 2;
-/// Split screen: that many cameras a frame, one light.
+/// Number of cameras in a frame (split screen); they share one light.
 pub const VIEWS: usize = 2;
 const NORMALS: vk::Format = vk::Format::R16G16_SFLOAT;
 const PICTURE: vk::Format = vk::Format::R8G8B8A8_UNORM;
@@ -38,17 +38,17 @@ const DEPTH_TARGET: State = (
 );
 const COLOR_TARGET: State =
     (Stage::COLOR_ATTACHMENT_OUTPUT, Access::COLOR_ATTACHMENT_WRITE, Layout::COLOR_ATTACHMENT_OPTIMAL);
-/// By Edgeshade and by the engine's lighting.
+/// Read by Edgeshade and by the engine's lighting.
 const DEPTH_READ: State = (
     Stage::from_raw(Stage::COMPUTE_SHADER.as_raw() | Stage::FRAGMENT_SHADER.as_raw()),
     Access::SHADER_SAMPLED_READ,
     Layout::DEPTH_READ_ONLY_OPTIMAL,
 );
-/// By Edgeshade alone.
+/// Read by Edgeshade alone.
 const SHADOW_INPUT: State = (Stage::COMPUTE_SHADER, Access::SHADER_SAMPLED_READ, Layout::SHADER_READ_ONLY_OPTIMAL);
 const COPIED: State = (Stage::COPY, Access::TRANSFER_READ, Layout::TRANSFER_SRC_OPTIMAL);
 
-/// An image about to be overwritten: its content may go, but its last readers must be done.
+/// State of an image that is about to be overwritten: its content is discarded, but its last readers must be done.
 fn discard(read: State) -> State {
     (read.0, Access::NONE, Layout::UNDEFINED)
 }
@@ -58,32 +58,32 @@ pub struct Options<'a> {
     pub params: &'a [(&'a str, &'a str)],
     pub extent: [u32; 2],
     pub depth: DepthRange,
-    /// Hand octahedral normals in; without, Edgeshade derives them from the depth buffer.
+    /// Hands octahedral normals to Edgeshade, which otherwise derives normals from the depth buffer.
     pub normals: bool,
     /// Format of the shadow map: `D32_SFLOAT` or `D16_UNORM`.
     pub map_format: vk::Format,
-    /// Record every third frame's visibility twice, and throw the first command buffer away.
+    /// Records the visibility of every third frame twice, and throws the first command buffer away.
     pub throw_away: bool,
-    /// Run under the validation layer, and where its messages go.
+    /// Turns the validation layer on; its messages go here.
     pub validation: Option<Messages>,
 }
 
-/// What a frame in flight has of its own. Everything else is shared by all frames and ordered by barriers.
+/// Resources of one frame in flight. All frames share everything else, and barriers order its use.
 struct Slot {
     cmd: vk::CommandBuffer,
     fence: vk::Fence,
-    /// A picture for each view, and the buffer that it is read back through.
+    /// For each view a picture, and the buffer through which it is read back.
     views: Vec<(Texture, (vk::Buffer, *const u8))>,
-    /// What the pictures that are being read back must show.
+    /// Expected content of the pictures that are being read back.
     pending: Vec<Moment>,
 }
 
-/// Fields are dropped in this order: what Edgeshade made goes before the device that it was made on.
+/// Rust drops fields in this order: objects of Edgeshade must go before the device.
 pub struct Engine {
     shadows: Box<dyn Technique>,
     timings: Timings,
     context: Context,
-    /// What every finished frame cost.
+    /// Pass times of every finished frame.
     pub times: Vec<FrameTiming>,
 
     extent: [u32; 2],
@@ -110,7 +110,7 @@ impl Engine {
         let gpu = Gpu::new(options.validation.clone())?;
         let extent = options.extent;
 
-        // Edgeshade: a context for the device, a technique for the sizes, and query pools for its pass times.
+        // Edgeshade's objects: a context for the device, a technique for the sizes, and query pools for pass times.
         let context = context(&gpu)?;
         let info = technique::find(options.technique)?;
         let setup = Setup {
@@ -124,7 +124,7 @@ impl Engine {
         let shadows = technique::prepare(options.technique, &context, &setup)?;
         let timings = Timings::new(&context, gpu.family, FRAMES_IN_FLIGHT * VIEWS as u32)?;
 
-        // The engine's own images. The shadow map is an array of one layer, as Edgeshade wants it.
+        // The engine's own images. The shadow map is an array of one layer, as Edgeshade requires.
         let sampled_depth = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
         let sampled_color = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
         let (flat, array) = (vk::ImageViewType::TYPE_2D, vk::ImageViewType::TYPE_2D_ARRAY);
@@ -142,8 +142,8 @@ impl Engine {
             slots.push(Slot { cmd, fence, views: (0..VIEWS).map(|_| view()).collect::<Result<_>>()?, pending: vec![] });
         }
 
-        // The visibility image stays the same as long as the technique lives: one descriptor for all frames, in the
-        // layout that the hand-off asks for.
+        // The visibility image stays the same while the technique lives, so one descriptor serves all frames. Its layout is
+        // the one that the hand-off asks for.
         let visibility = shadows.output().as_ref().view;
         let (set_layout, light_set) =
             gpu.image_set([(visibility, Handoff::FRAGMENT_SAMPLED.layout), (depth.view, DEPTH_READ.2)])?;
@@ -189,8 +189,8 @@ impl Engine {
         })
     }
 
-    /// Records and submits a frame, a camera a view, all at the same moment of the light. Returns the pictures of
-    /// the frame that had this slot before, if they were read back.
+    /// Records and submits a frame with one camera for each view, all under the same light. Returns the pictures of the
+    /// frame that used this slot before, if they were read back.
     pub fn draw(&mut self, views: [Moment; VIEWS], read_back: bool) -> Result<Vec<(Moment, Vec<u8>)>> {
         let finished = self.wait(self.next)?;
         let Slot { cmd, fence, .. } = self.slots[self.next];
@@ -199,7 +199,7 @@ impl Engine {
             self.gpu.device.begin_command_buffer(cmd, &begin)?;
             self.frame += 1;
             if self.throw_away && self.frame % 3 == 1 {
-                // This stands for a window that closes meanwhile: the commands never run, and the engine tells Edgeshade so.
+                // As if the window had closed meanwhile: these commands never run, and the engine tells Edgeshade so.
                 for now in &views {
                     self.draw_visibility(cmd, now)?;
                 }
@@ -223,13 +223,13 @@ impl Engine {
         Ok(finished)
     }
 
-    /// The inputs that the engine states in a frame.
+    /// Inputs that the engine states for a frame.
     pub fn told(&self, now: &Moment) -> Told {
         let (depth, shadow_map) = (input(&self.depth, DEPTH_READ), input(&self.shadow_map, SHADOW_INPUT));
         Told { camera: now.camera, light: now.light, depth, shadow_map }
     }
 
-    /// Records a frame from what it was told, and throws it away. No other frame is in flight.
+    /// Records a frame with the given inputs and throws it away. No other frame may be in flight.
     pub fn attempt(&mut self, told: &Told) -> Result<()> {
         let inputs = Inputs {
             camera: &told.camera,
@@ -241,7 +241,7 @@ impl Engine {
             casters: &[],
         };
         let cmd = self.slots[0].cmd;
-        // SAFETY: the command buffer records, and never runs.
+        // SAFETY: the command buffer is recording, and is never submitted.
         unsafe {
             self.gpu.device.begin_command_buffer(cmd, &vk::CommandBufferBeginInfo::default())?;
             let mut frame = Frame::begin(&self.context, cmd, Handoff::FRAGMENT_SAMPLED, None);
@@ -257,8 +257,8 @@ impl Engine {
         (&self.context, &self.gpu)
     }
 
-    /// Edgeshade. It reads the inputs as they are, and orders all that it does itself: the engine has no barrier
-    /// for the visibility image, neither before nor after.
+    /// Edgeshade's passes. They read the inputs in their current layouts and synchronize themselves: the engine needs no
+    /// barrier for the visibility image, neither before nor after.
     fn draw_visibility(&mut self, cmd: vk::CommandBuffer, now: &Moment) -> Result<()> {
         let normal = self.normals.as_ref().map(|n| (input(n, SHADOW_INPUT), NormalEncoding::OctahedralSigned));
         let inputs = Inputs {
@@ -270,15 +270,15 @@ impl Engine {
             light_version: Some(now.light_version),
             casters: &[],
         };
-        // SAFETY: the command buffer records, is submitted in order, and the images outlive it.
+        // SAFETY: the command buffer is recording and is submitted in order; the images outlive it.
         let mut frame = unsafe { Frame::begin(&self.context, cmd, Handoff::FRAGMENT_SAMPLED, Some(&mut self.timings)) };
         self.shadows.record(&mut frame, &inputs)?;
         frame.finish(self.shadows.output());
         Ok(())
     }
 
-    /// The engine's shadow map, where the light has moved. Barrier before: Edgeshade's reads of the last frame are
-    /// over. Barrier after: the map is ready for Edgeshade's.
+    /// Renders the shadow map if the light has moved. The barrier before waits for Edgeshade's reads of the last frame; the
+    /// one after makes the map readable for Edgeshade.
     fn draw_shadow_map(&mut self, cmd: vk::CommandBuffer, now: &Moment) {
         if self.map_version.replace(now.light_version) == Some(now.light_version) {
             return;
@@ -290,7 +290,7 @@ impl Engine {
         self.gpu.barriers(cmd, &[self.shadow_map.barrier(DEPTH_TARGET, SHADOW_INPUT)]);
     }
 
-    /// The engine's depth pre-pass, which may write normals; the same two barriers.
+    /// Renders the depth pre-pass, which may also write normals, between the same two barriers.
     fn draw_depth(&self, cmd: vk::CommandBuffer, now: &Moment) {
         let mut before = vec![self.depth.barrier(discard(DEPTH_READ), DEPTH_TARGET)];
         let mut after = vec![self.depth.barrier(DEPTH_TARGET, DEPTH_READ)];
@@ -305,7 +305,7 @@ impl Engine {
         self.gpu.barriers(cmd, &after);
     }
 
-    /// The engine's lighting, which samples the visibility image in a fragment shader.
+    /// Renders the lighting, whose fragment shader samples the visibility image.
     fn draw_light(&self, cmd: vk::CommandBuffer, now: &Moment, view: usize, read_back: bool) {
         let (picture, (buffer, _)) = &self.slots[self.next].views[view];
         self.gpu.barriers(cmd, &[picture.barrier(discard(COPIED), COLOR_TARGET)]);
@@ -322,7 +322,7 @@ impl Engine {
         }
     }
 
-    /// The pictures of the frames still in flight, oldest first.
+    /// Waits for the frames still in flight and returns their pictures, oldest first.
     pub fn finish(&mut self) -> Result<Vec<(Moment, Vec<u8>)>> {
         let mut pictures = vec![];
         for i in 0..self.slots.len() {
@@ -331,13 +331,13 @@ impl Engine {
         Ok(pictures)
     }
 
-    /// Waits for one frame only; others stay in flight.
+    /// Waits for one frame; others stay in flight.
     fn wait(&mut self, slot: usize) -> Result<Vec<(Moment, Vec<u8>)>> {
         let slot = &mut self.slots[slot];
         unsafe { self.gpu.device.wait_for_fences(&[slot.fence], true, u64::MAX) }?;
         self.times.extend(self.timings.poll());
         let size = 4 * (self.extent[0] * self.extent[1]) as usize;
-        // SAFETY: mapped as long as the engine lives, and the frame that wrote it is finished.
+        // SAFETY: the buffer is mapped while the engine lives, and the frame that wrote it has finished.
         let pixels = |mapped: *const u8| unsafe { std::slice::from_raw_parts(mapped, size) }.to_vec();
         let pending = slot.pending.drain(..).zip(&slot.views);
         Ok(pending.map(|(moment, (_, (_, mapped)))| (moment, pixels(*mapped))).collect())
@@ -358,7 +358,7 @@ impl Engine {
     }
 }
 
-/// The inputs that the engine states in a frame.
+/// Inputs that the engine states for a frame.
 #[derive(Clone, Copy)]
 pub struct Told {
     pub camera: CameraView,
@@ -367,7 +367,7 @@ pub struct Told {
     pub shadow_map: ImageRef,
 }
 
-/// Edgeshade's context for the engine's device.
+/// Makes Edgeshade's context for the engine's device.
 pub fn context(gpu: &Gpu) -> edgeshade::Result<Context> {
     // SAFETY: the handles fit each other, have what `requirements` lists, and outlive the context.
     unsafe {
@@ -391,7 +391,7 @@ impl Drop for Engine {
     }
 }
 
-/// An image of the engine's as an input of Edgeshade, in the layout that the barriers above leave it in.
+/// Describes an image of the engine as an input of Edgeshade, in the layout that the barriers above leave it in.
 fn input(texture: &Texture, state: State) -> ImageRef {
     ImageRef {
         image: texture.image,
@@ -404,7 +404,7 @@ fn input(texture: &Texture, state: State) -> ImageRef {
     }
 }
 
-/// What the depth pre-pass clears to.
+/// Depth value that the depth pre-pass clears to.
 fn far_depth(now: &Moment) -> f32 {
     if now.camera.depth == DepthRange::Reversed { 0.0 } else { 1.0 }
 }

@@ -1,4 +1,4 @@
-//! The engine's own Vulkan: instance, device, images, pipelines. Edgeshade knows nothing of this file.
+//! The engine's own Vulkan objects: instance, device, images, pipelines. Nothing here belongs to Edgeshade.
 //!
 //! One argument covers the unsafe blocks of this file and of `engine.rs` that have no comment of their own: they call
 //! Vulkan with handles that this engine made from one device, and `Gpu` destroys these after the device is idle.
@@ -16,7 +16,7 @@ pub type Messages = Arc<Mutex<Vec<String>>>;
 /// How an image is used: stages, accesses, layout.
 pub type State = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
 
-/// Destroys something that the engine made.
+/// Destroys an object that the engine made.
 type Destroy = Box<dyn FnOnce(&ash::Device)>;
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -28,7 +28,7 @@ pub struct Gpu {
     pub device: ash::Device,
     pub queue: vk::Queue,
     pub family: u32,
-    /// What the device was made with for Edgeshade's techniques.
+    /// Features that the device was created with for Edgeshade's techniques.
     pub features: DeviceFeatures,
     pub debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT, *const Mutex<Vec<String>>)>,
@@ -82,12 +82,12 @@ unsafe extern "system" fn on_message(
 }
 
 impl Gpu {
-    /// With `messages`, under the validation layer with synchronization validation.
+    /// Opens a device; with `messages`, under the validation layer with synchronization validation.
     pub fn new(messages: Option<Messages>) -> Result<Self> {
         Self::with_extensions(messages, edgeshade::requirements().extensions)
     }
 
-    /// The same with these device extensions, which are not what Edgeshade needs.
+    /// Does the same with other device extensions than those that Edgeshade needs.
     pub fn with_extensions(messages: Option<Messages>, extensions: &[&CStr]) -> Result<Self> {
         let device_extensions = extensions;
         unsafe {
@@ -134,7 +134,7 @@ impl Gpu {
                 _ => None,
             };
 
-            // Edgeshade says what it needs; the engine adds what itself needs.
+            // Edgeshade says what it needs; the engine adds its own needs.
             let needs = edgeshade::requirements();
             let mut problem = String::from("there is no Vulkan driver");
             let mut found = None;
@@ -154,7 +154,7 @@ impl Gpu {
                 .scalar_block_layout(true)
                 .separate_depth_stencil_layouts(true);
             let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
-            // All that some technique may want, and the device has.
+            // Every feature that some technique can use and this device has.
             let features = DeviceFeatures::of(&instance, physical_device);
             let mut core = needs.features;
             features.enable(&mut core, &mut v12, &mut v13);
@@ -184,7 +184,7 @@ impl Gpu {
         }
     }
 
-    /// Remembers how to destroy what was just made.
+    /// Remembers how to destroy an object that was just made.
     pub fn at_exit(&self, destroy: impl FnOnce(&ash::Device) + 'static) {
         self.at_exit.borrow_mut().push(Box::new(destroy));
     }
@@ -201,7 +201,7 @@ impl Gpu {
         Ok(memory)
     }
 
-    /// An attachment; `view` is the type of its view.
+    /// Makes an attachment; `view` is the type of its image view.
     pub fn texture(
         &self,
         format: vk::Format,
@@ -236,7 +236,7 @@ impl Gpu {
         }
     }
 
-    /// A buffer to read back through, and where it is mapped.
+    /// Makes a buffer for reading back, and returns it with its mapped address.
     pub fn readback(&self, size: u64) -> Result<(vk::Buffer, *const u8)> {
         let flags = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
         let info = vk::BufferCreateInfo::default().size(size).usage(vk::BufferUsageFlags::TRANSFER_DST);
@@ -250,7 +250,7 @@ impl Gpu {
         }
     }
 
-    /// Command buffers, each with a fence that is signalled.
+    /// Makes command buffers, each with a signalled fence.
     pub fn commands(&self, count: u32) -> Result<Vec<(vk::CommandBuffer, vk::Fence)>> {
         let pool = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
@@ -270,7 +270,7 @@ impl Gpu {
         }
     }
 
-    /// A descriptor set for two images that fragment shaders sample, in the layouts that they are then in.
+    /// Makes a descriptor set for two images that fragment shaders sample in the given layouts.
     pub fn image_set(
         &self,
         images: [(vk::ImageView, vk::ImageLayout); 2],
@@ -300,7 +300,7 @@ impl Gpu {
             let set = d.allocate_descriptor_sets(&info)?[0];
             let infos =
                 images.map(|(image_view, image_layout)| vk::DescriptorImageInfo { sampler, image_view, image_layout });
-            // Bindings of one type, in a row: one write.
+            // One write covers consecutive bindings of one type.
             let write = vk::WriteDescriptorSet::default().dst_set(set).descriptor_type(ty).image_info(&infos);
             d.update_descriptor_sets(&[write], &[]);
             Ok((layouts[0], set))
@@ -320,7 +320,7 @@ impl Gpu {
         Ok(layout)
     }
 
-    /// A pipeline without vertex buffers, for dynamic rendering.
+    /// Makes a pipeline without vertex buffers, for dynamic rendering.
     pub fn pipeline(
         &self,
         layout: vk::PipelineLayout,
@@ -381,7 +381,7 @@ impl Gpu {
         unsafe { self.device.cmd_pipeline_barrier2(cmd, &info) };
     }
 
-    /// One pass over cleared targets, in `COLOR_ATTACHMENT_OPTIMAL` and `DEPTH_ATTACHMENT_OPTIMAL`.
+    /// Records one pass over cleared targets, in `COLOR_ATTACHMENT_OPTIMAL` and `DEPTH_ATTACHMENT_OPTIMAL`.
     pub fn render(
         &self,
         cmd: vk::CommandBuffer,
@@ -419,7 +419,7 @@ impl Gpu {
         }
     }
 
-    /// Copies a picture to where the CPU reads it once the fence is signalled.
+    /// Copies a picture into a buffer that the CPU may read once the fence is signalled.
     pub fn copy_to_host(&self, cmd: vk::CommandBuffer, picture: &Texture, buffer: vk::Buffer) {
         let [width, height] = picture.extent;
         let layers = vk::ImageSubresourceLayers { aspect_mask: picture.aspect, layer_count: 1, ..Default::default() };

@@ -1,7 +1,8 @@
-//! How to embed Edgeshade into an engine that knows nothing of it; see `engine.rs`.
+//! Embeds Edgeshade into an engine of its own; `engine.rs` shows how.
 //!
 //! `cargo run --no-default-features --example embed -- [sm|pcf] [standard-depth] [normals] [d16] [throw-away] [validate]`
-//! draws and checks some frames; `--mistakes` instead says everything to Edgeshade that it must refuse, and prints its answers.
+//! draws some frames and checks them. With `--mistakes` it makes every mistake that Edgeshade must refuse, and prints the
+//! errors.
 
 mod engine;
 mod gpu;
@@ -39,7 +40,7 @@ fn main() -> gpu::Result<()> {
         throw_away: has("throw-away"),
         validation: has("validate").then(|| messages.clone()),
     })?;
-    // Every second picture is read back and compared: most engines never do, so that no wait hides a missing barrier.
+    // Only every second picture is read back. Most engines read none, and a wait in every frame would hide missing barriers.
     let mut pictures = vec![];
     for frame in 0..FRAMES {
         let views = std::array::from_fn(|view| scene::moment(frame, view, EXTENT, depth));

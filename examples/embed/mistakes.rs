@@ -8,7 +8,7 @@ use edgeshade::casters::{CasterMesh, Casters, VertexBuffer, Vertices};
 use edgeshade::view::{DepthRange, LightKind};
 use glam::{DMat3, DMat4, dvec4};
 
-/// A mistake in a frame: in words, and what is said then.
+/// A mistake in a frame: its description, and the change to the inputs that makes it.
 type Mistake = (&'static str, fn(&mut Told));
 
 const IN_A_FRAME: &[Mistake] = &[
@@ -51,7 +51,7 @@ fn reversed(m: DMat4) -> DMat4 {
     flip * m
 }
 
-/// Every mistake with its answer. Nothing of it reaches the GPU.
+/// Makes every mistake and returns it with the answer. Nothing reaches the GPU.
 pub fn all() -> Result<Vec<(&'static str, String)>> {
     let extent = [64, 48];
     let depth = DepthRange::Reversed;
@@ -76,7 +76,7 @@ pub fn all() -> Result<Vec<(&'static str, String)>> {
 
     let (context, gpu) = engine.edgeshade();
     let (buffer, _) = gpu.readback(64)?;
-    // SAFETY: the buffer is too small for the mesh, which is found out before anything reads it.
+    // SAFETY: the buffer has the stated size. It is too small for the mesh, which is refused before anything reads the buffer.
     let vertices = Vertices::Buffer(unsafe { VertexBuffer::new(buffer, 64, 12) });
     let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mesh = CasterMesh { name: "triangle", positions: &positions, indices: &[0, 1, 2], first_vertex: 4 };

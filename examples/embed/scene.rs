@@ -1,4 +1,4 @@
-//! A box that floats above the ground under a spot light, and what must be seen of it, by geometry alone.
+//! A box that floats above the ground under a spot light, and the picture that geometry alone predicts.
 
 use edgeshade::view::{CameraView, DepthRange, LightView, look_at};
 use glam::{DMat4, DVec3, dvec3};
@@ -9,7 +9,7 @@ pub const GROUND: f64 = 6.0;
 pub const MAP_SIZE: u32 = 512;
 const FOV_Y: f64 = 0.9;
 const LIGHT_FOV: f64 = 0.9;
-/// Within this distance of a shadow's edge a filtered map may say anything, in shadow-map texels.
+/// Distance from a shadow edge within which a filtered shadow map is not judged, texels.
 const EDGE_TEXELS: f64 = 5.0;
 
 /// One moment of the animation.
@@ -20,7 +20,7 @@ pub struct Moment {
     pub light_version: u64,
 }
 
-/// What one view of a frame shows: the cameras move every frame, the light every third.
+/// Returns the moment that a view of a frame shows: cameras move in every frame, the light in every third.
 pub fn moment(frame: u32, view: usize, extent: [u32; 2], depth: DepthRange) -> Moment {
     let aspect = f64::from(extent[0]) / f64::from(extent[1]);
     let turn = 0.3 + 0.13 * f64::from(frame) + 2.5 * view as f64;
@@ -51,7 +51,7 @@ enum Seen {
     Unsure,
 }
 
-/// The part of the line `from + t * along` that lies in the box, grown by `margin` on all sides.
+/// Returns the part of the line `from + t * along` that lies in the box, which is grown by `margin` on all sides.
 fn box_span(from: DVec3, along: DVec3, margin: f64) -> Option<(f64, f64)> {
     let (a, b) = ((BOX[0] - margin - from) / along, (BOX[1] + margin - from) / along);
     let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
@@ -59,7 +59,7 @@ fn box_span(from: DVec3, along: DVec3, margin: f64) -> Option<(f64, f64)> {
 }
 
 impl Moment {
-    /// What the centre of a pixel sees, and on which surface: 0 sky, 1 ground, 2 to 7 the box's faces.
+    /// Returns what the centre of a pixel sees, and on which surface: 0 sky, 1 ground, 2 to 7 the faces of the box.
     fn seen(&self, pixel: [u32; 2], extent: [u32; 2]) -> (u8, Seen) {
         let [x, y] = [0, 1].map(|i| (2.0 * f64::from(pixel[i]) + 1.0) / f64::from(extent[i]) - 1.0);
         let t = (0.5 * FOV_Y).tan();
@@ -67,7 +67,7 @@ impl Moment {
         let (eye, along) = (self.camera.position(), self.camera.world_from_view.transform_vector3(along));
         let light = self.light.position();
         if let Some((enter, _)) = box_span(eye, along, 0.0) {
-            // A face of a convex body is lit if it faces the light, all of it.
+            // A face of a convex body is lit as a whole if it faces the light.
             let p = eye + enter * along;
             let distance = [BOX[0] - p, p - BOX[1]].map(|d| d.abs().to_array()).concat();
             let face = (0..6).min_by(|&a, &b| distance[a].total_cmp(&distance[b])).unwrap_or(0);
@@ -94,7 +94,7 @@ impl Moment {
         (1, seen)
     }
 
-    /// Compares the engine's picture, RGBA8, with the geometry.
+    /// Compares the engine's picture (RGBA8) with the geometry.
     pub fn check(&self, rgba: &[u8], extent: [u32; 2]) -> Verdict {
         let [w, h] = extent;
         let seen: Vec<_> = (0..w * h).map(|i| self.seen([i % w, i / w], extent)).collect();
@@ -122,13 +122,13 @@ impl Moment {
     }
 }
 
-/// Pixels by what must be seen there, and how many of all but the unsure are wrong.
+/// Number of pixels by expected content, and number of wrong ones; unsure pixels are not judged.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Verdict {
     pub sky: usize,
     pub lit: usize,
     pub shadow: usize,
-    /// At a silhouette or near a shadow's edge: not judged.
+    /// Pixels at a silhouette or near a shadow edge: not judged.
     pub unsure: usize,
     pub wrong: usize,
 }

@@ -1,14 +1,14 @@
-//! Makes the scenes that come with Edgeshade anew: `cargo run --release --example make_scenes [FOLDER]`.
+//! Makes the scenes that come with Edgeshade: `cargo run --release --example make_scenes [FOLDER]`.
 //!
-//! They are committed as `assets/<name>.glb`, the folder where they go unless another is named. `tests/shipped_scenes.rs`
-//! fails when a committed file is not what is made here.
+//! The scenes are committed as `assets/<name>.glb`; `assets` is the default folder. `tests/shipped_scenes.rs` fails if a
+//! committed file differs from what this program makes.
 
 mod scenes;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Writes every scene into a folder, which is created if need be; the error names the file.
+/// Writes every scene into a folder and creates the folder if necessary. The error names the file.
 fn write_all(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for (name, stage) in scenes::ALL {
