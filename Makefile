@@ -49,7 +49,7 @@ doc: ## Build the documentation, of the bare library too; any warning fails
 # The oldest Rust that Cargo.toml promises, in a folder of its own, so that the build of the newest stays.
 msrv: ## Check all code with the oldest supported Rust (rustup installs it)
 	version=$$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) && \
-	rustup toolchain install $$version --profile minimal --no-self-update && \
+	{ rustup run $$version cargo --version || rustup toolchain install $$version --profile minimal --no-self-update; } && \
 	CARGO_TARGET_DIR=$${CARGO_TARGET_DIR:-target}/msrv $(CARGO) +$$version check --all-targets $(CARGO_FLAGS)
 
 deny: setup-deny ## Check licences, sources and known vulnerabilities of the dependencies (deny.toml)
