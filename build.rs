@@ -1,4 +1,5 @@
-//! Embeds the compiled shaders: from `spv/` where it fits the sources under `glsl/`, freshly compiled otherwise.
+//! Embeds the compiled shaders: the committed ones in `spv/` where they fit the sources under `glsl/`, freshly
+//! compiled ones otherwise.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -14,13 +15,14 @@ mod tree;
 fn main() {
     println!("cargo::rerun-if-env-changed=EDGESHADE_SPV");
     for path in ["build.rs", "build", "glsl", "spv"] {
-        // Cargo takes a path that does not exist for one that changed, each time.
+        // Cargo would take a missing path for a changed one in every build.
         if Path::new(path).exists() {
             println!("cargo::rerun-if-changed={path}");
         }
     }
     if let Err(problems) = build() {
-        // Cargo fails the build over these; a failing exit status would only add a dump of all the script's output.
+        // Cargo fails the build because of these lines; a failing exit status would add a dump of all the script's
+        // output.
         for line in problems.lines() {
             println!("cargo::error={line}");
         }

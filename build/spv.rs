@@ -1,6 +1,7 @@
-//! Decides for every shader whether the committed module under `spv/` still fits its sources, and what to embed.
+//! Decides for every shader whether the committed module under `spv/` still fits its sources, and which module to
+//! embed.
 //!
-//! Knows no Cargo and no compiler, so that `tests/shader_build.rs` can drive it in a temporary folder.
+//! This file uses neither Cargo nor a compiler, so that `tests/shader_build.rs` can run it in a temporary folder.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,19 +12,19 @@ use super::tree::{Tree, walk};
 /// Compiles one shader of a tree to SPIR-V.
 pub type Compile<'a> = &'a dyn Fn(&Tree, &str) -> Result<Vec<u8>, String>;
 
-/// What to do with `spv/`: the value of `EDGESHADE_SPV`.
+/// Treatment of `spv/`, set by `EDGESHADE_SPV`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Embed what is fresh, compile the rest into the build folder.
+    /// Embeds fresh modules and compiles the others into the build folder.
     Use,
-    /// Compile everything and bring `spv/` up to date.
+    /// Compiles everything and brings `spv/` up to date.
     Write,
-    /// Compile everything and fail where `spv/` differs.
+    /// Compiles everything and fails where `spv/` differs.
     Check,
 }
 
 impl Mode {
-    /// `None` and the empty string mean [`Mode::Use`].
+    /// Parses the value of `EDGESHADE_SPV`. `None` and the empty string mean [`Mode::Use`].
     pub fn parse(value: Option<&str>) -> Result<Self, String> {
         match value {
             None | Some("") => Ok(Self::Use),
@@ -34,24 +35,25 @@ impl Mode {
     }
 }
 
-/// The three folders of a build.
+/// Folders of a build.
 pub struct Folders<'a> {
-    /// The package: holds `glsl/` and `spv/`.
+    /// Folder of the package, which holds `glsl/` and `spv/`.
     pub package: &'a Path,
-    /// Where freshly compiled modules and the table go.
+    /// Folder for freshly compiled modules and the table.
     pub out: &'a Path,
 }
 
-/// The shaders to embed, and what to tell the user.
+/// Shaders to embed, and warnings for the user.
 #[derive(Debug, Default)]
 pub struct Plan {
-    /// Shader path under `glsl/`, and whether its module was compiled into the build folder rather than committed.
+    /// Path of each shader under `glsl/`, and true if its module was compiled into the build folder instead of
+    /// committed.
     pub modules: Vec<(String, bool)>,
-    /// Stale modules that were compiled after all.
+    /// One warning for each stale module that was compiled.
     pub warnings: Vec<String>,
 }
 
-/// Runs one mode. `Err` holds every problem found, a line each.
+/// Runs one mode. `Err` holds every problem found, one per line.
 pub fn run(mode: Mode, folders: &Folders, compile: Option<Compile>) -> Result<Plan, String> {
     let tree = Tree::new(folders.package.join("glsl"));
     let spv = folders.package.join("spv");
@@ -72,13 +74,13 @@ pub fn run(mode: Mode, folders: &Folders, compile: Option<Compile>) -> Result<Pl
     }
 }
 
-/// Where the module of a shader lies, relative to `spv/`.
+/// Path of a shader's module, relative to `spv/`.
 pub fn module(shader: &str) -> String {
     format!("{shader}.spv")
 }
 
-/// The generated table: sorted, so that `shaders::find` can search it. Examples and the shaders of tests are compiled
-/// and checked, but users run neither: they are left out.
+/// The generated table, sorted so that `shaders::find` can search it. It leaves out the examples and the shaders of
+/// tests: these are compiled and checked, but users do not run them.
 pub fn table(plan: &Plan) -> String {
     let mut text = String::from("static TABLE: &[Shader] = &[\n");
     let is_embedded = |m: &&(String, bool)| !["example/", "test/"].iter().any(|folder| m.0.starts_with(folder));
@@ -133,7 +135,8 @@ fn embed(
     Ok(plan)
 }
 
-/// Compiles everything, fresh or not: that also repairs a damaged module and follows a new compiler version.
+/// Compiles everything, even fresh modules, which also repairs damaged modules and follows a new version of the
+/// compiler.
 fn write(tree: &Tree, spv: &Path, hashes: &BTreeMap<String, String>, compile: Compile) -> Result<Plan, String> {
     let modules = compile_all(tree, hashes, compile)?;
     for (shader, bytes) in &modules {
@@ -209,7 +212,7 @@ fn hash_file(hashes: &BTreeMap<String, String>) -> String {
     hashes.iter().map(|(shader, hash)| format!("{hash}  {}\n", module(shader))).collect()
 }
 
-/// Module path to hash. A missing file reads as empty: nothing is committed yet.
+/// Map from module path to hash. A missing file counts as empty, because nothing is committed yet.
 fn read_hashes(spv: &Path) -> Result<BTreeMap<String, String>, String> {
     let text = match fs::read_to_string(spv.join("HASHES")) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
@@ -226,7 +229,8 @@ fn read_hashes(spv: &Path) -> Result<BTreeMap<String, String>, String> {
     Ok(hashes)
 }
 
-/// The bytes of a committed module that at least looks like SPIR-V: a checkout that converts line ends does not.
+/// Bytes of a committed module. Rejects files that do not look like SPIR-V, such as those from a checkout that
+/// converts line ends.
 fn read_module(spv: &Path, module: &str) -> Result<Vec<u8>, String> {
     let bytes = fs::read(spv.join(module)).map_err(|e| format!("spv/{module}: {e}"))?;
     if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203_u32.to_le_bytes() {
@@ -235,7 +239,7 @@ fn read_module(spv: &Path, module: &str) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// Leaves a file alone that holds these bytes already: a new time stamp would make Cargo build again.
+/// Writes a file unless it already holds these bytes: a new time stamp would make Cargo build again.
 fn write_file(path: &PathBuf, bytes: &[u8]) -> Result<(), String> {
     if fs::read(path).is_ok_and(|old| old == bytes) {
         return Ok(());

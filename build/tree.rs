@@ -1,23 +1,23 @@
-//! The shader sources under `glsl/`: which files are shaders, what they include, and one hash for all of it.
+//! The shader sources under `glsl/`: the list of shaders, their includes, and one hash over both.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The compiler settings are part of each hash: changing them makes every module stale.
+/// Text of the compiler settings, which is part of each hash: changing them makes every module stale.
 const SETTINGS: &str = include_str!("compile.rs");
 
-/// File extensions that glslang takes for a shader stage: such a file in the wrong place is a mistake, not an include.
+/// File extensions that glslang takes for a shader stage. Such a file in the wrong place is an error, not an include.
 const STAGES: [&str; 15] = [
     "comp", "vert", "frag", "geom", "tesc", "tese", "mesh", "task", "rgen", "rint", "rahit", "rchit", "rmiss", "rcall",
     "hlsl",
 ];
 
-/// The folders of the library's own shaders; `src/technique` and `src/reference` have the same.
+/// Folders of the library's own shaders; `src/technique` and `src/reference` have the same folders.
 pub const ROOMS: [&str; 7] =
     ["common", "filtering", "revectorization", "distance_transform", "penumbra", "soft", "caster_edges"];
 
-/// A folder of GLSL. Paths inside it are relative to it and use `/` on every system.
+/// A folder of GLSL sources. Paths inside it are relative to it and use `/` on every system.
 pub struct Tree {
     root: PathBuf,
 }
@@ -28,7 +28,7 @@ impl Tree {
         Self { root: root.into() }
     }
 
-    /// Every shader, sorted: `*.{comp,vert,frag,geom}` of the [`ROOMS`] and of `test/`, and `example/*.comp`.
+    /// All shaders, sorted: `*.{comp,vert,frag,geom}` in the [`ROOMS`] and in `test/`, and `example/*.comp`.
     pub fn shaders(&self) -> Result<Vec<String>, String> {
         let mut files = Vec::new();
         walk(&self.root, "", &mut files).map_err(|e| format!("glsl/: {e}"))?;
@@ -54,7 +54,7 @@ impl Tree {
         Ok(files)
     }
 
-    /// The text of one file, with line ends normalised so that every checkout hashes and compiles alike.
+    /// Text of one file, with line ends normalised so that every checkout hashes and compiles alike.
     pub fn read(&self, path: &str) -> Result<String, String> {
         let text = fs::read_to_string(self.root.join(path)).map_err(|e| format!("glsl/{path}: {e}"))?;
         if text.contains('\0') {
@@ -63,7 +63,8 @@ impl Tree {
         Ok(text.replace("\r\n", "\n"))
     }
 
-    /// Finds what `#include "name"` in `from` means: relative to the folder of `from` first, then to `glsl/`.
+    /// Finds the file that `#include "name"` in `from` means, first relative to the folder of `from`, then to
+    /// `glsl/`.
     pub fn resolve(&self, from: &str, name: &str) -> Result<String, String> {
         let folder = from.rsplit_once('/').map_or("", |(folder, _)| folder);
         for base in [folder, ""] {
@@ -76,11 +77,12 @@ impl Tree {
         Err(format!("no such include \"{name}\", neither next to glsl/{from} nor under glsl/"))
     }
 
-    /// The hash of a shader: compiler settings, then name and text of it and of all that it includes, in order.
+    /// Hash of a shader: over the compiler settings, and the name and text of the shader and of all its includes, in
+    /// order.
     pub fn hash(&self, shader: &str) -> Result<String, String> {
         let mut hasher = blake3::Hasher::new();
         let mut field = |text: &str| {
-            // The length keeps two fields from running into each other.
+            // The length keeps the boundary between two fields unambiguous.
             hasher.update(&(text.len() as u64).to_le_bytes());
             hasher.update(text.as_bytes());
         };
@@ -90,7 +92,8 @@ impl Tree {
         Ok(hasher.finalize().to_hex().to_string())
     }
 
-    /// Depth first, each file once; `open` is the chain of files being included, which a cycle re-enters.
+    /// Visits files depth first and each file once. `open` is the chain of files being included; a cycle leads back
+    /// to one of them.
     fn visit(
         &self,
         path: &str,
@@ -120,12 +123,12 @@ impl Tree {
     }
 }
 
-/// The extension, which names the stage.
+/// File extension, which names the stage.
 pub fn stage(path: &str) -> Option<&str> {
     path.rsplit('/').next()?.rsplit_once('.').map(|(_, extension)| extension)
 }
 
-/// All plain files below `dir`, as paths relative to the first `dir`; hidden ones are left out.
+/// Collects all files below `dir` except hidden ones, as paths relative to the first `dir`.
 pub fn walk(dir: &Path, prefix: &str, files: &mut Vec<String>) -> std::io::Result<()> {
     for entry in fs::read_dir(dir)? {
         let entry = entry?;
@@ -144,7 +147,7 @@ pub fn walk(dir: &Path, prefix: &str, files: &mut Vec<String>) -> std::io::Resul
     Ok(())
 }
 
-/// `base/name` with `.` and `..` resolved; `None` where it leaves the tree.
+/// `base/name` with `.` and `..` resolved; `None` if it leaves the tree.
 fn join(base: &str, name: &str) -> Option<String> {
     if name.starts_with('/') || name.contains(['\\', ':']) {
         return None;
@@ -161,7 +164,7 @@ fn join(base: &str, name: &str) -> Option<String> {
 }
 
 /// Line number and file name of every include directive; `Err` holds a directive that does not name a quoted file.
-/// Includes inside `#if` count too: hashing one file too many is harmless, one too few is not.
+/// Includes inside `#if` count as well: hashing one file too many does no harm, but hashing one too few does.
 fn includes(text: &str) -> Vec<(usize, Result<String, String>)> {
     let text = without_comments(text);
     let mut found = Vec::new();
@@ -174,7 +177,7 @@ fn includes(text: &str) -> Vec<(usize, Result<String, String>)> {
     found
 }
 
-/// Blanks comments and keeps line ends, so that an include that is commented out does not count.
+/// Replaces comments by blanks and keeps line ends, so that an include that is commented out does not count.
 fn without_comments(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
@@ -187,7 +190,7 @@ fn without_comments(text: &str) -> String {
             out.extend(rest[..end].chars().filter(|&c| c == '\n'));
             rest = &rest[end..];
         } else if c == '"' {
-            // A quoted path may hold what looks like a comment.
+            // A quoted path may contain what looks like a comment.
             let line = rest.find('\n').unwrap_or(rest.len());
             let end = rest[1..line].find('"').map_or(line, |i| i + 2);
             out.push_str(&rest[..end]);

@@ -1,14 +1,14 @@
-//! What a device can do beyond what every technique needs.
+//! Optional device features.
 
 use ash::vk;
 
-/// What the caller's device was made with beyond [`crate::requirements`]: some techniques need it, which say so in
-/// [`crate::technique::Info::needs`].
+/// Features that the caller's device was made with beyond [`crate::requirements`]. Some techniques need them;
+/// [`crate::technique::Info::needs`] lists which.
 ///
-/// [`DeviceFeatures::of`] says what a physical device offers, and [`DeviceFeatures::enable`] asks for it.
+/// [`DeviceFeatures::of`] returns what a physical device offers, and [`DeviceFeatures::enable`] requests it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeviceFeatures {
-    /// `dynamicRendering`: raster passes.
+    /// `dynamicRendering`, for raster passes.
     pub dynamic_rendering: bool,
     /// `depthClamp`.
     pub depth_clamp: bool,
@@ -16,22 +16,22 @@ pub struct DeviceFeatures {
     pub geometry_shader: bool,
     /// `shaderInt64` and `shaderBufferInt64Atomics`.
     pub int64_atomics: bool,
-    /// `fragmentStoresAndAtomics`: fragment shaders that write buffers.
+    /// `fragmentStoresAndAtomics`, for fragment shaders that write buffers.
     pub fragment_stores: bool,
-    /// `pipelineStatisticsQuery`: [`crate::timing::Timings::with_statistics`].
+    /// `pipelineStatisticsQuery`, for [`crate::timing::Timings::with_statistics`].
     pub pipeline_statistics: bool,
 }
 
 impl DeviceFeatures {
-    /// What `physical_device` offers.
+    /// Features that `physical_device` offers.
     ///
     /// # Safety
-    /// `physical_device` belongs to `instance`, and both are of version 1.3 at least.
+    /// `physical_device` belongs to `instance`, and both support at least Vulkan 1.3.
     pub unsafe fn of(instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> Self {
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
         let mut has = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
-        // SAFETY: vouched for by the caller.
+        // SAFETY: the caller guarantees that the device belongs to the instance.
         unsafe { instance.get_physical_device_features2(physical_device, &mut has) };
         let core = has.features;
         Self {
@@ -44,7 +44,7 @@ impl DeviceFeatures {
         }
     }
 
-    /// Turns these features on in what a device is made from; leaves all others as they are.
+    /// Turns these features on in the structs that a device is created from, and leaves all others as they are.
     pub fn enable(
         self,
         core: &mut vk::PhysicalDeviceFeatures,
@@ -70,14 +70,14 @@ impl DeviceFeatures {
     }
 }
 
-/// What a technique needs beyond the baseline.
+/// A requirement of a technique beyond the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
     /// The casters' geometry among the inputs.
     Casters,
     /// Raster passes.
     DynamicRendering,
-    /// Depth clamped instead of clipped.
+    /// Depth that is clamped instead of clipped.
     DepthClamp,
     /// Geometry shaders.
     GeometryShader,
@@ -88,7 +88,7 @@ pub enum Need {
 }
 
 impl Need {
-    /// In words, with Vulkan's names of the features.
+    /// Description in words, with Vulkan's names of the features.
     pub fn text(self) -> &'static str {
         match self {
             Self::Casters => "the casters' geometry (Inputs::casters)",
@@ -100,7 +100,7 @@ impl Need {
         }
     }
 
-    /// True where a device of these features has it; inputs are checked when they are there.
+    /// True if a device with these features meets the requirement. Inputs are checked later, when they are given.
     pub fn is_met(self, device: DeviceFeatures) -> bool {
         match self {
             Self::Casters => true,

@@ -1,20 +1,20 @@
-//! One error type for the whole crate.
+//! The one error type of the crate.
 
 use std::path::PathBuf;
 
-/// What can go wrong. The message names the place and, where there is one, the remedy.
+/// Everything that can go wrong. The message says where it went wrong and, where possible, how to fix it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A Vulkan call failed.
     #[error("{call}: {result}")]
     Vulkan {
-        /// Which call, and on what.
+        /// Name of the call and of the object that it was made for.
         call: String,
-        /// What it returned.
+        /// The call's result code.
         result: ash::vk::Result,
     },
-    /// GPU memory could not be had.
+    /// GPU memory could not be allocated.
     #[error("allocating {what}: {source}")]
     Allocation {
         /// Debug name of the resource.
@@ -22,10 +22,10 @@ pub enum Error {
         /// The allocator's own reason.
         source: gpu_allocator::AllocationError,
     },
-    /// No Vulkan driver, or none that is good enough.
+    /// There is no Vulkan driver, or no device meets the requirements.
     #[error("{0}")]
     NoDevice(String),
-    /// An input that a technique needs was not given, or does not fit.
+    /// An input that a technique needs is missing or does not fit.
     #[error("{technique}: input {input}: {problem}")]
     Input {
         /// Id of the technique.
@@ -35,13 +35,13 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
-    /// A wrong parameter name or value; the message lists what is allowed.
+    /// A parameter has a wrong name or value; the message lists what is allowed.
     #[error("{0}")]
     Parameter(String),
     /// A shader and the host code disagree, or a shader is missing.
     #[error("shader {shader}: {problem}")]
     Shader {
-        /// Its path under `glsl/`.
+        /// Path under `glsl/`.
         shader: String,
         /// What is wrong with it.
         problem: String,
@@ -51,28 +51,28 @@ pub enum Error {
     Io {
         /// The file.
         path: PathBuf,
-        /// The system's own reason.
+        /// The operating system's reason.
         source: std::io::Error,
     },
-    /// A file's content is wrong.
+    /// The content of a file is wrong.
     #[error("{}: {place}: {problem}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// Where in the file, in the format's own terms: `accessors[3].count`.
+        /// Place in the file in the format's own terms, such as `accessors[3].count`.
         place: String,
-        /// What is wrong, and what would help.
+        /// What is wrong and how to fix it.
         problem: String,
     },
-    /// Anything else that the caller asked for and cannot have.
+    /// The caller asked for anything else that is not possible.
     #[error("{0}")]
     Usage(String),
 }
 
-/// `std::result::Result` with [`Error`].
+/// `std::result::Result` with [`Error`] as its error.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Attaches the name of the call to a Vulkan result.
+/// Attaches the name of the call to the result of a Vulkan call.
 pub(crate) trait VkContext<T> {
     /// `what` names the call and its object.
     fn context(self, what: impl Into<String>) -> Result<T>;
@@ -84,8 +84,8 @@ impl<T> VkContext<T> for std::result::Result<T, ash::vk::Result> {
     }
 }
 
-/// The message for a name that does not exist: `problem`, the known name that is closest to the given one if one is close
-/// enough to be a slip of the pen, and all known names after `intro`, such as "there are".
+/// Message for a name that does not exist. It consists of `problem`, the known name closest to the given one if it is
+/// close enough to be a typing error, and all known names after `intro`, which is a phrase such as "there are".
 pub fn unknown(problem: &str, given: &str, intro: &str, known: &[&str]) -> String {
     let list = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
     let Some(meant) = closest(given, known) else { return format!("{problem}; {intro}: {list}") };
@@ -93,16 +93,19 @@ pub fn unknown(problem: &str, given: &str, intro: &str, known: &[&str]) -> Strin
     format!("{problem}; did you mean {meant:?}? {}{rest}: {list}", first.to_uppercase())
 }
 
-/// The known name with the fewest slips from the given one, at most one for every three letters.
+/// Known name with the fewest typing errors against the given one; at most one error for every three letters counts
+/// as close.
 fn closest<'k>(given: &str, known: &[&'k str]) -> Option<&'k str> {
     let given: Vec<char> = given.to_lowercase().chars().collect();
-    // A text much longer than any name is no slip of the pen, and comparing takes time by the square of its length.
+    // A text much longer than any name is not a typing error, and the time of the comparison grows with the square of
+    // its length.
     let known = known.iter().filter(|k| given.len() <= 2 * k.len());
     let (slips, name) = known.map(|k| (slips(&given, &k.chars().collect::<Vec<_>>()), *k)).min_by_key(|k| k.0)?;
     (slips <= given.len().div_ceil(3)).then_some(name)
 }
 
-/// Letters put in, left out, exchanged for another or swapped with their neighbour: the optimal string alignment distance.
+/// Number of typing errors between two names: letters inserted, left out, replaced or swapped with their neighbour.
+/// This is the optimal string alignment distance.
 fn slips(a: &[char], b: &[char]) -> usize {
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
     for i in 0..=a.len() {

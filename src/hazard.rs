@@ -1,4 +1,4 @@
-//! Where a barrier is needed, and where not: the state of every resource that a frame touches.
+//! Barriers that a frame needs, found by tracking the state of every resource that it touches.
 
 use ash::vk;
 use std::collections::HashMap;
@@ -40,7 +40,7 @@ impl Barrier {
 struct State {
     /// The last write, if any since the frame began.
     write: (Stages, Access),
-    /// What has been made visible of it.
+    /// Stages and accesses that the write has been made visible to.
     visible: (Stages, Access),
     /// Readers since the last write.
     readers: Stages,
@@ -48,16 +48,17 @@ struct State {
     ordered: Stages,
 }
 
-/// Tracks hazards by resource handle; images and buffers share one table.
+/// Tracks hazards for each resource handle; images and buffers share one table.
 #[derive(Default)]
 pub(crate) struct Hazards {
     states: HashMap<u64, State>,
 }
 
 impl Hazards {
-    /// The barrier that must precede a command with these uses; empty where no real hazard is.
+    /// Barrier that must precede a command with these uses; empty if there is no hazard.
     ///
-    /// Several uses of one resource, by several stages or through several bindings, count as one that does all of it.
+    /// Several uses of one resource, by several stages or through several bindings, count as one use that does all of
+    /// it.
     pub fn before(&mut self, uses: &[(u64, Use)]) -> Barrier {
         let mut whole: Vec<(u64, Use)> = vec![];
         for &(id, usage) in uses {
@@ -83,7 +84,7 @@ impl Hazards {
             }
         }
         if !barrier.is_empty() {
-            // The barrier is global: it serves every resource whose last use lies in its source scope.
+            // The barrier is global, so it serves every resource whose last use lies in its source scope.
             for s in self.states.values_mut() {
                 if barrier.src_stage.contains(s.write.0) && barrier.src_access.contains(s.write.1) {
                     s.visible.0 |= barrier.dst_stage;
@@ -107,7 +108,7 @@ impl Hazards {
     }
 }
 
-/// The accesses that make memory available; a source scope holds no others.
+/// Accesses that a barrier makes available; a source scope holds no others.
 const WRITES: Access = Access::from_raw(
     Access::SHADER_STORAGE_WRITE.as_raw()
         | Access::TRANSFER_WRITE.as_raw()

@@ -1,4 +1,4 @@
-//! The closed vocabulary of what goes into a technique and what comes out.
+//! Inputs of a technique, and the way its output is handed back.
 
 use crate::gpu::ImageRef;
 use crate::view::{CameraView, LightView};
@@ -6,62 +6,66 @@ use crate::{Error, Result};
 use ash::vk;
 use glam::DAffine3;
 
-/// How the normal image encodes a world-space unit normal.
+/// Encoding of the world-space unit normals in the normal image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NormalEncoding {
-    /// Octahedral, in `[-1, 1]` as stored: `R16G16_SNORM`, `R8G8_SNORM` or a float format.
+    /// Octahedral in `[-1, 1]`, stored as it is: `R16G16_SNORM`, `R8G8_SNORM` or a float format.
     OctahedralSigned,
     /// Octahedral, mapped to `[0, 1]`: `R16G16_UNORM` or `R8G8_UNORM`.
     OctahedralUnsigned,
-    /// `xyz` as they are: `R16G16B16A16_SFLOAT` and its kin.
+    /// Plain `xyz`: `R16G16B16A16_SFLOAT` and similar formats.
     Cartesian,
 }
 
-/// What a frame hands to a technique.
+/// Inputs of a technique for one frame.
 ///
-/// The caller has made all images visible to compute-shader reads before the technique's commands
-/// run, and leaves them alone until these have finished.
+/// The caller makes all images visible to compute-shader reads before the technique's commands run, and does not
+/// change them until these have finished.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
-    /// The camera whose pixels are shadowed.
+    /// The camera; its pixels receive the shadows.
     pub camera: &'a CameraView,
     /// The camera's depth buffer: a `2D` view of any depth format, or of `R32_SFLOAT`.
     pub depth: ImageRef,
-    /// World-space normals of the same size as `depth`. Without them the techniques derive the
-    /// geometric normal from neighbouring depths, which is right except at one-pixel features.
-    /// Hand in *geometric* normals where you can: a bent shading normal tilts the receiver plane. They point to the
-    /// viewer's side of the surface, for the back of a two-sided one too: what faces away from the light is dark.
+    /// World-space normals, an image of the same size as `depth`. Without it the techniques derive the geometric
+    /// normal from neighbouring depths, which is right except on features one pixel wide.
+    ///
+    /// Pass *geometric* normals if you can, because an interpolated or bump-mapped normal tilts the receiver plane.
+    /// Normals point to the viewer's side of the surface, also on the back of a two-sided surface: a surface that
+    /// faces away from the light is dark.
     pub normal: Option<(ImageRef, NormalEncoding)>,
-    /// The shadow map: a `2D_ARRAY` view, one layer for each light view, depth 0 near to 1 far, of any depth format or of
-    /// `R32_SFLOAT`. What its format rounds away is taken off the receivers' depth, besides every technique's own bias.
+    /// The shadow map: a `2D_ARRAY` view with one layer for each light view, of any depth format or of `R32_SFLOAT`,
+    /// with depth 0 near to 1 far. The rounding error of its format is subtracted from the receivers' depth, in
+    /// addition to the technique's own bias.
     pub shadow_map: ImageRef,
-    /// The views the layers were rendered from, in layer order. One for now.
+    /// Views that the layers were rendered from, in layer order. For now exactly one.
     pub light: &'a [LightView],
-    /// A number that the caller changes whenever the shadow map's content, or where the casters stand, changes. What depends
-    /// only on the map, or on how the casters stand to the light, is kept while it stays equal, the map is the same image
-    /// and view, and the light is the same; `None` recomputes it every frame. Two lights may count alike.
+    /// A number that the caller changes whenever the content of the shadow map or the transforms of the casters
+    /// change. Results that depend only on the map, or only on the casters and the light, are kept while this number,
+    /// the map's image and view, and the light stay the same. `None` recomputes them every frame. Two lights may use
+    /// the same numbers.
     pub light_version: Option<u64>,
-    /// Where each instance of [`Setup::casters`](field@crate::technique::Setup::casters) stands: the transform from its own space to the
-    /// world, any affine one. Empty for techniques without casters.
+    /// Transforms of the instances of [`Setup::casters`](field@crate::technique::Setup::casters) from their own space
+    /// to world space; any affine transform is allowed. Empty for techniques without casters.
     pub casters: &'a [DAffine3],
 }
 
-/// In which stage, access and layout the caller reads the visibility image.
+/// Stage, access and layout in which the caller reads the visibility image.
 ///
-/// The same for every frame: [`crate::Frame::begin`] also waits for the reads of the frame before. Leave the
-/// image in `layout`.
+/// They are the same for every frame, because [`crate::Frame::begin`] also waits for the reads of the frame before.
+/// The caller leaves the image in `layout`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Handoff {
-    /// All stages that read it before the next [`crate::Frame::begin`].
+    /// All stages that read the image before the next [`crate::Frame::begin`].
     pub stage: vk::PipelineStageFlags2,
-    /// All kinds of read.
+    /// All kinds of read access.
     pub access: vk::AccessFlags2,
-    /// Layout to leave the image in.
+    /// Layout that the library leaves the image in.
     pub layout: vk::ImageLayout,
 }
 
 impl Default for Handoff {
-    /// A compute shader samples it in `GENERAL`: no layout change at all.
+    /// A compute shader samples the image in `GENERAL`, which needs no layout change.
     fn default() -> Self {
         Self {
             stage: vk::PipelineStageFlags2::COMPUTE_SHADER,
@@ -72,7 +76,7 @@ impl Default for Handoff {
 }
 
 impl Handoff {
-    /// A fragment shader samples it in `SHADER_READ_ONLY_OPTIMAL`.
+    /// A fragment shader samples the image in `SHADER_READ_ONLY_OPTIMAL`.
     pub const FRAGMENT_SAMPLED: Self = Self {
         stage: vk::PipelineStageFlags2::FRAGMENT_SHADER,
         access: vk::AccessFlags2::SHADER_SAMPLED_READ,
@@ -81,17 +85,18 @@ impl Handoff {
 }
 
 impl Inputs<'_> {
-    /// Stage of every read of an input image: wait for it before you write one again.
+    /// Stage of every read of an input image. Wait for it before you write the image again.
     pub const STAGE: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COMPUTE_SHADER;
-    /// Access of every read of an input image: make your writes visible to it.
+    /// Access of every read of an input image. Make your writes visible to it.
     pub const ACCESS: vk::AccessFlags2 = vk::AccessFlags2::SHADER_SAMPLED_READ;
 
-    /// What to bind as the normal image: shaders do not read it where there is none.
+    /// Image to bind as the normal image. Without normals it is the depth image, which shaders then do not read as
+    /// normals.
     pub(crate) fn normal_or_depth(&self) -> &ImageRef {
         self.normal.as_ref().map_or(&self.depth, |(image, _)| image)
     }
 
-    /// Checks that the images and views can be used, fit each other, and fit what the technique was prepared for.
+    /// Checks that the images and views are usable, fit each other, and fit what the technique was prepared for.
     pub(crate) fn check(&self, technique: &str, extent: [u32; 2], map_extent: [u32; 2]) -> Result<()> {
         let fail = |input, problem: String| Error::Input { technique: technique.into(), input, problem };
         check_image(&self.depth, extent, DEPTH_FORMATS).map_err(|e| fail("depth", e))?;
@@ -153,7 +158,7 @@ impl NormalEncoding {
     }
 }
 
-/// Returns an error that names the fault of an input image as it is stated, and the remedy.
+/// Returns an error that names what is wrong with an input image as stated, and how to fix it.
 fn check_image(image: &ImageRef, extent: [u32; 2], formats: &[vk::Format]) -> std::result::Result<(), String> {
     if image.image == vk::Image::null() || image.view == vk::ImageView::null() {
         return Err("the image or its view is null".into());
@@ -167,7 +172,7 @@ fn check_image(image: &ImageRef, extent: [u32; 2], formats: &[vk::Format]) -> st
             0 => "states no number of samples: set ImageRef::samples, to TYPE_1 for an image without multisampling"
                 .into(),
             n => format!(
-                "has {n} samples a pixel: resolve it to one and hand that in, depth by sample 0 \
+                "has {n} samples per pixel: resolve it to one sample first, depth by sample 0 \
                  (VK_RESOLVE_MODE_SAMPLE_ZERO_BIT), since the mean of two depths lies on no surface"
             ),
         };
@@ -182,11 +187,11 @@ fn check_image(image: &ImageRef, extent: [u32; 2], formats: &[vk::Format]) -> st
         return Err(problem);
     }
     if image.layers == 0 {
-        return Err("states no array layers: set ImageRef::layers, to 1 for an image without".into());
+        return Err("states no array layers: set ImageRef::layers, to 1 for an image that is no array".into());
     }
     if matches!(image.layout, vk::ImageLayout::UNDEFINED | vk::ImageLayout::PREINITIALIZED) {
         return Err(format!(
-            "states the layout {:?}, in which nothing can be read: state the one that your barrier leaves it in, \
+            "states the layout {:?}, in which images cannot be read: state the one that your barrier leaves it in, \
              such as SHADER_READ_ONLY_OPTIMAL",
             image.layout
         ));

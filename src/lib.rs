@@ -48,54 +48,56 @@
 //!         casters: &[],
 //!     },
 //! )?;
-//! // Leaves the image as the hand-off says: here, for a fragment shader, in SHADER_READ_ONLY_OPTIMAL.
+//! // Leaves the image as the hand-off says: here in SHADER_READ_ONLY_OPTIMAL, for a fragment shader.
 //! let visibility = frame.finish(shadows.output());
 //! let view = visibility.view; // bind this, in visibility.layout
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! `examples/embed` is a whole small engine of its own around these calls, with two frames in flight.
+//! `examples/embed` is a complete small engine around these calls, with two frames in flight.
 //!
 //! # The contract
 //!
-//! * **Inputs** are read in the layouts that you state, and left in them. Make them visible to
-//!   compute-shader reads before the technique, and do not write them before it has run.
-//! * **What you state of an image** ([`ImageRef`]: format, extent, layers, samples, layout) is checked: it must be what the
-//!   technique reads and was prepared for. Multisampled images are refused: resolve them, depth by sample 0. Whether the
-//!   statement is true nobody can ask Vulkan; that is your part, in the contract of [`Frame::begin`].
-//! * **Views** are checked every frame: matrices finite, invertible and of a rigid view, the projection of the light's
-//!   kind and of the depth range that the view states, sizes and angles possible. Shadow maps have depth 0 near to 1 far:
-//!   reversed-Z maps are refused.
-//! * **Formats of the shadow map**: every depth format, and `R32_SFLOAT`. What D16 and D24 round away is taken off the
-//!   receivers' depth, so that a surface does not shadow itself; with D16 keep the planes near and far tight.
-//! * **Several lights, one technique**: what is kept from frame to frame belongs to the map, the light and
-//!   [`Inputs::light_version`] together. A technique that alternates between two lights is right, and makes everything anew
-//!   each time: prepare one a light to keep both.
-//! * **The output** belongs to the technique and is reused every frame. [`Handoff`] says how you read it;
-//!   the library emits that barrier, and in the next frame waits for those reads before it writes again.
-//! * **Frames in flight**: any number on one queue, submitted in the order of their recording. A technique, a
-//!   [`Context`] or [`timing::Timings`] may be dropped once the GPU is done with all frames that used it.
-//! * **Errors**: after an error a technique forgets what it had recorded in that call. The frame may go on, or be dropped
-//!   without [`Frame::finish`]; the command buffer may be submitted or thrown away.
-//! * **Command buffers that are thrown away** after [`Frame::finish`]: call [`technique::Technique::reset`] on every
-//!   technique in them before it records again. Layouts and kept results are tracked as recorded.
-//! * **Times**: [`timing::Timings`] gives a frame's times under its own passes' names or not at all;
-//!   [`timing::Timings::lost`] counts the frames whose slot came round too early, or that never ran.
-//! * **Casters** in a vertex buffer of yours ([`casters::VertexBuffer`]): that all vertices lie within the size that you
-//!   state is checked; that the buffer has it is yours to say, in an `unsafe` call.
-//! * **Descriptors** are pushed, so there is no pool to size; everything has a debug name, and every pass a
-//!   label and, if you hand in [`timing::Timings`], a pair of timestamps.
-//! * **Precision**: hand in your matrices in `f64`. They are composed relative to the camera before they
-//!   are rounded, so a scene a million units from the origin keeps its shadows.
-//! * **Skipping**: what no pixel needs is not done. Techniques that skip have a parameter that turns it off, and the
-//!   same image either way.
+//! * **Inputs** are read in the layouts that you state and are left in them. Make them visible to compute-shader
+//!   reads before the technique runs, and do not write them until it has finished.
+//! * **What you state about an image** ([`ImageRef`]: format, extent, layers, samples, layout) is checked: it must be
+//!   what the technique reads and was prepared for. Multisampled images are rejected; resolve them first, depth by
+//!   sample 0. Vulkan offers no way to check that the statement is true: the contract of [`Frame::begin`] makes you
+//!   responsible for that.
+//! * **Views** are checked every frame. Matrices must be finite and invertible, and the view must be rigid. The
+//!   projection must fit the kind of light and the stated depth range, and sizes and angles must be possible. Shadow
+//!   maps have depth 0 near to 1 far; reversed-Z maps are rejected.
+//! * **Formats of the shadow map**: every depth format, and `R32_SFLOAT`. The rounding error of D16 and D24 is
+//!   subtracted from the receivers' depth, so that a surface does not shadow itself. With D16, keep the near and far
+//!   planes close to the scene.
+//! * **Several lights, one technique**: results kept from frame to frame belong to one combination of map, light and
+//!   [`Inputs::light_version`]. A technique that alternates between two lights gives correct results but recomputes
+//!   everything each time; prepare one technique for each light to keep both results.
+//! * **The output** belongs to the technique and is reused every frame. [`Handoff`] says how you read it. The library
+//!   emits the barrier for those reads, and in the next frame waits for them before it writes again.
+//! * **Frames in flight**: any number on one queue, submitted in the order in which they were recorded. You may drop
+//!   a technique, a [`Context`] or [`timing::Timings`] once the GPU has finished all frames that used it.
+//! * **Errors**: after an error a technique forgets what it recorded in that call. You may continue the frame, or
+//!   drop it without [`Frame::finish`]. The command buffer may be submitted or discarded.
+//! * **Command buffers discarded** after [`Frame::finish`]: call [`technique::Technique::reset`] on every technique
+//!   in them before it records again, because layouts and kept results are tracked as recorded.
+//! * **Times**: [`timing::Timings`] reports a frame's times under the names of its own passes, or not at all.
+//!   [`timing::Timings::lost`] counts the frames whose slot was reused too early or that never ran.
+//! * **Casters** in a vertex buffer of yours ([`casters::VertexBuffer`]): the library checks that all vertices lie
+//!   within the size that you state. That the buffer has this size is your promise, made in an `unsafe` call.
+//! * **Descriptors** are pushed, so there is no pool to size. Every object has a debug name; every pass has a label
+//!   and, if you pass [`timing::Timings`], two timestamps.
+//! * **Precision**: pass your matrices in `f64`. They are composed relative to the camera before they are rounded, so
+//!   a scene a million units from the origin keeps its shadows.
+//! * **Skipping**: work that no pixel needs is skipped. Techniques that skip have a parameter to turn it off; the
+//!   image is the same either way.
 //!
 //! # Features
 //!
 //! The bare library (`default-features = false`) depends on `ash`, `gpu-allocator`, `glam`, `bytemuck` and
-//! `thiserror`. The feature `app`, on by default, adds scenes, the CPU reference, metrics and the command-line
-//! tool; `shaderc` compiles the shaders at build time instead of taking the committed SPIR-V.
+//! `thiserror`. The feature `app`, on by default, adds scenes, the CPU reference, metrics and the command-line tool.
+//! The feature `shaderc` compiles the shaders at build time instead of embedding the committed SPIR-V.
 // Tests may unwrap; nothing else may.
 #![cfg_attr(not(test), warn(clippy::unwrap_used))]
 

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-/// What stands in for a figure that does not exist.
+/// Placeholder for a value that does not exist.
 const NONE: &str = "-";
 
-/// A table of aligned columns. Columns that hold nothing but numbers are aligned to the right.
+/// A table of aligned columns. Columns that hold only numbers are aligned to the right.
 ///
-/// A number may carry a unit or a percent sign behind it: what counts is that it starts with a
-/// digit, or with a sign or point and a digit.
+/// A number may be followed by a unit or a percent sign. A cell counts as a number if it starts with a digit, or with
+/// a sign or decimal point and a digit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Table {
     headers: Vec<String>,
@@ -21,25 +21,25 @@ impl Table {
         Self { headers: headers.into_iter().map(|h| clean(h.as_ref())).collect(), rows: Vec::new() }
     }
 
-    /// Appends a row. Missing cells are left blank, cells beyond the headers get a column without one.
+    /// Appends a row. Missing cells stay blank; cells beyond the headers form columns without a header.
     pub fn row<S: AsRef<str>>(&mut self, cells: impl IntoIterator<Item = S>) -> &mut Self {
         self.rows.push(cells.into_iter().map(|c| clean(c.as_ref())).collect());
         self
     }
 }
 
-/// A figure with that many digits behind the point, `-` where there is none or it is not finite.
+/// A number with `digits` decimal places; `-` if there is none or it is not finite.
 pub fn number(value: impl Into<Option<f64>>, digits: usize) -> String {
     let Some(v) = value.into().filter(|v| v.is_finite()) else { return NONE.to_owned() };
     let text = format!("{v:.digits$}");
-    // What rounds to nothing has no sign.
+    // A value that rounds to zero has no sign.
     if text.starts_with('-') && !text.bytes().any(|b| (b'1'..=b'9').contains(&b)) {
         return text[1..].to_owned();
     }
     text
 }
 
-/// A cell is one line.
+/// Turns a cell into a single line without surrounding blanks.
 fn clean(cell: &str) -> String {
     cell.trim().chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
@@ -51,7 +51,7 @@ fn is_number(cell: &str) -> bool {
 }
 
 impl fmt::Display for Table {
-    /// Headers, a rule, the rows; every line ends in a line feed, none in blanks.
+    /// Writes the headers, a rule and the rows. Every line ends in a line feed, and none in blanks.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let columns = self.rows.iter().map(Vec::len).chain([self.headers.len()]).max().unwrap_or(0);
         fn cell(row: &[String], column: usize) -> &str {

@@ -1,4 +1,4 @@
-//! GPU times, tile counts and pipeline statistics by pass name, read back without ever waiting.
+//! GPU times, tile counts and pipeline statistics for each pass, read back without waiting.
 
 use crate::context::Context;
 use crate::error::VkContext;
@@ -8,50 +8,50 @@ use ash::vk;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Passes that one frame can time; later ones are recorded but not timed.
+/// Number of passes that one frame can time; later ones are recorded but not timed.
 pub const MAX_PASSES: u32 = 256;
 
-/// Queries of a slot: two a pass, and a last one that follows everything else.
+/// Queries of a slot: two for each pass, and a last one that follows everything else.
 const SLOT_QUERIES: u32 = MAX_PASSES * 2 + 1;
 
-/// Words of a slot: the counters, and the number of the frame that they are of.
+/// Words of a slot: the counters, and the number of the frame that they belong to.
 const SLOT_WORDS: usize = MAX_PASSES as usize + 1;
 const NUMBER: usize = MAX_PASSES as usize;
 
-/// What one pass of one frame cost.
+/// Time and counts of one pass of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTiming {
-    /// Name given at recording.
+    /// Name given when the pass was recorded.
     pub name: String,
     /// Milliseconds between the timestamps before and after the pass.
     pub gpu_ms: f64,
-    /// Tiles of the frame and how many of them the pass worked on, for passes that skip.
+    /// Tiles of the frame and tiles that the pass worked on; only for passes that skip tiles.
     pub tiles: Option<Tiles>,
-    /// What the pass counted, by name: edges found, edges lost.
+    /// Values that the pass counted, with their names, such as edges found and edges lost.
     pub counts: Vec<(&'static str, u32)>,
-    /// What went through the pipeline, where [`Timings::with_statistics`] asked for it.
+    /// Pipeline statistics, if [`Timings::with_statistics`] asked for them.
     pub statistics: Option<Statistics>,
 }
 
-/// What a pass sent through the pipeline, as `VK_QUERY_TYPE_PIPELINE_STATISTICS` counts it; drivers may count a little
-/// more or less than a plain reading of Vulkan has it.
+/// Pipeline statistics of a pass, as `VK_QUERY_TYPE_PIPELINE_STATISTICS` counts them. Drivers may count slightly more
+/// or less than the Vulkan specification suggests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "app", derive(serde::Serialize))]
 pub struct Statistics {
     /// Primitives that the draws assembled from their vertices.
     pub input_primitives: u64,
-    /// Runs of the vertex shader.
+    /// Invocations of the vertex shader.
     pub vertex_invocations: u64,
-    /// Primitives that clipping left, before culling by facing.
+    /// Primitives left after clipping, before culling by facing.
     pub clipped_primitives: u64,
-    /// Runs of the fragment shader.
+    /// Invocations of the fragment shader.
     pub fragment_invocations: u64,
-    /// Runs of the compute shader.
+    /// Invocations of the compute shader.
     pub compute_invocations: u64,
 }
 
 impl Statistics {
-    /// What a queue with graphics counts, in the order of the values.
+    /// Statistics of a queue with graphics, in the order of the values.
     const GRAPHICS: vk::QueryPipelineStatisticFlags = vk::QueryPipelineStatisticFlags::from_raw(
         vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_PRIMITIVES.as_raw()
             | vk::QueryPipelineStatisticFlags::VERTEX_SHADER_INVOCATIONS.as_raw()
@@ -59,7 +59,7 @@ impl Statistics {
             | vk::QueryPipelineStatisticFlags::FRAGMENT_SHADER_INVOCATIONS.as_raw()
             | Self::COMPUTE.as_raw(),
     );
-    /// And one without.
+    /// Statistics of a queue without graphics.
     const COMPUTE: vk::QueryPipelineStatisticFlags = vk::QueryPipelineStatisticFlags::COMPUTE_SHADER_INVOCATIONS;
 
     fn new(values: &[u64]) -> Option<Self> {
@@ -79,14 +79,14 @@ impl Statistics {
     }
 }
 
-/// The statistics' own queries: one a pass.
+/// Queries of the statistics: one for each pass.
 struct StatisticsPool {
     pool: vk::QueryPool,
-    /// How many figures each query holds.
+    /// Number of values that each query holds.
     figures: usize,
 }
 
-/// How much of a frame a skipping pass touched.
+/// Tiles that a skipping pass worked on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tiles {
     /// Tiles of the whole image.
@@ -95,40 +95,41 @@ pub struct Tiles {
     pub active: u32,
 }
 
-/// What one frame cost.
+/// Times of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameTiming {
     /// Passes in recording order.
     pub passes: Vec<PassTiming>,
-    /// Milliseconds from before the first pass to after the last.
+    /// Milliseconds from before the first pass until after the last.
     pub total_gpu_ms: f64,
 }
 
-/// What a counter counts.
+/// Meaning of a counter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Counted {
-    /// Tiles worked on, of so many.
+    /// Tiles that the pass worked on, out of this many.
     Tiles(u32),
-    /// Anything else.
+    /// Anything else, by name.
     Named(&'static str),
 }
 
 #[derive(Default)]
 struct Slot {
     names: Vec<String>,
-    /// One for each counter copied, with its pass.
+    /// One entry for each counter copied: the index of its pass and its meaning.
     counters: Vec<(usize, Counted)>,
-    /// The frame that the slot was last recorded for. Its commands write the number into memory once they have reset the
-    /// queries: while another number is there, so are another frame's results.
+    /// Number of the frame that the slot was last recorded for. The frame's commands write this number into memory
+    /// right after they reset the queries; while memory holds another number, the results belong to another frame.
     number: u32,
     pending: bool,
 }
 
-/// A ring of timestamp queries, one slot for each [`crate::Frame`] in flight; a command buffer may hold several.
+/// A ring of timestamp queries with one slot for each [`crate::Frame`] in flight. A command buffer may hold several
+/// frames.
 ///
-/// Hand it to [`crate::Frame::begin`], submit, and call [`Timings::poll`] whenever convenient: it
-/// returns the frames that the GPU has finished since. A slot that comes round before the GPU has finished its frame loses
-/// that frame's results, and so does a command buffer that is thrown away: [`Timings::lost`] counts them.
+/// Pass it to [`crate::Frame::begin`], submit, and call [`Timings::poll`] whenever convenient to get the frames that
+/// the GPU has finished since. Results are lost if a slot is reused before the GPU has finished its frame, or if a
+/// command buffer is discarded; [`Timings::lost`] counts these frames.
 pub struct Timings {
     device: Arc<Device>,
     pool: vk::QueryPool,
@@ -136,40 +137,41 @@ pub struct Timings {
     counters: Buffer,
     slots: Vec<Slot>,
     current: usize,
-    /// Frames begun.
+    /// Number of frames begun.
     frames: u32,
-    /// Collected when their slots came round, for the next poll.
+    /// Frames collected when their slots were reused, kept for the next poll.
     finished: VecDeque<FrameTiming>,
     lost: u64,
-    /// Milliseconds a tick, and the bits of a timestamp that mean something.
+    /// Milliseconds per tick, and the mask of a timestamp's valid bits.
     tick_ms: f64,
     mask: u64,
 }
 
 impl Timings {
-    /// `queue_family` is the family whose queue runs the frames. `frames_in_flight` is how many frames
-    /// may be recorded before the GPU has finished the first, and how many may wait to be polled; older ones are lost.
+    /// Creates the queries for frames that run on a queue of the family `queue_family`. `frames_in_flight` is the
+    /// number of frames that may be recorded before the GPU has finished the first one, and also the number of
+    /// finished frames that may wait to be polled; the results of older ones are lost.
     pub fn new(context: &Context, queue_family: u32, frames_in_flight: u32) -> Result<Self> {
         Self::make(context, queue_family, frames_in_flight, false)
     }
 
-    /// The same with [`Statistics`] of every pass, which may cost time of their own.
+    /// Same as [`Self::new`], with [`Statistics`] for every pass. Counting them may itself cost time.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] where the device was made without [`crate::DeviceFeatures::pipeline_statistics`].
+    /// [`Error::NoDevice`] if the device was made without [`crate::DeviceFeatures::pipeline_statistics`].
     pub fn with_statistics(context: &Context, queue_family: u32, frames_in_flight: u32) -> Result<Self> {
         Self::make(context, queue_family, frames_in_flight, true)
     }
 
     fn make(context: &Context, queue_family: u32, frames_in_flight: u32, statistics: bool) -> Result<Self> {
         if statistics && !context.features().pipeline_statistics {
-            let problem = "pipeline statistics need the feature pipelineStatisticsQuery; \
-                           by ContextDesc::features, this device was made without";
+            let problem = "pipeline statistics need the feature pipelineStatisticsQuery, which this device lacks \
+                           according to ContextDesc::features";
             return Err(Error::NoDevice(problem.into()));
         }
         let device = context.device().clone();
         let slots = frames_in_flight.max(1);
-        // SAFETY: the physical device is the caller's and alive.
+        // SAFETY: the physical device is the caller's and is alive.
         let families = unsafe { device.instance.get_physical_device_queue_family_properties(device.physical_device) };
         let family = families.get(queue_family as usize);
         let bits = family.map_or(0, |f| f.timestamp_valid_bits);
@@ -212,7 +214,7 @@ impl Timings {
             .query_type(vk::QueryType::PIPELINE_STATISTICS)
             .pipeline_statistics(which)
             .query_count(self.slots.len() as u32 * MAX_PASSES);
-        // SAFETY: the feature was checked for, and the figures are such as the queue counts.
+        // SAFETY: the feature is enabled, and the queue can count all these values.
         let pool =
             unsafe { self.device.raw.create_query_pool(&info, None) }.context("vkCreateQueryPool(statistics)")?;
         self.device.name(pool, "statistics");
@@ -220,7 +222,7 @@ impl Timings {
         Ok(())
     }
 
-    /// Frames finished since the last call, oldest first. Never waits.
+    /// Frames finished since the last call, oldest first. Does not wait.
     pub fn poll(&mut self) -> Vec<FrameTiming> {
         let mut frames: Vec<_> = self.finished.drain(..).collect();
         let count = self.slots.len();
@@ -228,16 +230,17 @@ impl Timings {
         frames
     }
 
-    /// Frames whose results nobody will ever get: not finished when their slot came round, never submitted, or not polled.
+    /// Number of frames whose results are lost: their slot was reused before they had finished, they were never
+    /// submitted, or they were not polled in time.
     pub fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// Word of the slot in [`Self::counters`], as the GPU has left it.
+    /// Word of a slot in [`Self::counters`], as last written by the GPU.
     fn word(&self, index: usize, word: usize) -> Option<u32> {
         let at = (index * SLOT_WORDS + word) * 4;
         let bytes = self.counters.bytes().get(at..at + 4)?;
-        // SAFETY: four mapped bytes, aligned as the mapping is; the GPU may be writing them.
+        // SAFETY: the four bytes are mapped and as aligned as the mapping; the GPU may be writing them.
         Some(unsafe { bytes.as_ptr().cast::<u32>().read_volatile() })
     }
 
@@ -254,7 +257,8 @@ impl Timings {
         if result.is_err() || ticks.iter().any(|t| t[1] == 0) {
             return None;
         }
-        // The counters are copied after the stamp of their pass: wait for the stamp that follows the copies.
+        // The counters are copied after the timestamp of their pass, so wait for the timestamp that follows the
+        // copies.
         let mut last = [[0u64; 2]];
         // SAFETY: as above.
         let result =
@@ -292,16 +296,17 @@ impl Timings {
         Some(FrameTiming { passes, total_gpu_ms })
     }
 
-    /// One for each pass; `None` where the GPU has not finished. Called once the timestamps are known to be the frame's
-    /// own: the statistics were reset along with these.
+    /// Statistics of each pass; `None` if the GPU has not finished. Call this once the timestamps are known to belong
+    /// to the frame: the statistics are reset together with them.
     fn collect_statistics(&self, index: usize, passes: usize) -> Option<Vec<Option<Statistics>>> {
         let Some(statistics) = &self.statistics else { return Some(vec![None; passes]) };
         let width = statistics.figures + 1;
-        // One query at a time: the element type of ash's call is what a query holds, and its length is not constant.
+        // Reads one query at a time: ash's own call takes a query's values as one element type, whose length would
+        // have to be constant.
         let one = |i: usize| {
             let mut values = vec![0u64; width];
             let query = index as u32 * MAX_PASSES + i as u32;
-            // SAFETY: the query lies within the pool, and `values` has room for its figures and their availability.
+            // SAFETY: the query lies within the pool, and `values` has room for its values and their availability.
             let result = unsafe {
                 (self.device.raw.fp_v1_0().get_query_pool_results)(
                     self.device.raw.handle(),
@@ -320,7 +325,7 @@ impl Timings {
         (0..passes).map(one).collect()
     }
 
-    /// Names of the passes recorded last, whether they run or not.
+    /// Names of the passes recorded last, including those that will not run.
     #[cfg(all(test, feature = "app"))]
     pub(crate) fn recorded(&self) -> &[String] {
         &self.slots[self.current].names
@@ -328,7 +333,7 @@ impl Timings {
 
     pub(crate) fn begin(&mut self, cmd: vk::CommandBuffer) {
         self.current = (self.current + 1) % self.slots.len();
-        // The last chance to read what is there: from here on the names are others.
+        // Reads the old results now, because the slot's names are about to be replaced.
         if self.slots[self.current].pending {
             match self.collect(self.current) {
                 Some(frame) => self.finished.push_back(frame),
@@ -339,7 +344,7 @@ impl Timings {
             self.finished.pop_front();
             self.lost += 1;
         }
-        // 0 is what memory that was never written may hold.
+        // Frame numbers start at 1, because memory that was never written may hold 0.
         self.frames = self.frames.wrapping_add(1).max(1);
         let slot = &mut self.slots[self.current];
         slot.names.clear();
@@ -360,7 +365,7 @@ impl Timings {
         }
     }
 
-    /// Writes the first timestamp of a pass; the returned query is for [`Self::end_pass`].
+    /// Writes the first timestamp of a pass and returns the query to pass to [`Self::end_pass`].
     pub(crate) fn begin_pass(&mut self, cmd: vk::CommandBuffer, name: &str) -> Option<u32> {
         let slot = &mut self.slots[self.current];
         if self.mask == 0 || slot.names.len() >= MAX_PASSES as usize {
@@ -373,7 +378,7 @@ impl Timings {
         self.stamp(cmd, query);
         if let Some(statistics) = &self.statistics {
             let query = self.current as u32 * MAX_PASSES + pass;
-            // SAFETY: reset at the frame's begin; passes neither nest nor lie within a rendering.
+            // SAFETY: the query was reset when the frame began; passes neither nest nor lie within a rendering.
             unsafe { self.device.raw.cmd_begin_query(cmd, statistics.pool, query, vk::QueryControlFlags::empty()) };
         }
         Some(query + 1)
@@ -383,7 +388,7 @@ impl Timings {
         let Some(query) = query else { return };
         if let Some(statistics) = &self.statistics {
             let pass = self.slots[self.current].names.len() as u32 - 1;
-            // SAFETY: begun with the pass, which is the last one.
+            // SAFETY: the query was begun with the pass, which is the last one.
             unsafe { self.device.raw.cmd_end_query(cmd, statistics.pool, self.current as u32 * MAX_PASSES + pass) };
         }
         self.stamp(cmd, query);
@@ -396,11 +401,11 @@ impl Timings {
         }
     }
 
-    /// Where a counter of the last pass goes.
+    /// Buffer and byte offset for a counter of the last pass.
     pub(crate) fn counter(&mut self, counted: Counted) -> Option<(&Buffer, u64)> {
         let slot = &mut self.slots[self.current];
         if slot.counters.len() >= MAX_PASSES as usize {
-            return None; // The buffer has room for no more.
+            return None; // The buffer is full.
         }
         let pass = slot.names.len().checked_sub(1)?;
         let offset = (self.current * SLOT_WORDS + slot.counters.len()) as u64 * 4;
@@ -408,7 +413,7 @@ impl Timings {
         Some((&self.counters, offset))
     }
 
-    /// Marks that all of the frame's results are where the CPU reads them.
+    /// Writes the timestamp that marks all results of the frame as readable by the CPU.
     pub(crate) fn end(&self, cmd: vk::CommandBuffer) {
         self.stamp(cmd, (self.current as u32 + 1) * SLOT_QUERIES - 1);
     }
@@ -421,7 +426,7 @@ impl Timings {
 
 impl Drop for Timings {
     fn drop(&mut self) {
-        // SAFETY: the owner vouches that no command buffer in flight writes the queries.
+        // SAFETY: the owner guarantees that no command buffer in flight writes the queries.
         unsafe {
             self.device.raw.destroy_query_pool(self.pool, None);
             if let Some(statistics) = &self.statistics {

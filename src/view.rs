@@ -1,38 +1,40 @@
-//! Views: the camera and the light as the caller has them, in `f64`.
+//! Views: the caller's camera and light, in `f64`.
 //!
-//! World space is right-handed. A view looks down its own `-Z`, `+Y` up, as in glTF. Matrices are
-//! column-major and stay in `f64` until they are composed *relative to the camera*: only then are
-//! they rounded to the `f32` that the GPU gets, so that a scene 1e6 units from the origin keeps its
-//! precision (see [`crate::Inputs`]).
+//! World space is right-handed. As in glTF, a view looks along its own `-Z` and `+Y` is up. Matrices are
+//! column-major. They stay in `f64` until they have been composed *relative to the camera*, and only then are rounded
+//! to the `f32` that the GPU gets. A scene 1e6 units from the origin therefore keeps its precision (see
+//! [`crate::Inputs`]).
 
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, dvec3};
 use std::f64::consts::PI;
 
-/// Which end of the depth range the viewer is at.
+/// Direction in which depth values grow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DepthRange {
-    /// 0 near, 1 far; a cleared pixel holds 1.
+    /// 0 at the near plane, 1 at the far plane; a cleared pixel holds 1.
     Standard,
-    /// 1 near, 0 far (possibly infinitely far); a cleared pixel holds 0.
+    /// 1 at the near plane, 0 at the far plane, which may be infinitely far; a cleared pixel holds 0.
     #[default]
     Reversed,
 }
 
-/// A camera: where it stands and how it projects.
+/// A camera: its position, orientation and projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraView {
     /// Rigid transform from the camera's own space to the world.
     pub world_from_view: DAffine3,
-    /// Projection with Vulkan's clip space: `x, y` in `[-w, w]` with **y down**, `z` in `[0, w]`; or a multiple of it.
+    /// Projection to Vulkan's clip space, up to a positive factor: `x, y` in `[-w, w]` with **y down**, `z` in `[0,
+    /// w]`.
     pub clip_from_view: DMat4,
-    /// How the depth buffer made with this projection is to be read.
+    /// Depth range of the depth buffer made with this projection.
     pub depth: DepthRange,
 }
 
 impl CameraView {
-    /// Perspective with reversed Z and an infinitely far plane: the project's own convention.
+    /// Perspective projection with reversed Z and an infinitely far plane: the project's own convention.
     ///
-    /// `fov_y` is the full vertical angle in radians, `near` in world units.
+    /// `fov_y` is the full vertical angle in radians, `aspect` the image's width divided by its height, `near` the
+    /// distance of the near plane in world units.
     pub fn perspective(world_from_view: DAffine3, fov_y: f64, aspect: f64, near: f64) -> Self {
         let f = 1.0 / (0.5 * fov_y).tan();
         let clip_from_view = DMat4::from_cols_array(&[
@@ -56,7 +58,8 @@ impl CameraView {
         Self { world_from_view, clip_from_view, depth: DepthRange::Reversed }
     }
 
-    /// Parallel projection with reversed Z; the half extents and the planes are in world units.
+    /// Parallel projection with reversed Z. `half` holds the half width and half height; these and the planes'
+    /// distances are in world units.
     pub fn orthographic(world_from_view: DAffine3, half: [f64; 2], near: f64, far: f64) -> Self {
         let r = 1.0 / (far - near);
         let clip_from_view = DMat4::from_cols_array(&[
@@ -80,12 +83,12 @@ impl CameraView {
         Self { world_from_view, clip_from_view, depth: DepthRange::Reversed }
     }
 
-    /// Position of the camera in the world.
+    /// Position of the camera in world space.
     pub fn position(&self) -> DVec3 {
         self.world_from_view.translation
     }
 
-    /// Returns an error that names the fault of the matrices, and the remedy.
+    /// Returns an error that names what is wrong with the matrices and how to fix it.
     pub(crate) fn check(&self) -> Result<(), String> {
         check_matrices(&self.world_from_view, &self.clip_from_view, self.depth)
     }
@@ -95,16 +98,16 @@ impl CameraView {
         self.clip_from_view.row(3).truncate() == DVec3::ZERO
     }
 
-    /// This view's clip space from an object's: see [`clip_from_object`].
+    /// Transform from an object's space to this view's clip space; see [`clip_from_object`].
     pub(crate) fn clip_from_object(&self, world_from_object: &DAffine3) -> DMat4 {
         clip_from_object(&self.world_from_view, self.clip_from_view, world_from_object)
     }
 
-    /// The ray through a point of the image, in the world: origin and unit direction.
+    /// World-space ray through a point of the image: its origin and unit direction.
     ///
-    /// `ndc` has `x` right and `y` down, both in `[-1, 1]`; the centre of pixel `(i, j)` of a `w x h`
-    /// image is `((2i + 1)/w - 1, (2j + 1)/h - 1)`. The origin is the eye, or for a parallel
-    /// projection the point of the near plane.
+    /// `ndc` is the point, `x` to the right and `y` down, both in `[-1, 1]`. The centre of pixel `(i, j)` of a `w x
+    /// h` image is `((2i + 1)/w - 1, (2j + 1)/h - 1)`. The ray starts at the eye, or on the near plane for a parallel
+    /// projection.
     pub fn ray(&self, ndc: [f64; 2]) -> (DVec3, DVec3) {
         let view_from_clip = self.clip_from_view.inverse();
         let unproject = |z: f64| {
@@ -118,18 +121,18 @@ impl CameraView {
     }
 }
 
-/// What kind of light casts the shadow, and how large it is.
+/// Kind and size of the light that casts the shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// A point or spot light. `size` is the full width, in world units, of the square area light that
-    /// it stands for; the square is centred on the light and faces along its view axis. 0 = a point.
+    /// A point or spot light. `size` describes the square area light that it stands for, which is centred on the
+    /// light and faces along its view axis; 0 means a point.
     Spot {
-        /// Full width of the square light, world units.
+        /// Full width of the square light in world units.
         size: f64,
     },
-    /// A directional light (the sun). `angle` is the full angular width in radians. 0 = parallel rays.
+    /// A directional light (the sun). `angle` is its full angular width; 0 means parallel rays.
     Directional {
-        /// Full angular width, radians.
+        /// Full angular width in radians.
         angle: f64,
     },
 }
@@ -139,18 +142,19 @@ pub enum LightKind {
 pub struct LightView {
     /// Rigid transform from the light's own space to the world; the light shines along its `-Z`.
     pub world_from_view: DAffine3,
-    /// Projection of the shadow map, Vulkan clip space (y down): in perspective for a spot light, parallel for a directional
-    /// one.
+    /// Projection of the shadow map to Vulkan's clip space (y down): perspective for a spot light, parallel for a
+    /// directional light.
     pub clip_from_view: DMat4,
     /// Depth range of the shadow map made with this projection. Only [`DepthRange::Standard`], 0 near to 1 far, is
-    /// supported: the other is refused.
+    /// supported; [`DepthRange::Reversed`] is rejected.
     pub depth: DepthRange,
-    /// Kind and size.
+    /// Kind and size of the light.
     pub kind: LightKind,
 }
 
 impl LightView {
-    /// A spot light with a square frustum: `fov` is its full angle in radians.
+    /// A spot light with a square frustum. `fov` is the frustum's full angle in radians; `near`, `far` and `size` are
+    /// in world units.
     pub fn spot(world_from_view: DAffine3, fov: f64, near: f64, far: f64, size: f64) -> Self {
         let f = 1.0 / (0.5 * fov).tan();
         let r = 1.0 / (near - far);
@@ -175,7 +179,8 @@ impl LightView {
         Self { world_from_view, clip_from_view, depth: DepthRange::Standard, kind: LightKind::Spot { size } }
     }
 
-    /// A directional light over a box: half extents and planes in world units, from `world_from_view`'s origin.
+    /// A directional light over a box. The box's half extents and planes are in world units, measured from the origin
+    /// of `world_from_view`; `angle` is in radians.
     pub fn directional(world_from_view: DAffine3, half: [f64; 2], near: f64, far: f64, angle: f64) -> Self {
         let r = 1.0 / (near - far);
         let clip_from_view = DMat4::from_cols_array(&[
@@ -199,12 +204,12 @@ impl LightView {
         Self { world_from_view, clip_from_view, depth: DepthRange::Standard, kind: LightKind::Directional { angle } }
     }
 
-    /// This view's clip space from an object's: see [`clip_from_object`].
+    /// Transform from an object's space to this view's clip space; see [`clip_from_object`].
     pub(crate) fn clip_from_object(&self, world_from_object: &DAffine3) -> DMat4 {
         clip_from_object(&self.world_from_view, self.clip_from_view, world_from_object)
     }
 
-    /// Returns an error that names the fault of the matrices, the kind or the size, and the remedy.
+    /// Returns an error that names what is wrong with the matrices, the kind or the size, and how to fix it.
     pub(crate) fn check(&self) -> Result<(), String> {
         check_matrices(&self.world_from_view, &self.clip_from_view, self.depth)?;
         let m = &self.clip_from_view;
@@ -217,7 +222,7 @@ impl LightView {
         let scale = m.w_axis.w - m.z_axis.w;
         if scale != 1.0 {
             return Err(format!(
-                "clip_from_view is {scale} times a projection: divide it by that, so that w is the distance"
+                "clip_from_view is {scale} times a projection: divide it by this factor, so that w is the distance"
             ));
         }
         if is_tilted(m) {
@@ -239,10 +244,12 @@ impl LightView {
                     .into()
             }
             LightKind::Spot { size } if !(0.0..f64::INFINITY).contains(&size) => {
-                format!("the size {size} is not possible: world units, 0 for a point or more")
+                format!("the size {size} is not possible: it must be 0 (a point) or more world units")
             }
             LightKind::Directional { angle } if !(0.0..PI).contains(&angle) => {
-                format!("the angle {angle} is not possible: radians, 0 for parallel rays up to less than pi")
+                format!(
+                    "the angle {angle} is not possible: it must be 0 (parallel rays) or more and less than pi radians"
+                )
             }
             _ => return Ok(()),
         };
@@ -254,7 +261,7 @@ impl LightView {
         matches!(self.kind, LightKind::Directional { .. })
     }
 
-    /// Position of a spot light in the world (for a directional light: the origin of its view).
+    /// Position of a spot light in world space; for a directional light, the origin of its view.
     pub fn position(&self) -> DVec3 {
         self.world_from_view.translation
     }
@@ -264,7 +271,7 @@ impl LightView {
         self.world_from_view.transform_vector3(dvec3(0.0, 0.0, -1.0))
     }
 
-    /// Unit vector from a point of the world towards the centre of the light.
+    /// Unit vector from a point in world space towards the centre of the light.
     pub fn towards(&self, p: DVec3) -> DVec3 {
         match self.kind {
             LightKind::Directional { .. } => -self.direction(),
@@ -277,16 +284,16 @@ fn is_parallel(clip_from_view: &DMat4) -> bool {
     clip_from_view.row(3).truncate() == DVec3::ZERO
 }
 
-/// True where depth depends on more than the distance along the axis: an oblique near plane.
+/// True if depth depends on more than the distance along the axis, as with an oblique near plane.
 fn is_tilted(clip_from_view: &DMat4) -> bool {
     clip_from_view.row(2).truncate().truncate() != DVec2::ZERO
 }
 
-/// Largest deviation of a rigid transform's axes from unit length and right angles: at 1e-4 a shadow moves by a tenth of a
-/// texel of a map of 1024.
+/// Largest deviation of a rigid transform's axes from unit length and from right angles. At 1e-4 a shadow moves by a
+/// tenth of a texel in a map of 1024 x 1024 texels.
 const RIGID: f64 = 1e-4;
 
-/// Returns an error that names the fault of a view's matrices, and the remedy.
+/// Returns an error that names what is wrong with a view's matrices and how to fix it.
 fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: DepthRange) -> Result<(), String> {
     for (name, is_finite) in
         [("world_from_view", world_from_view.is_finite()), ("clip_from_view", clip_from_view.is_finite())]
@@ -304,10 +311,10 @@ fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: Dep
         ));
     }
     let m = clip_from_view;
-    // The GPU gets both in single precision.
+    // The GPU gets both the matrix and its inverse in single precision.
     if m.determinant() == 0.0 || !m.as_mat4().is_finite() || !m.inverse().as_mat4().is_finite() {
         return Err(
-            "clip_from_view has no inverse: a projection has extents other than 0, and planes near and far that \
+            "clip_from_view has no inverse: a projection needs extents other than 0, and near and far planes that \
                     differ"
                 .into(),
         );
@@ -323,7 +330,7 @@ fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: Dep
     if is_tilted(m) {
         return Ok(());
     }
-    // Of depth(d) = (z_w - z_z d) / (w_w - w_z d), d the distance along -Z, the sign of the slope.
+    // Sign of the slope of depth(d) = (z_w - z_z d) / (w_w - w_z d), where d is the distance along -Z.
     let grows = m.w_axis.z * m.z_axis.w - m.z_axis.z * m.w_axis.w > 0.0;
     if grows != (depth == DepthRange::Standard) {
         let (is, near, far, other) =
@@ -343,7 +350,8 @@ fn check_matrices(world_from_view: &DAffine3, clip_from_view: &DMat4, depth: Dep
     Ok(())
 }
 
-/// A view's clip space from an object's: positions are subtracted before anything is multiplied.
+/// Transform from an object's space to a view's clip space. Subtracts positions before it multiplies anything, which
+/// keeps the precision far from the origin.
 fn clip_from_object(world_from_view: &DAffine3, clip_from_view: DMat4, world_from_object: &DAffine3) -> DMat4 {
     let rotation = world_from_view.matrix3.transpose();
     let view_from_object = DAffine3 {
@@ -353,13 +361,13 @@ fn clip_from_object(world_from_view: &DAffine3, clip_from_view: DMat4, world_fro
     clip_from_view * DMat4::from(view_from_object)
 }
 
-/// A rigid transform that stands at `eye` and looks at `target`; `+Y` is up unless that is the view axis.
+/// Rigid transform of a view at `eye` that looks at `target`. `+Y` is up unless it is the view axis.
 pub fn look_at(eye: DVec3, target: DVec3) -> DAffine3 {
     let forward = (target - eye).try_normalize().unwrap_or(DVec3::NEG_Z);
     look_along(eye, forward)
 }
 
-/// A rigid transform that stands at `eye` and looks along the unit vector `forward`.
+/// Rigid transform of a view at `eye` that looks along the unit vector `forward`.
 pub fn look_along(eye: DVec3, forward: DVec3) -> DAffine3 {
     let up = if forward.y.abs() > 0.999 { DVec3::NEG_Z } else { DVec3::Y };
     let right = forward.cross(up).normalize();

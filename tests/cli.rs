@@ -1,4 +1,4 @@
-//! The built tool, run as a user runs it.
+//! Tests of the built tool, run the way a user runs it.
 #![cfg(feature = "app")]
 
 mod json_page;
@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use std::time::Instant;
 use tempfile::TempDir;
 
-/// A folder of its own for a test, with a cache of truths inside.
+/// A test's own folder, with a cache of truths inside.
 struct Place(TempDir, Instant);
 
 /// Prints the time for `.ci/run`, which lists the slowest tests.
@@ -37,14 +37,15 @@ impl Place {
         output
     }
 
-    /// Runs what must succeed; gives standard output.
+    /// Runs a command that must succeed and returns its standard output.
     fn good(&self, args: &[&str]) -> String {
         let output = self.run(args);
         assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// Runs what must succeed and writes JSON to standard output, described field by field.
+    /// Runs a command that must succeed and write JSON to standard output, and checks that docs/json.md describes
+    /// every field.
     fn json(&self, args: &[&str]) -> Value {
         let written: Value = serde_json::from_str(&self.good(args)).unwrap();
         json_page::check(args[0], &written);
@@ -52,7 +53,7 @@ impl Place {
         written
     }
 
-    /// What a suite wrote into the folder `out`.
+    /// Figures that a suite wrote into the folder `out`.
     fn figures(&self) -> Value {
         let mut files = std::fs::read_dir(self.path("out")).unwrap().map(|e| e.unwrap().path());
         let json = files.find(|p| p.extension().is_some_and(|e| e == "json")).unwrap();
@@ -61,7 +62,7 @@ impl Place {
         figures
     }
 
-    /// Runs what must fail with this status and with each of these texts in its message.
+    /// Runs a command that must fail with this status and a message that contains each of these texts.
     fn bad(&self, args: &[&str], status: i32, texts: &[&str]) {
         let output = self.run(args);
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -80,7 +81,7 @@ impl Place {
     }
 }
 
-/// Width and height out of a PNG's header.
+/// Reads width and height from a PNG's header.
 fn image_size(path: &Path) -> (u32, u32) {
     let bytes = std::fs::read(path).unwrap();
     assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
@@ -136,7 +137,7 @@ fn lists_are_text_and_json() {
     );
     assert!(!place.path("edgeshade-bench").exists());
 
-    // Pages fit a terminal.
+    // Every page fits a terminal.
     let of_each = ids.iter().map(|id| vec!["list", id]);
     for args in [vec!["list"], vec!["scenes"], vec!["devices"], vec!["bench", "--list"]].into_iter().chain(of_each) {
         let page = place.good(&args);
@@ -153,7 +154,7 @@ fn json_means_the_same_everywhere() {
     for args in [&["list"][..], &["list", "pcf"], &["scenes"], &["devices"], &["bench", "--list"]] {
         let printed = place.json(&[args, &["--json"]].concat());
         let dash = place.json(&[args, &["--json", "-"]].concat());
-        // Text for people stays where it is.
+        // With a JSON file, text for people still goes to standard output.
         let text = place.good(&[args, &["--json", "new/folder/a.json"]].concat());
         assert_eq!(text, place.good(args));
         let file: Value = serde_json::from_slice(&std::fs::read(place.path("new/folder/a.json")).unwrap()).unwrap();
@@ -173,7 +174,7 @@ fn json_means_the_same_everywhere() {
         let file: Value = serde_json::from_slice(&std::fs::read(place.path("new/a.json")).unwrap()).unwrap();
         assert_eq!(file["scene"], printed["scene"]);
     }
-    // A scene or a technique behind the option is no file.
+    // A scene or a technique behind the option is not taken for the file.
     for args in [&["render", "--json", "jenga"][..], &["list", "--json", "pcf"], &["bench", "--json", "pcf", "--list"]]
     {
         place.bad(args, 2, &[".json", "standard output"]);
@@ -242,7 +243,7 @@ fn the_wall_clock_gives_the_same_picture_and_passes() {
         let read = |name: &str| std::fs::read(place.path(name)).unwrap();
         let figures: Value = serde_json::from_slice(&read("a.json")).unwrap();
         assert_eq!(figures["timing"], timing);
-        let is_noted = text.lines().any(|line| line == "times: wall clock, a submission a pass");
+        let is_noted = text.lines().any(|line| line == "times: wall clock, one submission per pass");
         assert_eq!(is_noted, timing == "wall", "{text}");
         let passes = figures["passes"].as_array().unwrap();
         let passes: Vec<_> =
@@ -257,7 +258,7 @@ fn the_wall_clock_gives_the_same_picture_and_passes() {
     let compare = ["compare", "jenga", "-t", "sm", "--frames", "1", "--samples", "4", "--size", "64x36"];
     let args = [&compare[..], &["--timing", "wall", "-o", "out"]].concat();
     let text = place.good(&args);
-    assert!(text.contains("times: wall clock, a submission a pass\n"), "{text}");
+    assert!(text.contains("times: wall clock, one submission per pass\n"), "{text}");
     let written: Value = serde_json::from_slice(&std::fs::read(place.path("out/results.json")).unwrap()).unwrap();
     assert_eq!(written["timing"], "wall");
     let figures = place.json(&[&compare[..], &["--timing", "timestamps", "--json", "-"]].concat());
@@ -278,7 +279,7 @@ fn every_view_is_a_picture_of_its_own() {
             seen.push(bytes);
         }
     }
-    // The same again gives the same; more samples a pixel give another picture of the same size.
+    // Repeating the command gives the same picture; more samples per pixel give another one of the same size.
     let shaded = ["render", "jenga", "-o", "a.png", "--frames", "1", "--size", "96x54", "--shadow-map", "256"];
     place.good(&shaded);
     assert_eq!(std::fs::read(place.path("a.png")).unwrap(), seen[0]);
@@ -309,7 +310,7 @@ fn techniques_show_what_they_find_on_the_way() {
     place.bad(&[&base[..], &["--view", "rnus"]].concat(), 2, &["rnus", "shadow-map", "discontinuity, runs, ends"]);
 }
 
-/// A standing triangle and nothing else.
+/// An upright triangle and nothing else.
 const LONE_TRIANGLE: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0,
     "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
@@ -338,10 +339,10 @@ fn scenes_come_by_name_and_by_path_and_views_can_be_given() {
     ] {
         assert_ne!(picture(other), plain, "{other:?}");
     }
-    // A lone object gets camera, light and ground.
+    // A lone object gets a camera, a light and a ground.
     std::fs::write(place.path("lone.gltf"), LONE_TRIANGLE).unwrap();
     assert_ne!(picture(&["lone.gltf"]), picture(&["lone.gltf", "--ground", "off"]));
-    // A file without anything in it is still a picture: of the sky.
+    // A file without any object still gives a picture of the sky.
     std::fs::write(place.path("empty.gltf"), r#"{"asset":{"version":"2.0"}}"#).unwrap();
     picture(&["empty.gltf"]);
 }
@@ -473,7 +474,7 @@ fn compare_measures_and_draws_a_sheet() {
     let sm = row(&figures, "sm", Some(1024));
     assert!(sm["gpu_ms"].as_f64().unwrap() > 0.0 && sm["memory_bytes"].as_u64().unwrap() > 0);
     assert_eq!(row(&figures, "pcf", Some(1024))["params"]["width"], 7);
-    // Fewer texels err more, and a second truth less than any map.
+    // Fewer texels have a larger error, and a second truth has a smaller error than any map.
     let rmse = |technique, map| row(&figures, technique, map)["rmse"].as_f64().unwrap();
     assert!(rmse("sm", Some(128)) > rmse("sm", Some(1024)));
     assert!(rmse("sm", Some(1024)) > rmse("area-samples", Some(1024)));
@@ -486,7 +487,7 @@ fn compare_measures_and_draws_a_sheet() {
     assert_eq!(written, figures);
     assert!(std::fs::read_to_string(place.path("out/table.txt")).unwrap().contains("width=7 skip=off"));
 
-    // The truth is there already, and the result the same.
+    // The truth comes from the cache, and the result is the same.
     let again = place.json(&[&base[..], &["-t", "sm", "--json", "-"]].concat());
     assert_eq!((&figures["reference"]["cached"], &again["reference"]["cached"]), (&false.into(), &true.into()));
     assert_eq!(again["results"][0]["rmse"], sm["rmse"]);
@@ -510,7 +511,8 @@ fn penumbrae_of_a_fixed_width_are_a_truth() {
     );
     let width = reference["penumbra"].as_f64().unwrap();
     assert!(width > 0.0);
-    // The same width, given, but for the last digit; another one; and --samples, which is another reference's, changes nothing.
+    // The same width given explicitly agrees up to the last digit, and another width differs. --samples belongs to
+    // another reference and changes nothing.
     let rmse = |figures: &Value| row(figures, "sm", Some(1024))["rmse"].as_f64().unwrap();
     let given = with(&["-t", "sm", "--penumbra", &width.to_string()]);
     assert!((rmse(&given) - rmse(&usual)).abs() < 1e-6);
@@ -569,7 +571,7 @@ fn a_file_serves_as_the_truth() {
 #[test]
 fn bench_writes_json_and_markdown() {
     let place = Place::new();
-    // Where results go by default.
+    // Default folder for results.
     let output = place.run(&["bench", "--suite", "pcf", "--size", "64x36", "--frames", "1", "--json", "all.json"]);
     let [text, told] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     assert!(output.status.success(), "{told}");
@@ -590,7 +592,7 @@ fn bench_writes_json_and_markdown() {
     assert_eq!(all["suites"], serde_json::json!([figures]));
 }
 
-/// Runs a suite as quickly as it goes, twice; gives its figures and the page.
+/// Runs a suite twice in quick mode; returns its figures and its page.
 fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
     let run = |folder: &str| {
         let args = ["bench", "--suite", suite, "--quick", "--validate", "-o", folder];
@@ -603,7 +605,7 @@ fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
         let (mut json, page): (Value, _) = (serde_json::from_str(&with("json")).unwrap(), with("md"));
         assert!(text.contains(&page), "{text}");
         json_page::check("bench", &json);
-        // The folder is another in every run.
+        // The folder differs between the two runs.
         json.as_object_mut().unwrap().remove("command");
         let line = [("accuracy", "sm"), ("edges", "sm"), ("penumbra", "7 texels: rpcf")]
             .into_iter()
@@ -616,7 +618,8 @@ fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
         (json, page)
     };
     let (figures, page) = run("first");
-    // From the cached truths, the same to the last digit. Of the long suites in a full sweep only, as CI runs it.
+    // With cached truths the results are equal to the last digit. For the long suites only a full sweep checks this,
+    // as CI runs it.
     let is_full_sweep = std::env::var_os("EDGESHADE_SWEEP").is_some_and(|v| v == "full");
     if is_full_sweep || ["edges", "penumbra"].contains(&suite) {
         assert_eq!(run("second").0, figures);
@@ -626,7 +629,7 @@ fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
     (figures, page)
 }
 
-/// Numbers of the rows that hold `settings`, which are names with the text of their values.
+/// Values of the field `name` in the rows that match `settings`, which are pairs of a name and the text of its value.
 fn figures_of(figures: &Value, settings: &[(&str, &str)], name: &str) -> Vec<f64> {
     let text = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
     let rows = figures["results"].as_array().unwrap();
@@ -650,7 +653,7 @@ fn the_accuracy_suite_sees_finer_maps_err_less() {
         }
         for map in ["512", "1024"] {
             assert!(of(map, "over") + of(map, "under") < 0.1);
-            // What the figure is.
+            // The figure satisfies its definition.
             let pixels = of(map, "mismatch") * of(map, "pixels");
             let per_boundary = of(map, "mismatch_per_boundary") * of(map, "boundary_length");
             assert!((pixels - per_boundary).abs() < 1e-6 * pixels, "{pixels} {per_boundary}");
@@ -679,9 +682,13 @@ fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
                 found[0]
             };
             for variant in variants {
-                assert_eq!(of(variant, "penumbra"), of("pcf", "penumbra"), "one width a group");
+                assert_eq!(
+                    of(variant, "penumbra"),
+                    of("pcf", "penumbra"),
+                    "all variants of a group have the same width"
+                );
                 let (rmse, mae) = (of(variant, "rmse"), of(variant, "mae"));
-                // The paper's one depth a kernel leaves acne everywhere.
+                // The fixed depth that the paper uses for a kernel leaves acne everywhere.
                 let limit = if variant.ends_with("paper") { 0.5 } else { 0.15 };
                 assert!(0.0 < mae && mae < rmse && rmse < limit, "{scene} {texels} {variant}: {rmse}");
                 assert!((of(variant, "over") + of(variant, "under") - mae).abs() < 1e-12);
@@ -690,7 +697,7 @@ fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
         }
         assert!((widths[0] / widths[1] - 15.0 / 7.0).abs() < 2e-3, "{widths:?}");
     }
-    // What the subcommand for one scene finds at the same width.
+    // The subcommand for one scene finds the same at this width.
     let row = figures["results"].as_array().unwrap().iter().find(|r| r["variant"] == "edtsm-star").unwrap();
     let width = row["penumbra"].to_string();
     let technique = format!("edtsm-star:penumbra={width}");
@@ -701,7 +708,7 @@ fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
     for name in ["rmse", "mae", "over", "pixels"] {
         assert_eq!(alone["results"][0][name], row[name], "{name}");
     }
-    // The list of defeats is the tables' own.
+    // The list of defeats agrees with the tables.
     let beaten = figures["beaten"].as_array().unwrap();
     let of_subject = [("variant", "edtsm-star")];
     let mine = figures_of(&figures, &of_subject, "rmse");
@@ -713,7 +720,7 @@ fn the_penumbra_suite_sets_equal_widths_next_to_each_other() {
         assert!(page.contains(&name), "{name}: {page}");
     }
     let lowest: u64 = figures["means"].as_array().unwrap().iter().map(|m| m["lowest"].as_u64().unwrap()).sum();
-    assert_eq!(lowest, 4, "one a cell");
+    assert_eq!(lowest, 4, "each cell has one lowest error");
 }
 
 #[test]
@@ -722,19 +729,22 @@ fn the_penumbrae_suite_says_what_edtsm_star_adds() {
     let args = ["bench", "--suite", "penumbrae", "--quick", "--size", "64x36", "--frames", "1", "-o", "out"];
     let text = place.good(&[&args[..], &["--timing", "wall"]].concat());
     let figures = place.figures();
-    assert!(figures["timing"] == "wall" && text.contains("\n\ntimes: wall clock, a submission a pass\n\n"), "{text}");
+    assert!(
+        figures["timing"] == "wall" && text.contains("\n\ntimes: wall clock, one submission per pass\n\n"),
+        "{text}"
+    );
     let rows = figures["results"].as_array().unwrap();
     assert_eq!(rows.len(), 8 + 4);
     for r in rows {
         let base = rows.iter().find(|b| b["group"] == r["group"]).unwrap();
         let number = |row: &Value, name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name}: {row}"));
-        // With one frame a variant the medians are of one value.
+        // With one frame per variant the median is that frame's value.
         let added = number(r, "gpu_ms") - number(base, "gpu_ms");
         assert!((number(r, "added_ms") - added).abs() < 1e-9, "{r}");
         let frame = number(r, "total_gpu_ms") / number(base, "total_gpu_ms");
         assert!((number(r, "frame_ratio") / frame - 1.0).abs() < 1e-9, "{r}");
         assert_eq!(r["ground_alone"].as_bool().unwrap_or(false), r["group"].as_str().unwrap().ends_with("alone"));
-        // Without an edge, no tile is near one.
+        // Without a shadow edge, no tile is near one.
         let passes = r["passes"].as_array().unwrap();
         let is_of_edges = |name: &Value| name == "pixels at an edge" || name == "nearest edge";
         let of_edges = passes.iter().filter(|p| is_of_edges(&p["name"]) && r["params"]["skip"] != "off");
@@ -742,7 +752,9 @@ fn the_penumbrae_suite_says_what_edtsm_star_adds() {
             assert_eq!(pass["tiles_active"] == 0, r["ground_alone"] == true, "{r}");
         }
     }
-    for part in ["| courtyard, ground alone |", "## What penumbrae add", "## Passes of `edtsm-star`", "mean filter"] {
+    for part in
+        ["| courtyard, ground alone |", "## What penumbrae add", "## Passes of `edtsm-star`", "nearest edge of quads"]
+    {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
@@ -774,11 +786,11 @@ fn the_soft_suite_judges_by_the_light_s_own_penumbrae() {
             let size = of(&format!("{scale:?}"), "light_size");
             assert!((size / (scale * own) - 1.0).abs() < 1e-3, "{scene} x {scale}: {size} {unit}");
         }
-        // A larger light is softer, and hard shadows are farther from it.
+        // A larger light is softer, and hard shadows differ more from it.
         assert!(of("0.25", "rmse") < of("1.0", "rmse") && of("1.0", "rmse") < of("4.0", "rmse"), "{scene}");
         assert!(page.contains(&format!("| {scene} |")) && page.contains(unit), "{page}");
     }
-    // What the subcommand for one scene finds under the same light.
+    // The subcommand for one scene finds the same under this light.
     let alone =
         "compare jenga -t pcf:width=15 --light-size 0.8 --samples 64 --size 192x108 --frames 1 --json alone.json";
     place.good(&alone.split(' ').collect::<Vec<_>>());
@@ -835,7 +847,7 @@ fn the_edges_cost_suite_splits_frames_into_update_and_shading() {
     assert!(rows.len() >= 4 && rows.len().is_multiple_of(2) && text.contains("| shadow-volumes |"), "{text}");
     for r in rows {
         let [update, shading] = ["update", "shading"].map(|part| r["times"][part]["median_ms"].as_f64().unwrap());
-        // What of the casters is kept costs nothing; what is not, does; all look at every pixel.
+        // Passes whose results are kept cost nothing; the others do; all techniques work on every pixel.
         assert_eq!(update > 0.0, r["state"] == "moving", "{r}");
         assert!(shading > 0.0, "{r}");
         let memory = |name: &str| r["memory"][name].as_u64().unwrap();
@@ -856,7 +868,8 @@ fn the_slopes_suite_measures_stairs_in_texels() {
         for tilt in ["0", "60", "80"] {
             let key = [("technique", "sm"), ("light", light), ("tilt_degrees", tilt)];
             let of = |name: &str| figures_of(&figures, &key, name)[0];
-            // Stairs are about a quarter texel off; on a slope the offset along the normal moves them aside on top.
+            // Aliasing displaces the boundary by about a quarter of a texel; on a slope the normal offset displaces
+            // it further.
             let range = if tilt == "0" { 0.2..0.28 } else { 0.2..0.6 };
             for name in ["displacement_texels", "straight_texels", "curved_texels", "thin_texels"] {
                 let off = of(name);
@@ -885,7 +898,8 @@ fn the_motion_suite_sets_techniques_next_to_the_truth() {
             let (change, error) = (of(id, "change"), of(id, "change_error"));
             assert!(0.0 < change && change < 0.5 && 0.0 < error && error < 0.5, "{movement} {id}: {change} {error}");
         }
-        // Half a texel of movement in all: the texels' stairs move, the shadow of a spot that only turns does not.
+        // The light moves by half a texel in all. That moves the aliased boundary, but not the true shadow of a spot
+        // that only turns.
         if movement == "light-turned" {
             assert_eq!(of("ray-traced", "change"), 0.0);
             assert!(of("sm", "change") > of("pcf", "change"));

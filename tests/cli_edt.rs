@@ -1,4 +1,4 @@
-//! `edgeshade edt`, run as a user runs it.
+//! Tests of `edgeshade edt`, run the way a user runs it.
 #![cfg(feature = "app")]
 
 mod json_page;
@@ -12,7 +12,7 @@ use tempfile::TempDir;
 const SIZE: [u32; 2] = [37, 41];
 const SEEDS: [[u32; 2]; 3] = [[3, 5], [30, 6], [17, 40]];
 
-/// A folder with `mask.png`: seeds are white or just light enough, the others black or just too dark.
+/// A folder with `mask.png`: seeds are white or just bright enough, other pixels black or just too dark.
 struct Place(TempDir);
 
 impl Place {
@@ -40,14 +40,14 @@ impl Place {
         output
     }
 
-    /// Runs what must succeed; gives standard output.
+    /// Runs a command that must succeed and returns its standard output.
     fn good(&self, args: &[&str]) -> String {
         let output = self.run(args);
         assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// Runs what must fail with this status and with each of these texts in its message.
+    /// Runs a command that must fail with this status and a message that contains each of these texts.
     fn bad(&self, args: &[&str], status: i32, texts: &[&str]) {
         let output = self.run(args);
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -63,7 +63,7 @@ impl Place {
     }
 }
 
-/// The nearest of [`SEEDS`] and the squared distance to it, told without the library.
+/// Nearest of the [`SEEDS`] and the squared distance to it, computed without the library.
 fn expected(i: usize) -> (u32, u32) {
     let (x, y) = (i as u32 % SIZE[0], i as u32 / SIZE[0]);
     let squared = |s: &[u32; 2]| s[0].abs_diff(x).pow(2) + s[1].abs_diff(y).pow(2);
@@ -75,7 +75,7 @@ fn expected(i: usize) -> (u32, u32) {
 fn distances_labels_and_figures() {
     let place = Place::new();
     let pixels = (SIZE[0] * SIZE[1]) as usize;
-    // Folders are made.
+    // Missing folders are created.
     let args = ["mask.png", "-o", "a/d.exr", "--labels", "b/c/l.u32", "--frames", "2", "--validate", "--json"];
     let figures: Value = serde_json::from_str(&place.good(&[&["--timing", "wall"], &args[..]].concat())).unwrap();
     assert_eq!(figures["timing"], "wall");
@@ -113,7 +113,7 @@ fn methods_agree_within_a_radius() {
         let (nearest, squared) = expected(i);
         assert_eq!(label, if squared <= 81 { nearest } else { u32::MAX }, "pixel {i}");
     }
-    // The picture: seeds white, the farthest pixels black, none of either in the colour of those without a seed.
+    // In the picture seeds are white and the farthest pixels black; neither has the colour of pixels without a seed.
     place.good(&["mask.png", "--radius", "9", "-o", "d.png"]);
     let at = |[x, y]: [u32; 2]| {
         let gray = edgeshade::picture::read_png_gray(&place.path("d.png"), SIZE).unwrap();
@@ -143,7 +143,7 @@ fn faults_are_named() {
     place.bad(&["none.png"], 1, &["none.png"]);
     std::fs::write(place.path("text.png"), "no picture").unwrap();
     place.bad(&["text.png"], 1, &["text.png", "PNG"]);
-    // More than labels can hold.
+    // More pixels a side than labels can hold.
     write_png(&place.path("huge.png"), &Picture::filled([70_000, 1], [0; 3])).unwrap();
     place.bad(&["huge.png"], 1, &["huge.png", "65535"]);
     assert!(!place.path("d.exr").exists());

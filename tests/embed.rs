@@ -1,4 +1,5 @@
-//! The example engine under the validation layer with synchronization validation: no message, no wrong pixel.
+//! Tests of the example engine under the validation layer with synchronization validation: no messages and no wrong
+//! pixels.
 #![allow(missing_docs)]
 
 #[path = "../examples/embed/engine.rs"]
@@ -22,8 +23,9 @@ use std::sync::OnceLock;
 const EXTENT: [u32; 2] = [320, 240];
 const FRAMES: u32 = 8;
 
-/// Has the layer compare submissions too, not command buffers alone. True where that had to be asked for: layers
-/// from 1.3.281 on have their own default. Every test calls this before anything else of Vulkan.
+/// Makes the layer check hazards across submissions, not only within a command buffer. Returns true if it had to be
+/// asked, because layers from 1.3.281 on have their own default. Every test calls this before anything else of
+/// Vulkan.
 fn check_across_submissions() -> bool {
     static ASKED: OnceLock<bool> = OnceLock::new();
     *ASKED.get_or_init(|| {
@@ -38,7 +40,7 @@ fn check_across_submissions() -> bool {
         let asked = layers.iter().any(is_old);
         if asked {
             let check = "VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT";
-            // SAFETY: every test waits here before it calls Vulkan, so nothing reads the environment meanwhile.
+            // SAFETY: every test waits here before it calls Vulkan, so nothing reads the environment at this time.
             unsafe { std::env::set_var("VK_LAYER_ENABLES", check) };
         }
         asked
@@ -62,13 +64,13 @@ const OPTIONS: Options<'_> = Options {
     validation: None,
 };
 
-/// Draws frames under the validation layer and checks every second picture; returns the times of all.
+/// Draws frames under the validation layer and checks every second picture; returns the times of all frames.
 fn draw_and_check(options: Options<'_>) -> Vec<FrameTiming> {
     check_across_submissions();
     let messages = Messages::default();
     let (technique, depth) = (options.technique, options.depth);
     let mut engine = Engine::new(&Options { validation: Some(messages.clone()), ..options }).unwrap();
-    // Not every picture is read back: the barriers of the copy would stand in for missing ones between frames.
+    // Some pictures are not read back, because the barriers of the copy would hide missing ones between frames.
     let mut pictures = vec![];
     for frame in 0..FRAMES {
         let views = std::array::from_fn(|view| scene::moment(frame, view, EXTENT, depth));
@@ -88,7 +90,7 @@ fn draw_and_check(options: Options<'_>) -> Vec<FrameTiming> {
         let enough = verdict.lit > all / 4 && verdict.shadow > all / 100 && verdict.unsure < all / 10;
         assert!(enough && verdict.sky > all / 10, "{technique}, frame {frame}: {verdict:?}");
     }
-    // The comparison can fail: no other view's or frame's picture will do.
+    // The comparison can fail: the picture of another view or frame does not match.
     assert!((1..pictures.len()).all(|other| pictures[0].0.check(&pictures[other].1, EXTENT).wrong > 100));
     times
 }
@@ -97,7 +99,7 @@ fn check_times(technique: &str, times: &[FrameTiming]) {
     assert_eq!(times.len(), VIEWS * FRAMES as usize, "views with times");
     for (i, time) in times.iter().enumerate() {
         let names: Vec<_> = time.passes.iter().map(|p| p.name.as_str()).collect();
-        // The blocks depend on the light alone, which moves every third frame and is the same for all views.
+        // The blocks depend only on the light, which moves every third frame and is the same for all views.
         let skipping: &[_] =
             if i % (3 * VIEWS) == 0 { &["depth bounds", "pcf classify", "pcf"] } else { &["pcf classify", "pcf"] };
         assert_eq!(names, if technique == "sm" { &["shadow test"] } else { skipping }, "view {i}");
@@ -129,7 +131,7 @@ fn pcf_with_reversed_depth() {
 
 const TILES: &[(&str, &str)] = &[("width", "5"), ("skip", "tiles")];
 
-/// Depths of 16 bits, drawn by the GPU itself.
+/// Draws a shadow map with 16-bit depth on the GPU.
 #[test]
 fn a_shadow_map_of_16_bits() {
     for (technique, params) in [("sm", &[][..]), ("pcf", TILES)] {
@@ -137,13 +139,13 @@ fn a_shadow_map_of_16_bits() {
     }
 }
 
-/// Command buffers that never run, each before the frame that the kept results are made in.
+/// Discards command buffers that never run, each before the frame whose results are kept.
 #[test]
 fn command_buffers_that_are_thrown_away() {
     draw_and_check(Options { technique: "pcf", params: TILES, throw_away: true, ..OPTIONS });
 }
 
-/// The example prints for `--mistakes` each input, or what else is wrong, and the remedy.
+/// Checks that the example prints the input, or other fault, and the remedy for every mistake of `--mistakes`.
 #[test]
 fn mistakes_are_answered_with_input_and_remedy() {
     check_across_submissions();
@@ -173,8 +175,8 @@ fn mistakes_are_answered_with_input_and_remedy() {
         ("a camera matrix with a NaN", &["input camera", "clip_from_view", "not finite"]),
         ("a camera matrix of zeros", &["input camera", "clip_from_view", "no inverse", "extents other than 0"]),
         ("a camera whose transform is zero", &["input camera", "world_from_view", "length 1"]),
-        ("a light whose size is NaN", &["input light", "size NaN", "0 for a point"]),
-        ("a light whose size is negative", &["input light", "size -1", "0 for a point"]),
+        ("a light whose size is NaN", &["input light", "size NaN", "0 (a point)"]),
+        ("a light whose size is negative", &["input light", "size -1", "0 (a point)"]),
         ("casters beyond the end of their vertex buffer", &["caster mesh triangle", "first_vertex", "check"]),
         ("a device without VK_KHR_push_descriptor", &["enable the extension VK_KHR_push_descriptor"]),
     ];
@@ -185,7 +187,8 @@ fn mistakes_are_answered_with_input_and_remedy() {
     }
 }
 
-/// The layer is there, checks synchronization, within a command buffer and across submissions, and is heard.
+/// Checks that the layer is installed, validates synchronization both within a command buffer and across submissions,
+/// and reports its messages.
 #[test]
 fn a_missing_barrier_is_noticed() {
     let must = check_across_submissions();
@@ -215,12 +218,12 @@ fn a_missing_barrier_is_noticed() {
         if submissions == 1 || must {
             assert!(heard, "{submissions} submissions: {:?}", messages.lock().unwrap());
         } else if !heard {
-            eprintln!("this validation layer does not check across submissions: hazards between frames go unseen");
+            eprintln!("this validation layer does not check across submissions: hazards between frames go unnoticed");
         }
     }
 }
 
-/// Each `.spv` fits its source, by hash. `EDGESHADE_BLESS=1` compiles them anew, with glslangValidator.
+/// Checks by hash that each `.spv` fits its source. `EDGESHADE_BLESS=1` recompiles them with glslangValidator.
 #[test]
 fn the_shaders_fit_their_sources() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/embed");

@@ -15,7 +15,7 @@ const FOV: f64 = 0.9;
 
 // ---------------------------------------------------------------- scenes
 
-/// Triangles, seen and casting from both sides, each part an object of its own.
+/// A scene of double-sided triangles; each part is an object of its own.
 fn scene(parts: Vec<Vec<[DVec3; 3]>>) -> Scene {
     let mut scene =
         Scene { materials: vec![Material { double_sided: true, ..Material::default() }], ..Scene::default() };
@@ -39,7 +39,7 @@ fn floor() -> Vec<[DVec3; 3]> {
     quad(at(-60.0, -60.0), at(-60.0, 60.0), at(60.0, 60.0), at(60.0, -60.0))
 }
 
-/// The half-plane `m . p <= 0` at height 1; `m` is horizontal and of length 1.
+/// The half-plane `m . p <= 0` at height 1; `m` is a horizontal unit vector.
 fn half_plane(m: DVec3) -> Vec<[DVec3; 3]> {
     let (up, along) = (DVec3::Y, m.cross(DVec3::Y) * 50.0);
     quad(up - along, up + along, up + along - 50.0 * m, up - along - 50.0 * m)
@@ -61,7 +61,7 @@ fn disc(height: f64, sides: u32) -> Vec<[DVec3; 3]> {
     (0..sides).map(|i| [dvec3(0.0, height, 0.0), at(i), at((i + 1) % sides)]).collect()
 }
 
-/// Of radius 1 around the y axis, without lids; its edges lie at whole multiples of a turn by `sides`.
+/// A cylinder of radius 1 around the y axis, without lids; its edges lie at multiples of a turn divided by `sides`.
 fn cylinder(sides: u32) -> Vec<[DVec3; 3]> {
     let at = |i: u32, y: f64| {
         let a = TAU * f64::from(i % sides) / f64::from(sides);
@@ -70,7 +70,7 @@ fn cylinder(sides: u32) -> Vec<[DVec3; 3]> {
     (0..sides).flat_map(|i| quad(at(i, -9.0), at(i + 1, -9.0), at(i + 1, 9.0), at(i, 9.0))).collect()
 }
 
-/// Tilted, so that no line of the scenes is one of the picture's.
+/// A tilted camera, so that no line of the scenes is parallel to the picture's sides.
 fn camera(eye: DVec3, target: DVec3) -> CameraView {
     let roll = DAffine3::from_axis_angle(DVec3::Z, 0.3);
     CameraView::perspective(look_at(eye, target) * roll, FOV, f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.01)
@@ -93,7 +93,7 @@ fn traced(scene: &Scene, camera: &CameraView, light: &LightView, penumbra: f64, 
 
 // ---------------------------------------------------------------- judging
 
-/// Where a pixel's surface is, from its depth.
+/// World-space point on the surface that a pixel sees, from its depth.
 fn position(truth: &Truth, camera: &CameraView, i: usize) -> DVec3 {
     let (w, h) = (truth.size[0] as usize, truth.size[1] as usize);
     let ndc = [(2 * (i % w) + 1) as f64 / w as f64 - 1.0, (2 * (i / w) + 1) as f64 / h as f64 - 1.0];
@@ -102,12 +102,13 @@ fn position(truth: &Truth, camera: &CameraView, i: usize) -> DVec3 {
     camera.position() + d * (f64::from(truth.depth_view[i]) / d.dot(forward))
 }
 
-/// The model, of a signed distance to the boundary: positive where lit.
+/// Visibility at a signed distance to the boundary, positive where lit.
 fn model(distance: f64, penumbra: f64) -> f64 {
     (0.5 + distance / penumbra).clamp(0.0, 1.0)
 }
 
-/// Errors of the visibility against the model, largest and where; `distance` says nothing of what is not to be judged.
+/// Largest error of the visibility against the model, and the number of pixels in the penumbra. `distance` returns
+/// `None` for pixels that are not judged.
 fn worst(
     truth: &Truth,
     camera: &CameraView,
@@ -125,19 +126,19 @@ fn worst(
         let expected = model(d, penumbra);
         soft += usize::from(expected > 0.0 && expected < 1.0);
         let error = (v - expected).abs();
-        // `max` would drop it.
+        // `max` would ignore a NaN.
         worst = worst.max(if error.is_nan() { f64::INFINITY } else { error });
     }
     (worst, soft)
 }
 
-/// A point of the floor that is far from the ends of all sheets; the camera may see more.
+/// True for a point of the floor far from the ends of all sheets; the camera may see more.
 fn is_near(p: DVec3) -> bool {
     p.y < 0.5 && p.length() < 20.0
 }
 
-/// A half-plane over a floor, and the signed distance to its shadow's edge.
-fn edge(light: &LightView, m: DVec3) -> impl Fn(DVec3) -> f64 {
+/// Signed distance to the shadow edge of a half-plane on the floor.
+fn shadow_edge(light: &LightView, m: DVec3) -> impl Fn(DVec3) -> f64 {
     let at = if light.is_directional() {
         let s = light.towards(DVec3::ZERO);
         -m.dot(s) / s.y
@@ -156,9 +157,9 @@ fn a_straight_edge_on_a_floor() {
         let m = dvec3(angle.cos(), 0.0, angle.sin());
         let lights = [sun(dvec3(0.3, 1.0, -0.5).normalize()), spot(dvec3(1.0, 4.0, 0.5), dvec3(0.0, 0.0, 0.2))];
         for light in &lights {
-            let distance = edge(light, m);
+            let distance = shadow_edge(light, m);
             let middle = -distance(DVec3::ZERO) * m;
-            // Under the half-plane and low: the farther floor is foreshortened six times.
+            // The camera is under the half-plane and low, so the farther floor is foreshortened six times.
             let camera = camera(middle + 2.5 * m + dvec3(0.0, 0.7, 0.0), middle);
             let scene = scene(vec![floor(), half_plane(m)]);
             let penumbra = 0.2;
@@ -166,7 +167,7 @@ fn a_straight_edge_on_a_floor() {
             let (error, soft) = worst(&truth, &camera, |p, _| is_near(p).then(|| distance(p)), penumbra);
             assert!(error < 2e-6 && soft > 50, "{k}: off by {error}, {soft} in the penumbra");
 
-            // The check finds a penumbra that is 1 % too wide, a boundary 0.001 off, and a pixel that is not as it should.
+            // The check detects a penumbra 1 % too wide, a boundary displaced by 0.001, and a wrong pixel.
             let off = |d: &dyn Fn(DVec3) -> f64, p| worst(&truth, &camera, |q, _| is_near(q).then(|| d(q)), p).0;
             assert!(off(&distance, 1.01 * penumbra) > 1e-3 && off(&|p| distance(p) + 1e-3, penumbra) > 1e-3);
             assert!(off(&|p| -distance(p), penumbra) > 0.5);
@@ -190,7 +191,7 @@ fn a_disc_under_the_zenith_converges() {
         assert_eq!(truth.samples, subsamples * subsamples);
         let (error, soft) = worst(&truth, &camera, |p, _| Some(distance(p)), penumbra);
         assert!(soft > 100, "{soft}");
-        // The bound that is promised: the sagitta of the longest cell; curvature 1.
+        // Guaranteed bound: the sagitta of the longest cell, for a curvature of 1.
         let w = SIZE[0] as usize;
         let diagonal = (0..truth.visibility.len() - w - 1)
             .filter(|i| i % w + 1 < w)
@@ -207,7 +208,7 @@ fn a_disc_under_the_zenith_converges() {
 
 #[test]
 fn a_terminator_softens_a_smooth_body() {
-    // Edges of the facets lie exactly a quarter turn from the sun.
+    // Edges between facets lie exactly a quarter turn from the sun.
     let scene = scene(vec![cylinder(360)]);
     let light = sun(DVec3::X);
     let camera = camera(dvec3(1.5, 0.5, 4.0), DVec3::ZERO);
@@ -216,7 +217,7 @@ fn a_terminator_softens_a_smooth_body() {
         let distance = |p: DVec3| p.x.signum() * p.x.hypot(p.z - 1.0);
         let (error, soft) = worst(&truth, &camera, |p, _| Some(distance(p)), penumbra);
         assert!(error < 2e-5 && soft > 100, "{penumbra}: off by {error}, {soft} in the penumbra");
-        // Not along the surface, but straight: the two differ where the penumbra is wide.
+        // The distance is measured straight, not along the surface; the two differ where the penumbra is wide.
         let along = |p: DVec3| p.x.signum() * p.x.atan2(p.z).abs();
         assert!(penumbra < 1.0 || worst(&truth, &camera, |p, _| Some(along(p)), penumbra).0 > 0.01);
     }
@@ -226,7 +227,7 @@ fn a_terminator_softens_a_smooth_body() {
 
 #[test]
 fn neither_outlines_nor_other_faces_are_boundaries() {
-    // The sun in the zenith: the block on the floor shades nothing that is seen, and its sides face away.
+    // The sun is at the zenith: the block on the floor shadows nothing visible, and its sides face away.
     let m = DVec3::X;
     let (low, high) = (dvec3(0.1, 0.0, -0.3), dvec3(0.5, 0.05, 0.3));
     let light = sun(DVec3::Y);
@@ -239,7 +240,7 @@ fn neither_outlines_nor_other_faces_are_boundaries() {
         let mut faces = [0; 3];
         let is_block = |p: DVec3| with_block && (p.cmpge(low - 1e-5) & p.cmple(high + 1e-5)).all() && p.y > 1e-5;
         let expected = |p: DVec3, _| {
-            // The edge is known as far as it is in the picture.
+            // The boundary is known only as far as it lies in the picture.
             let foot = camera.clip_from_view
                 * camera.world_from_view.inverse().transform_point3(dvec3(0.0, 0.0, p.z)).extend(1.0);
             let is_seen = foot.w > 0.0 && foot.x.abs() < foot.w && foot.y.abs() < foot.w;
@@ -256,7 +257,7 @@ fn neither_outlines_nor_other_faces_are_boundaries() {
         assert!(faces[0] > 500 && (!with_block || faces[1] > 20 && faces[2] > 50), "{faces:?}");
         let (error, soft) = worst(&truth, &camera, expected, penumbra);
         assert!(error < 2e-6 && soft > 500, "off by {error}, {soft} in the penumbra");
-        // With the block, the floor's own distance would be seen on its top.
+        // Otherwise the floor's own distance would show on top of the block.
         assert_eq!(worst(&truth, &camera, |p, _| is_near(p).then_some(p.x), penumbra).0 > 0.1, with_block);
     }
 }
@@ -265,10 +266,10 @@ fn neither_outlines_nor_other_faces_are_boundaries() {
 fn a_floor_of_several_objects_is_one_surface() {
     let light = sun(dvec3(0.3, 1.0, -0.5).normalize());
     let m = DVec3::X;
-    let distance = edge(&light, m);
+    let distance = shadow_edge(&light, m);
     let at = |x, z| dvec3(x, 0.0, z);
     let tile = |x0, z0, x1, z1| quad(at(x0, z0), at(x0, z1), at(x1, z1), at(x1, z0));
-    // A T of joints, one of them 0.02 beside the edge of the shadow.
+    // A T-shaped joint, one of whose lines is 0.02 beside the edge of the shadow.
     let joint = -distance(DVec3::ZERO) + 0.02;
     let tiles = vec![
         tile(-60.0, -60.0, joint, 60.0),
@@ -279,7 +280,7 @@ fn a_floor_of_several_objects_is_one_surface() {
     let camera = camera(dvec3(joint + 2.5, 0.7, 0.0), at(joint, 0.1));
     let truth = traced(&scene(tiles), &camera, &light, 0.2, 4);
     let (error, soft) = worst(&truth, &camera, |p, _| is_near(p).then(|| distance(p)), 0.2);
-    // The joint is where f32 has it.
+    // The joint is where `f32` rounds it to.
     assert!(error < 2e-6 && soft > 50, "off by {error}, {soft} in the penumbra");
 }
 
@@ -321,7 +322,7 @@ fn neither_scale_nor_place_matters() {
         let difference = largest(&made(scale, offset));
         assert!(difference < 1e-4, "scale {scale}, at {offset}: differs by {difference}");
     }
-    // A scene that is really another is told.
+    // The comparison detects visibilities that are 1 % too small.
     assert!(largest(&made(1.0, dvec3(0.0, 0.0, 0.0)).iter().map(|v| 0.99 * v).collect::<Vec<_>>()) > 1e-4);
 }
 
@@ -345,7 +346,7 @@ fn it_is_the_hard_truth_with_other_visibilities() {
     let steps = steps.into_inner().unwrap();
     assert!(steps.iter().all(|s| s.0 <= s.1 && s.1 == steps[0].1) && steps.iter().any(|s| s.0 == s.1));
 
-    // A vanishing width leaves the hard shadow, and the width is all that the light's size could matter by.
+    // A vanishing width leaves the hard shadow, and the light's size has no other influence than the width.
     let hard = trace(&rays, &camera, &light, SIZE, &Method::Hard, &quiet).unwrap();
     assert_eq!(traced(&scene, &camera, &light, 1e-9, 2).visibility, hard.visibility);
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -360,7 +361,7 @@ fn it_is_the_hard_truth_with_other_visibilities() {
     }
     let settings = FixedPenumbraSettings { penumbra: 1.0, subsamples: 1 };
     assert!(fixed_penumbra(&rays, &camera, &light, [0, 4], &settings, &quiet).is_err());
-    // Nothing to be seen is no error, nor is a single pixel.
+    // An empty scene is not an error, nor is a single pixel.
     let nothing = RayScene::build(&Scene::default()).unwrap();
     assert_eq!(fixed_penumbra(&nothing, &camera, &light, [3, 1], &settings, &quiet).unwrap().visibility, [1.0; 3]);
     fixed_penumbra(&rays, &camera, &light, [1, 1], &settings, &quiet).unwrap();

@@ -1,4 +1,4 @@
-//! The measures against their definitions, each shown to notice what it is for.
+//! Metrics against their definitions; each is shown to detect the error that it is meant for.
 #![cfg(feature = "app")]
 
 use edgeshade::metrics::{FalseShadow, Motion, Report, Shot, compare, false_shadow, flip, motion};
@@ -17,7 +17,7 @@ fn whole(test: &[f32], truth: &[f32], size: [u32; 2]) -> Report {
     compare(test, truth, &all(size), size).unwrap()
 }
 
-/// Repeatable values in [0, 1).
+/// Reproducible values in [0, 1).
 fn random(seed: u64) -> impl FnMut() -> f32 {
     let mut state = seed;
     move || {
@@ -73,13 +73,13 @@ fn one_planted_pixel_changes_every_measure_by_what_it_must() {
     assert_eq!(r.light_leak, Some(0.0));
     assert_eq!(r.penumbra_rmse, Some(0.0));
     assert!(r.ssim.unwrap() < 1.0);
-    // Its four sides are boundary, 15 or 15.5 to 16 px off: all a shadow that should not be there.
+    // Its four sides are boundary, 15, 15.5 or 16 px from the true one, all of it shadow that should not exist.
     let b = r.boundary.unwrap();
     assert_eq!(b.max, 16.0);
     close(b.mean, (15.0 + 15.5 + 15.5 + 16.0) / 34.0, 1e-12);
     assert_eq!(r.boundary_reverse.unwrap().max, 0.0);
 
-    // The same pixel in the shadow is a leak.
+    // The same error inside the shadow is a light leak.
     let mut test = truth.clone();
     test[15 * 40 + 4] = 1.0;
     let r = whole(&test, &truth, size);
@@ -126,7 +126,7 @@ fn a_shifted_half_plane_is_displaced_by_the_shift() {
 
 #[test]
 fn displacement_equals_its_definition_and_shows_missing_shadows() {
-    // By the definition: sides between differing pixels, nearest point of the nearest other side.
+    // By definition: sides between differing pixels, and for each the nearest point of the nearest other side.
     let size = [45u32, 37];
     let (w, h) = (45usize, 37usize);
     let mut next = random(7);
@@ -171,7 +171,7 @@ fn displacement_equals_its_definition_and_shows_missing_shadows() {
         assert!(b.mean.abs() <= d.iter().sum::<f64>() / d.len() as f64 + 1e-12);
     }
 
-    // Two discs of which the test lacks one: only the reverse direction tells.
+    // The truth has two discs and the test only one: only the reverse direction shows it.
     let size = [100, 50];
     let spot = |cx: f64| move |x: i64, y: i64| (x as f64 + 0.5 - cx).hypot(y as f64 + 0.5 - 25.0) < 8.0;
     let (left, right) = (spot(20.0), spot(80.0));
@@ -227,7 +227,7 @@ fn displaced_edges_within_three_pixels_are_neither_leak_nor_acne() {
 #[test]
 fn the_penumbra_band_is_eight_pixels_wide_and_holds_its_own_error() {
     let size = [100u32, 30];
-    // A hard edge between columns 49 and 50: the band is columns 41..=58.
+    // A hard shadow edge between columns 49 and 50: the band is columns 41..=58.
     let truth = plane(size, |x, _| if x < 50 { 0.0 } else { 1.0 });
     let wrong_at = |column: i64| {
         let test = plane(size, |x, _| {
@@ -246,18 +246,18 @@ fn the_penumbra_band_is_eight_pixels_wide_and_holds_its_own_error() {
     close(wrong_at(41).penumbra_rmse.unwrap(), (0.25f64 / 18.0).sqrt(), 1e-12);
     assert_eq!(wrong_at(59).penumbra_rmse, Some(0.0));
     assert_eq!(wrong_at(40).penumbra_rmse, Some(0.0));
-    // A ramp over columns 45..55 widens it by what is partly lit.
+    // A ramp over columns 45..55 widens the band by its partly lit columns.
     let ramp = plane(size, |x, _| ((x - 44) as f32 / 11.0).clamp(0.0, 1.0));
     assert_eq!(whole(&ramp, &ramp, size).penumbra_pixels, (10 + 16) * 30);
-    // Neither: no band.
+    // Without penumbra and boundary there is no band.
     let flat = plane(size, |_, _| 1.0);
     assert_eq!(whole(&flat, &flat, size).penumbra_rmse, None);
 }
 
-/// Weight, test, truth, mask.
+/// Weight, test, truth and mask of a pixel.
 type Weighted = (f64, f64, f64, bool);
 
-/// Every window on its own, both dimensions at once, variance from the deviations.
+/// Computes every window separately in both dimensions, with the variance from the deviations.
 fn naive_ssim(x: &[f32], y: &[f32], mask: &[bool], size: [u32; 2]) -> Option<f64> {
     let (w, h) = (size[0] as usize, size[1] as usize);
     let mut weights = [[0.0f64; 11]; 11];
@@ -358,7 +358,7 @@ fn empty_sets_give_defined_values() {
         let r = whole(&v, &v, size);
         assert_eq!(r.pixels, v.len() as u64);
     }
-    // All lit against all in shadow: no boundary on one side, and no lit set to look for acne in.
+    // All lit against all in shadow: the truth has no boundary, and no lit pixels where acne could be.
     let r = whole(&[1.0; 400], &[0.0; 400], [20, 20]);
     assert_eq!((r.mismatch, r.under, r.light_leak, r.false_shadow), (1.0, 1.0, Some(1.0), None));
     assert!(r.boundary.is_none());
@@ -405,13 +405,13 @@ fn flip_has_the_known_values_of_a_shifted_edge() {
     }
 }
 
-/// The marching squares' cases by hand: where the line through a block of four pixels enters and leaves.
+/// Boundary length by the cases of marching squares: where the line through a block of four pixels enters and leaves.
 fn traced_length(v: &[f32], mask: &[bool], size: [u32; 2]) -> f64 {
     let (w, h) = (size[0] as usize, size[1] as usize);
     let mut total = 0.0;
     for y in 1..h {
         for x in 1..w {
-            // Around the block, and the middles of its four sides in the same order.
+            // Pixels around the block, and below the midpoints of its four sides in the same order.
             let around = [(x - 1, y - 1), (x, y - 1), (x, y), (x - 1, y)].map(|(x, y)| y * w + x);
             if around.iter().any(|&i| !mask[i]) {
                 continue;
@@ -435,10 +435,10 @@ fn the_boundary_length_is_that_of_the_line_between_the_pixels() {
     let length = |v: &Plane| whole(v, v, size).boundary_length;
     assert_eq!(length(&half(|x, _| x < 30)), 69.0);
     assert_eq!(length(&half(|_, y| y < 30)), 89.0);
-    // From the middle of one side of the picture to that of another.
+    // From the middle of one side of the picture to the middle of another.
     close(length(&half(|x, y| x < y)), 68.5 * 2f64.sqrt(), 1e-9);
     assert_eq!(length(&plane(size, |_, _| 1.0)), 0.0);
-    // Round things are a little too long, by 5.5 % in the mean.
+    // Round boundaries come out too long, by 5.5 % in the mean.
     close(length(&disc(size, 30.0)) / (60.0 * std::f64::consts::PI), 1.055, 0.01);
 
     let mut next = random(5);
@@ -457,12 +457,12 @@ fn mismatch_per_boundary_is_the_distance_whatever_else_is_in_the_picture() {
             let r = whole(&half(25 + k), &half(25), size);
             close(r.mismatch_per_boundary.unwrap(), k.unsigned_abs() as f64 * 50.0 / 49.0, 1e-12);
         }
-        // On the diagonal a shift by one column is less of a distance.
+        // On the diagonal a shift by one column is a shorter distance.
         let slant = |at: i64| plane(size, |x, y| if x - y < at { 0.0 } else { 1.0 });
         let r = whole(&slant(3), &slant(1), size);
         close(r.mismatch_per_boundary.unwrap(), 2f64.sqrt(), 0.06);
     }
-    // A planted pixel, far from everything, is its area over the length.
+    // An isolated wrong pixel counts with its area over the boundary length.
     let size = [40u32, 30];
     let truth = plane(size, |x, _| if x < 20 { 0.0 } else { 1.0 });
     let mut test = truth.clone();
@@ -500,7 +500,7 @@ fn false_shadow_counts_what_is_dark_far_from_every_true_shadow() {
         assert_eq!(false_shadow(&test, &truth, &mask, size, radius).unwrap(), expected, "{radius}");
         assert_eq!(false_shadow(&truth, &truth, &mask, size, radius).unwrap().share(), Some(0.0));
     }
-    // A shadow that is too large by the distance is none, one pixel more is.
+    // Shadow that is too large by exactly the radius is not false shadow, but one more pixel is.
     let half = |at: i64| plane(size, |x, _| if x < at { 0.0 } else { 1.0 });
     let dark = |at| false_shadow(&half(at), &half(20), &all(size), size, 4).unwrap().dark;
     assert_eq!([dark(24), dark(25)], [0, 41]);
@@ -509,14 +509,14 @@ fn false_shadow_counts_what_is_dark_far_from_every_true_shadow() {
     assert!(false_shadow(&[1.0; 3], &[0.0; 4], &[true; 4], [2, 2], 1).is_err());
 }
 
-/// By the definition: every pixel asks every other one whether the boundary is near.
+/// By definition: every pixel looks at every other one to find a boundary nearby.
 fn naive_motion(shots: &[[&[f32]; 2]], mask: &[Vec<bool>], size: [u32; 2], radius: i64) -> Motion {
     let (w, h) = (i64::from(size[0]), i64::from(size[1]));
     let at = |x: i64, y: i64| (y * w + x) as usize;
     let inside = |x: i64, y: i64| (0..w).contains(&x) && (0..h).contains(&y);
     let near = |k: usize, x: i64, y: i64| {
         let truth = shots[k][1];
-        let edge = |x: i64, y: i64| {
+        let is_boundary = |x: i64, y: i64| {
             inside(x, y) && mask[k][at(x, y)] && {
                 let v = truth[at(x, y)];
                 let across = |dx: i64, dy: i64| {
@@ -528,7 +528,9 @@ fn naive_motion(shots: &[[&[f32]; 2]], mask: &[Vec<bool>], size: [u32; 2], radiu
             }
         };
         let reach = -radius..=radius;
-        reach.clone().any(|dy| reach.clone().any(|dx| dx * dx + dy * dy <= radius * radius && edge(x + dx, y + dy)))
+        reach
+            .clone()
+            .any(|dy| reach.clone().any(|dx| dx * dx + dy * dy <= radius * radius && is_boundary(x + dx, y + dy)))
     };
     let (mut pairs, mut triples) = ([0.0; 4], [0.0; 3]);
     for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
@@ -602,16 +604,16 @@ fn a_still_picture_does_not_move_and_a_planted_blink_flickers() {
     let rest = measure(&[(&still, &still); 4]);
     assert_eq!((rest.pairs, rest.triples), (3 * 8 * 20, 2 * 8 * 20));
     assert_eq!([rest.change, rest.change_error, rest.flicker], [Some(0.0); 3]);
-    // An error that stays is no change.
+    // A constant error is no change.
     let off = half(22);
     assert_eq!(measure(&[(&off, &still); 4]), rest);
-    // One pixel of the band dark in one frame: two changes, one blink.
+    // One pixel of the band is dark in one frame, which makes two changes and one flicker.
     let mut blink = still.clone();
     blink[10 * 40 + 21] = 0.0;
     let m = measure(&[(&still, &still), (&blink, &still), (&still, &still)]);
     assert_eq!((m.change, m.change_truth), (Some(2.0 / (2.0 * 160.0)), Some(0.0)));
     assert_eq!((m.change_error, m.flicker, m.flicker_truth), (m.change, Some(1.0 / 160.0), Some(0.0)));
-    // Out of the band, or out of the mask, it does not count.
+    // Outside the band or the mask it does not count.
     let mut far = still.clone();
     far[10 * 40 + 30] = 0.0;
     assert_eq!(measure(&[(&still, &still), (&far, &still), (&still, &still)]).change, Some(0.0));
@@ -620,7 +622,7 @@ fn a_still_picture_does_not_move_and_a_planted_blink_flickers() {
     let shots = [&still, &blink, &still].map(|test| Shot { test, truth: &still, mask: &masked });
     let m = motion(&shots, size, 3).unwrap();
     assert_eq!((m.pairs, m.change, m.flicker), (2 * 159, Some(0.0), Some(0.0)));
-    // The truth moves on: who follows is right, who stays is not.
+    // The truth changes: a test that follows it is right, one that stays is wrong.
     let next = half(21);
     let follows = measure(&[(&still, &still), (&next, &next)]);
     assert_eq!((follows.change, follows.change_error), (follows.change_truth, Some(0.0)));

@@ -1,4 +1,5 @@
-//! Every shader of a pass, and every file that such shaders include, has a CPU mirror in its room.
+//! Checks that every shader of a compute pass, and every file that such shaders include, has a CPU mirror in its
+//! room.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[allow(dead_code)]
 mod tree;
 
-/// Includes of raster shaders alone, which no mirror covers: what they draw is compared with ray-traced truth.
+/// Files included only by raster shaders, which no mirror covers: their images are compared with ray-traced truth.
 const RASTER: [&str; 6] = [
     "caster_edges/edge_quad.glsl",
     "caster_edges/silhouette.glsl",
@@ -29,7 +30,8 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// What the mirrors of a room cover: stems of their files, and the shaders that the heads of these files name in backticks.
+/// Shaders that a room's mirrors cover: the stems of the mirrors' files, and the names in backticks in the heads of
+/// these files.
 struct Covered {
     stems: BTreeSet<String>,
     named: BTreeSet<String>,
@@ -64,7 +66,7 @@ impl Covered {
     }
 }
 
-/// `*` in a pattern stands for anything.
+/// Compares a name with a pattern in which `*` stands for any text.
 fn matches(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         Some((before, after)) => name.starts_with(before) && name.ends_with(after),
@@ -85,9 +87,12 @@ fn every_shader_has_a_mirror_in_its_room() {
                  mirror that covers it; files of raster shaders alone are listed in this test"
             );
         }
-        // No name is left over, and a new shader is noticed.
+        // Every name in a head exists, and a new shader is noticed.
         for name in covered.named.iter().filter(|n| !n.contains('/')) {
-            assert!(shaders.iter().any(|s| matches(name, s)), "src/reference/{room} names {name}, which is not there");
+            assert!(
+                shaders.iter().any(|s| matches(name, s)),
+                "src/reference/{room} names {name}, which does not exist"
+            );
         }
         assert!(!covered.covers("new_pass.comp"), "{room}");
     }

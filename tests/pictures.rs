@@ -1,4 +1,4 @@
-//! Picture files and contact sheets, read back by others and with what must be refused.
+//! Picture files and contact sheets, read back by independent code, and input that must be rejected.
 #![cfg(feature = "app")]
 
 use std::{fs, path::Path};
@@ -10,7 +10,7 @@ use edgeshade::picture::{
 };
 use tempfile::tempdir;
 
-/// A picture with something to see: a dark disc on a light gradient.
+/// A picture with some content: a dark disc on a light gradient.
 fn disc(size: [u32; 2], centre: [f32; 2], radius: f32) -> (Picture, Vec<f32>) {
     let visibility: Vec<f32> = (0..size[0] * size[1])
         .map(|i| {
@@ -62,7 +62,7 @@ fn visibility_survives_png_and_exr() {
             assert_eq!(read_exr(&exr, size, Some(name)).unwrap(), *plane);
         }
     }
-    // The exr crate's own way of reading, which knows nothing of ours.
+    // The `exr` crate's own reader is independent of this crate's code.
     let exr = folder.path().join("v.exr");
     write_exr(&exr, size, &[("R", &v), ("G", &other), ("B", &v)]).unwrap();
     let image = exr::prelude::read_first_flat_layer_from_file(&exr).unwrap();
@@ -111,7 +111,7 @@ fn a_header_that_lies_about_the_size_takes_no_memory() {
     write_png_gray(&path, [4, 3], &[0.5; 12]).unwrap();
     let mut bytes = fs::read(&path).unwrap();
     bytes[16..24].copy_from_slice(&[0x00, 0x0f, 0xff, 0xff, 0x00, 0x0f, 0xff, 0xff]);
-    // The chunk's checksum has to be right, or it is refused for that.
+    // The chunk's checksum must be right, or the file would be rejected because of it.
     let mut crc = u32::MAX;
     for byte in &bytes[12..29] {
         crc ^= u32::from(*byte);
@@ -222,12 +222,12 @@ fn sheets_are_made_of_one_to_twenty_techniques_and_of_tiny_pictures() {
         let s = sheet([160, 90], count, &Options::default());
         assert_eq!(s.rgb.len(), (s.size[0] * s.size[1]) as usize);
         assert!(s.size[0] <= 2700, "{:?}", s.size);
-        // Nothing is cut off: the margins hold the background alone.
+        // Nothing is cut off: the margins hold only the background.
         let [w, h] = s.size.map(|v| v as usize);
         let background = s.rgb[0];
         let margin = |i: usize| i % w < 20 || i % w >= w - 20 || i / w < 20 || i / w >= h - 20;
         assert!((0..w * h).filter(|&i| margin(i)).all(|i| s.rgb[i] == background), "{count}");
-        // Each cell has both close-up frames around picture and detail.
+        // Each cell has the frames of both close-ups, around the picture and around the detail.
         let orange = s.rgb.iter().filter(|c| **c == [255, 178, 28]).count();
         assert!(orange > 1000 * count, "{count}: {orange}");
     }
@@ -246,7 +246,7 @@ fn sheets_are_made_of_one_to_twenty_techniques_and_of_tiny_pictures() {
 
 #[test]
 fn a_sheet_shows_the_pictures_themselves() {
-    // A close-up of the sheet is the picture, four times as large: find it by its frame.
+    // A close-up in the sheet is a part of the picture, four times as large. The test finds it by its frame.
     let size = [400, 225];
     let (truth, _) = disc(size, [200.0, 100.0], 60.0);
     let rows = [Row { label: "truth", caption: "", full: &truth, error: None }];
@@ -271,7 +271,7 @@ fn a_sheet_shows_the_pictures_themselves() {
 fn closeups_find_what_differs() {
     let size = [640, 360];
     let (truth, _) = disc(size, [150.0, 180.0], 80.0);
-    // The one difference: a small square far from the disc, and a smaller one elsewhere.
+    // The two pictures differ in a small square far from the disc and in an even smaller one elsewhere.
     let mut other = truth.clone();
     for (left, top, side) in [(500, 60, 30), (420, 300, 20)] {
         for i in 0..side * side {
@@ -284,7 +284,8 @@ fn closeups_find_what_differs() {
     assert_eq!(found.len(), 2);
     assert!(holds(&found[0], [515, 75]), "{found:?}");
     assert!(holds(&found[1], [430, 310]), "{found:?}");
-    // Nothing differs: the edge of the disc it is. Nothing to see: still two that do not overlap.
+    // Without differences the detail shows the edge of the disc. Without any content there are still two details that
+    // do not overlap.
     for picture in [&truth, &Picture::filled(size, [9; 3])] {
         let found = choose_closeups(&[row(picture)], 48);
         assert_eq!(found.len(), 2);

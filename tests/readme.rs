@@ -1,5 +1,5 @@
-//! The README's table of techniques is the registry's, and the shaders' README shows the example as it is.
-//! `EDGESHADE_BLESS=1` rewrites both.
+//! Checks that the README's table of techniques agrees with the registry, and that the shaders' README shows the
+//! example as it is. `EDGESHADE_BLESS=1` rewrites both.
 
 use edgeshade::technique::{ALL, Kind};
 use std::fmt::Write;
@@ -45,9 +45,9 @@ fn the_shaders_readme_shows_the_example() {
     } else {
         assert_eq!(&readme[begin..end], example, "run EDGESHADE_BLESS=1 cargo test --test readme");
     }
-    // The library's files are all in the table.
+    // The table lists all files of the library.
     for entry in std::fs::read_dir(format!("{folder}/lib")).expect("glsl/lib") {
         let name = entry.expect("glsl/lib").file_name().into_string().expect("a name");
-        assert!(readme.contains(&format!("`{name}`")), "glsl/README.md says nothing of lib/{name}");
+        assert!(readme.contains(&format!("`{name}`")), "glsl/README.md does not mention lib/{name}");
     }
 }

@@ -68,7 +68,7 @@ fn disagreements(picture: &Arrows, code: &Arrows) -> Vec<String> {
     wrong
 }
 
-/// Why something in `room` may not use something in `other`; nothing where it may.
+/// Reason why a file in `room` must not use one in `other`; `None` if it may.
 fn fault(room: &str, other: &str) -> Option<String> {
     let allowed = below(&PICTURES[1], room);
     let fine = room == other || !ROOMS.contains(&other) || allowed.contains(other);
@@ -79,7 +79,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files below a folder of the package with one of these extensions, relative to the folder, with their text.
+/// Files below a folder of the package that have one of these extensions: path relative to the folder, and text.
 fn files(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
     let folder = root().join(folder);
     let mut names = vec![];
@@ -90,7 +90,7 @@ fn files(folder: &str, extensions: &[&str]) -> Vec<(String, String)> {
     names.into_iter().map(|n| (n.clone(), std::fs::read_to_string(folder.join(&n)).unwrap())).collect()
 }
 
-/// Modules that a file under `src/` is, from the crate's root on: `["technique", "soft", "pcss"]`.
+/// Module path of a file under `src/`, from the crate's root: `["technique", "soft", "pcss"]`.
 fn module(file: &str) -> Vec<String> {
     let mut parts: Vec<_> = file.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
     if matches!(parts.last().map(String::as_str), Some("mod" | "lib")) {
@@ -99,7 +99,7 @@ fn module(file: &str) -> Vec<String> {
     parts
 }
 
-/// Paths from the crate's root that a module's code names, whether in `use` or in place. Comments and tests do not count.
+/// Paths from the crate's root that a module's code names, in `use` or in place. Comments and tests do not count.
 fn paths(module: &[String], text: &str) -> Vec<Vec<String>> {
     let lines: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default()).collect();
     let text = lines.join("\n");
@@ -122,7 +122,7 @@ fn paths(module: &[String], text: &str) -> Vec<Vec<String>> {
     found
 }
 
-/// Reads `a::b`, or `a::{b, c::d}`, from the start of a text.
+/// Reads `a::b` or `a::{b, c::d}` from the start of a text.
 fn tree_of_use(rest: &mut &str, base: &[String], found: &mut Vec<Vec<String>>) {
     *rest = rest.trim_start();
     if let Some(inside) = rest.strip_prefix('{') {
@@ -134,7 +134,7 @@ fn tree_of_use(rest: &mut &str, base: &[String], found: &mut Vec<Vec<String>>) {
                 return;
             }
             tree_of_use(rest, base, found);
-            // An alias, `as name`, ends where its path does.
+            // An alias, `as name`, ends where its path ends.
             let Some(end) = rest.find([',', '}']) else { return };
             *rest = if rest.as_bytes()[end] == b',' { &rest[end + 1..] } else { &rest[end..] };
         }
@@ -193,7 +193,7 @@ fn circle(arrows: &Arrows) -> Option<Vec<String>> {
     arrows.keys().find_map(|start| visit(start, arrows, &mut vec![], &mut done))
 }
 
-/// The module of `src/` that each name comes from which `lib.rs` hands on: `Frame` comes from `frame`.
+/// Maps every name that `lib.rs` re-exports to its module of `src/`, such as `Frame` to `frame`.
 fn handed_on(lib: &str) -> BTreeMap<String, String> {
     let uses = lib.lines().filter(|l| l.starts_with("pub")).filter_map(|l| l.split_once(" use ").map(|u| u.1));
     let mut names = BTreeMap::new();
@@ -217,7 +217,7 @@ fn every_layer_has_the_same_rooms() {
         }
     }
     for folder in ["src/pass", "glsl/pass", "glsl/raster"] {
-        assert!(!Path::new(&root().join(folder)).exists(), "{folder}: its files belong into rooms");
+        assert!(!Path::new(&root().join(folder)).exists(), "{folder}: its files belong in rooms");
     }
 }
 
@@ -292,7 +292,7 @@ fn modules_form_no_circle() {
     assert!(PICTURES[0].keys().eq(modules.keys()), "docs/architecture.md, modules: {:?}", PICTURES[0].keys());
 }
 
-/// The checks are worth something only if they can fail.
+/// The checks themselves can fail.
 #[test]
 fn wrong_arrows_and_circles_are_found() {
     let at = |file: &str, text: &str| wrong_arrows(&module(file), text);

@@ -1,4 +1,4 @@
-//! glTF files: what a scene holds after loading, and what broken files are told.
+//! Tests of glTF files: the scene after loading, and the errors for broken files.
 #![cfg(feature = "app")]
 
 mod gltf_files;

@@ -1,4 +1,4 @@
-//! How `build.rs` finds, hashes and embeds shaders, driven in temporary folders with a stand-in compiler.
+//! Tests of how `build.rs` finds, hashes and embeds shaders, in temporary folders with a fake compiler.
 #![allow(missing_docs)]
 
 #[path = "../build/spv.rs"]
@@ -28,7 +28,7 @@ impl Package {
         package
     }
 
-    /// One shader with two includes, of which one includes the other.
+    /// A package with one shader and two includes, one of which includes the other.
     fn usual() -> Self {
         Self::new(&[
             (
@@ -75,7 +75,7 @@ impl Package {
     }
 }
 
-/// A module that looks like SPIR-V and depends on the shader's own text.
+/// Bytes that look like a SPIR-V module and depend on the shader's own text.
 fn fake(tree: &Tree, shader: &str) -> Result<Vec<u8>, String> {
     let text = tree.read(shader)?;
     if text.contains("syntax error") {
@@ -298,12 +298,12 @@ fn a_shader_that_does_not_compile_leaves_spv_alone() {
 fn checking_lists_every_difference() {
     let package = Package::usual();
     package.write();
-    // Committed bytes that the sources do not give, under a hash that still fits.
+    // The committed bytes differ from a fresh compile, although the hash still fits.
     let mut bytes = fs::read(package.path("spv/soft/depth.vert.spv")).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     package.put("spv/soft/depth.vert.spv", bytes);
     package.run(Mode::Use, None).unwrap();
-    // A stale hash over bytes that still fit: only an include's comment changed.
+    // The hash is stale, although the bytes still fit: only a comment in an include changed.
     package.put("glsl/lib/b.glsl", "float b; // comment\n");
     package.put("spv/filtering/orphan.comp.spv", "");
     let problem = package.run(Mode::Check, Some(&fake)).unwrap_err();

@@ -1,6 +1,6 @@
-//! The shipped scenes: what is committed is what the generator makes, and every file is sound glTF.
+//! Checks that the committed scenes equal the generator's output, and that every file is valid glTF.
 //!
-//! The files are read here with nothing of the crate's own: JSON by `serde_json`, the binary chunk by hand.
+//! The files are read without any of the crate's own code: JSON by `serde_json`, the binary chunk by hand.
 #![cfg(feature = "app")]
 
 #[path = "../examples/make_scenes/scenes/mod.rs"]
@@ -10,7 +10,7 @@ use edgeshade::scene::{LightShape, Projection, Scene, load_bytes, shipped};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
 use serde_json::Value;
 
-/// What the generator makes of a scene.
+/// Scene that the generator makes.
 fn generated(name: &str) -> Scene {
     scenes::ALL.iter().find(|s| s.0 == name).unwrap().1()
 }
@@ -47,7 +47,7 @@ fn write_all_makes_a_folder_of_files() {
     for (path, scene) in written.iter().zip(shipped::ALL) {
         assert!(std::fs::read(path).unwrap() == scene.bytes, "{}", path.display());
     }
-    // A file in the way of the folder is an error that names it.
+    // A file where the folder should be gives an error that names it.
     let file = dir.path().join("file");
     std::fs::write(&file, b"x").unwrap();
     let message = shipped::write_all(&file).unwrap_err().to_string();
@@ -63,7 +63,7 @@ fn every_file_is_sound() {
     }
 }
 
-/// The check is worth something only if it can fail.
+/// The check itself can fail.
 #[test]
 fn a_damaged_file_is_noticed() {
     let scene = shipped::find("jenga").unwrap();
@@ -84,13 +84,13 @@ fn a_damaged_file_is_noticed() {
     assert!(damage(offset(&primitive["attributes"]["POSITION"]), &f32::NAN.to_le_bytes()).contains("finite"));
     assert!(damage(offset(&primitive["attributes"]["POSITION"]), &9.0f32.to_le_bytes()).contains("bounds"));
     assert!(damage(offset(&primitive["attributes"]["NORMAL"]), &3.0f32.to_le_bytes()).contains("normal"));
-    // Two corners of the first triangle exchanged: it winds the wrong way.
+    // Two corners of the first triangle are exchanged, so it winds the wrong way.
     let at = offset(&primitive["indices"]);
     let swapped = [&good[at + 2..at + 4], &good[at..at + 2]].concat();
     assert!(damage(at, &swapped).contains("wind"));
 }
 
-/// What the file must be to count as sound, against the scene in memory.
+/// Checks that a file is valid and agrees with the scene in memory.
 fn check(name: &str, bytes: &[u8]) -> Result<(), String> {
     let file = Glb::parse(bytes)?;
     let memory = generated(name);
@@ -132,12 +132,13 @@ fn check(name: &str, bytes: &[u8]) -> Result<(), String> {
     }
     let expected = memory.bounds();
     let size = expected.radius();
-    // Bounds of moved boxes contain those of the moved points; they agree within the file's rounding otherwise.
+    // Bounds of transformed boxes contain those of the transformed points; otherwise they agree up to the file's
+    // rounding.
     if (low - expected.min).min_element() < -1e-4 * size || (expected.max - high).min_element() < -1e-4 * size {
         return Err(format!("bounds {low} .. {high}, expected within {} .. {}", expected.min, expected.max));
     }
     let missing = memory.triangles() as i64 - triangles as i64;
-    // Quantising may collapse a sliver.
+    // Quantisation may collapse a sliver.
     if !(0..=memory.triangles() as i64 / 1000).contains(&missing) {
         return Err(format!("{triangles} triangles, expected {}", memory.triangles()));
     }
@@ -170,7 +171,7 @@ fn same_pose(a: &DAffine3, b: &DAffine3) -> Result<(), String> {
     if a.abs_diff_eq(*b, 1e-5) { Ok(()) } else { Err(format!("{a} is not {b}")) }
 }
 
-/// A glTF file in two chunks.
+/// A glTF file with two chunks.
 struct Glb<'a> {
     json: Value,
     bin: &'a [u8],
@@ -211,7 +212,7 @@ impl<'a> Glb<'a> {
         self.bin.get(start..start + length).ok_or_else(|| format!("view {index} leaves the buffer"))
     }
 
-    /// Every component as a number, normalised where the accessor says so.
+    /// All components as numbers, normalised if the accessor says so.
     fn accessor(&self, index: &Value) -> Result<Vec<Vec<f64>>, String> {
         let accessor = &self.json["accessors"][index.as_u64().ok_or("no accessor")? as usize];
         let view_index = accessor["bufferView"].as_u64().ok_or("accessor without view")? as usize;
@@ -308,7 +309,7 @@ impl<'a> Glb<'a> {
             against += usize::from(face.dot(mean) < -1e-3 * face.length());
         }
         for n in &normals {
-            // Eight bits a component leave a normal within about one percent of unit length.
+            // With eight bits per component a normal has unit length up to about one percent.
             if (n.length() - 1.0).abs() > 0.012 {
                 return Err(format!("normal {n} of length {}", n.length()));
             }
@@ -331,7 +332,7 @@ fn transform(node: &Value) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(s, r, t)
 }
 
-/// The crate's own loader reads back what the generator meant.
+/// Checks that the crate's own loader reads back the scene that the generator made.
 #[test]
 fn the_loader_reads_what_the_generator_meant() {
     for shipped in shipped::ALL {

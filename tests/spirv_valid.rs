@@ -1,10 +1,11 @@
-//! Every embedded shader, the one of `glsl/README.md`, and every one of the example engine pass `spirv-val` (SPIRV-Tools); skipped, saying so, where that is not installed.
+//! Checks with `spirv-val` (SPIRV-Tools) every embedded shader, the one of `glsl/README.md` and those of the example
+//! engine. Skips with a message if the tool is not installed.
 #![allow(missing_docs)]
 
 use std::io::{ErrorKind, Write};
 use std::process::{Command, Stdio};
 
-/// What `spirv-val` says, empty for a valid module; `None` when it is not installed.
+/// Output of `spirv-val`, empty for a valid module; `None` if the tool is not installed.
 fn validate(spirv: &[u8]) -> Option<String> {
     let child = Command::new("spirv-val")
         .args(["--target-env", "vulkan1.3", "--scalar-block-layout", "-"])
@@ -48,7 +49,7 @@ fn every_shader_is_valid() {
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 
-    // The check can fail: a module cut short is refused.
+    // The check can fail: a truncated module is rejected.
     let cut = &shaders[0].1[..shaders[0].1.len() - 4];
     assert_ne!(validate(cut).as_deref(), Some(""));
 }

@@ -1,10 +1,10 @@
-//! The study of the visibility functions: our shapes give the figures that the functions are known for.
+//! Study of the visibility functions: our shapes reproduce the figures that are known for these functions.
 
 use edgeshade::reference::revectorization::revectorize::{Function, Quality};
 use edgeshade::reference::revectorization::shapes::study::{Method, Options, Row, study};
 
-/// Mismatch area per texel of silhouette at a largest distance of 16 texels, over and under, of an independent
-/// implementation with other shapes of the same classes.
+/// Mismatch area per texel of silhouette at a largest distance of 16 texels, in total, over and under. The figures
+/// come from an independent implementation with other shapes of the same classes.
 const KNOWN: [(Method, f64, [f64; 2]); 8] = [
     (Method::ShadowMap, 0.244, [0.124, 0.120]),
     (Method::Revectorized(Function::Silhouette), 0.445, [0.431, 0.014]),
@@ -16,12 +16,13 @@ const KNOWN: [(Method, f64, [f64; 2]); 8] = [
     (Method::Revectorized(Function::Profile(Quality::Line)), 0.111, [0.056, 0.055]),
 ];
 
-/// Of a mismatch.
+/// Relative tolerance of a mismatch.
 const TOLERANCE: f64 = 0.05;
-/// Of over and under, texels: holes and solids are drawn by chance, and what is over on one is under on the other.
+/// Tolerance of over and under in texels. Holes and solids are drawn at random, and exchanging them exchanges over and
+/// under.
 const SIDE_TOLERANCE: f64 = 0.01;
 
-/// What is not as known.
+/// Differences from the known figures.
 fn differences(rows: &[Row]) -> Vec<String> {
     let mut differences = vec![];
     for (method, mismatch, [over, under]) in KNOWN {
@@ -45,14 +46,14 @@ fn the_figures_are_as_known() {
     let rows = study(&Options { max_distances: vec![16], ..Options::default() }, |_, _| {});
     assert_eq!(differences(&rows), [""; 0]);
 
-    // A function of one method under the name of another is noticed, however alike the two are.
+    // Results under the name of another method are noticed, however similar the two are.
     for (i, j) in [(3, 5), (5, 6), (0, 2)] {
         let mut planted = rows.clone();
         planted[i].method = rows[j].method;
         planted[j].method = rows[i].method;
         assert!(!differences(&planted).is_empty(), "{} for {}", rows[i].method.name(), rows[j].method.name());
     }
-    // So are dark and light exchanged, and figures that are missing.
+    // Exchanging dark and light is noticed, and so are missing figures.
     let mut planted = rows.clone();
     (planted[1].over, planted[1].under) = (rows[1].under, rows[1].over);
     assert_eq!(differences(&planted).len(), 1);

@@ -43,7 +43,7 @@ fn mesh(positions: Vec<[f32; 3]>, indices: Vec<u32>, material: usize) -> Mesh {
     mesh
 }
 
-/// A square in the plane y = 0, its front up, `n` x `n` quads; uv runs over it once.
+/// A square in the plane y = 0 that faces up, of `n` x `n` quads; uv covers it once.
 fn plane(half: f32, n: u32, material: usize) -> Mesh {
     let at = |i: u32| half * (2.0 * i as f32 / n as f32 - 1.0);
     let mut positions = Vec::new();
@@ -64,7 +64,7 @@ fn plane(half: f32, n: u32, material: usize) -> Mesh {
     Mesh { uvs, ..mesh(positions, indices, material) }
 }
 
-/// The cube [-1, 1]^3, fronts outwards.
+/// The cube [-1, 1]^3; its front faces point outwards.
 fn cube(material: usize) -> Mesh {
     let mut positions = Vec::new();
     let mut indices = Vec::new();
@@ -84,7 +84,7 @@ fn cube(material: usize) -> Mesh {
     mesh(positions, indices, material)
 }
 
-/// A closed unit sphere of `n` x `2n` patches, fronts outwards, every corner once.
+/// A closed unit sphere of `n` x `2n` patches with front faces outwards; every corner exists once.
 fn sphere(n: u32, material: usize) -> Mesh {
     let mut positions = vec![[0.0, 1.0, 0.0]];
     for i in 1..n {
@@ -151,7 +151,7 @@ fn camera(eye: DVec3, target: DVec3, scale: f64) -> CameraView {
     CameraView::perspective(look_at(eye, target), 0.9, f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.05 * scale)
 }
 
-/// Floor, a tessellated ball, a box and triangles flying about.
+/// A floor, a tessellated ball, a box and scattered triangles.
 fn mixed(seed: u64) -> Scene {
     let mut random = Random(seed);
     let tilt = DAffine3::from_axis_angle(dvec3(1.0, 2.0, 0.5).normalize(), 0.7);
@@ -183,7 +183,7 @@ fn hard_truth(scene: &Scene, camera: &CameraView, light: &LightView) -> Truth {
     hard(&RayScene::build(scene).unwrap(), camera, light, SIZE, &quiet).unwrap()
 }
 
-/// The world position of a pixel from its depth alone.
+/// World-space point that a pixel sees, from its depth alone.
 fn position(truth: &Truth, camera: &CameraView, i: usize) -> DVec3 {
     let (w, h) = (truth.size[0] as usize, truth.size[1] as usize);
     let ndc = [(2 * (i % w) + 1) as f64 / w as f64 - 1.0, (2 * (i / w) + 1) as f64 / h as f64 - 1.0];
@@ -220,7 +220,8 @@ fn flatten(scene: &Scene) -> Vec<Flat> {
     out
 }
 
-/// Moeller and Trumbore: `t`, and how far the crossing is from the triangle's edges (smallest weight).
+/// The Moeller-Trumbore test: `t`, and the smallest barycentric weight, which tells how close the crossing is to an
+/// edge.
 fn moeller_trumbore(o: DVec3, d: DVec3, t: &Flat) -> Option<(f64, f64)> {
     let (e1, e2) = (t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
     let p = d.cross(e2);
@@ -235,7 +236,7 @@ fn moeller_trumbore(o: DVec3, d: DVec3, t: &Flat) -> Option<(f64, f64)> {
     Some((e2.dot(q), u.min(v).min(1.0 - u - v)))
 }
 
-/// Visibility and triangle of a pixel, and whether any decision was a near-tie.
+/// Visibility and triangle of a pixel, and true if any decision was a near-tie.
 fn brute(flat: &[Flat], camera: &CameraView, light: &LightView, i: usize) -> (f32, u32, bool) {
     const TIE: f64 = 1e-9;
     let (w, h) = (SIZE[0] as usize, SIZE[1] as usize);
@@ -283,7 +284,7 @@ fn brute(flat: &[Flat], camera: &CameraView, light: &LightView, i: usize) -> (f3
     (if blocked { 0.0 } else { 1.0 }, id, tie)
 }
 
-/// Pixels that differ, near-ties, and pixels in shadow.
+/// Number of pixels that differ, of near-ties, and of pixels in shadow.
 fn compare(truth: &Truth, flat: &[Flat], camera: &CameraView, light: &LightView) -> [usize; 3] {
     let mut counts = [0; 3];
     for i in 0..truth.visibility.len() {
@@ -301,7 +302,7 @@ fn equals_brute_force_with_another_triangle_test() {
     let (mut shadowed, mut ties, mut pixels) = (0, 0, 0);
     for seed in 1..4 {
         let mut scene = mixed(seed);
-        // The soup once more, single-sided and mirrored.
+        // The scattered triangles once more, single-sided and mirrored.
         let mut soup = scene.meshes[3].clone();
         soup.material = 1;
         scene.meshes.push(soup);
@@ -336,8 +337,8 @@ fn equals_brute_force_with_another_triangle_test() {
 
 #[test]
 fn a_half_plane_before_a_square_light_gives_a_linear_ramp() {
-    // Floor y = 0, an occluder over x < 0 at y = 1, the light at y = 2: from x on the floor the light right
-    // of -x is seen.
+    // The floor is at y = 0, the occluder over x < 0 at y = 1, the light at y = 2. A point x of the floor sees the
+    // light to the right of -x.
     let cover = scaled([10.0, 1.0, 10.0], [-10.0, 1.0, 0.0]);
     let scene = scene(vec![(plane(10.0, 4, 0), at(0.0, 0.0, 0.0)), (plane(1.0, 3, 0), cover)], vec![both_sides()]);
     let camera = camera(dvec3(0.2, 0.9, 1.5), dvec3(0.0, 0.0, 0.0), 1.0);
@@ -357,7 +358,7 @@ fn a_half_plane_before_a_square_light_gives_a_linear_ramp() {
             let exact = (0.5 + x / width).clamp(0.0, 1.0);
             let e = f64::from(truth.visibility[i]) - exact;
             if exact == 0.0 || exact == 1.0 {
-                // Depth comes back as f32: a pixel on the rim may be either.
+                // Depth is stored as f32, so a pixel at the border of the penumbra may be on either side.
                 assert!(e.abs() < 1e-6 || (x.abs() - 0.5 * width).abs() < 1e-2 || shift != 0.0, "{x}: {e}");
             } else {
                 (worst, sum, inside) = (worst.max(e.abs()), sum + e, inside + 1);
@@ -368,7 +369,7 @@ fn a_half_plane_before_a_square_light_gives_a_linear_ramp() {
     };
     let (worst, bias) = error(0.0);
     assert!(worst < 0.012 && bias < 5e-4, "{worst}, {bias}");
-    // The bound notices a ramp that lies 1 % of the light's width off.
+    // The bound detects a ramp displaced by 1 % of the light's width.
     assert!(error(0.01 * width).1 > 5e-3);
 }
 
@@ -392,7 +393,8 @@ fn a_sun_behind_a_half_plane_gives_the_ramp_of_its_angle() {
 
 #[test]
 fn a_rectangle_before_a_square_light_covers_its_exact_area() {
-    // The occluder is [-0.2, 0.1] x [-0.15, 0.25] at half height: on the light it appears reflected and doubled.
+    // The occluder is [-0.2, 0.1] x [-0.15, 0.25] at half height: its projection on the light is mirrored and twice
+    // as large.
     let card = scaled([0.15, 1.0, 0.2], [-0.05, 1.0, 0.05]);
     let scene = scene(vec![(plane(3.0, 1, 0), at(0.0, 0.0, 0.0)), (plane(1.0, 2, 0), card)], vec![both_sides()]);
     let camera = camera(dvec3(0.0, 0.8, 1.2), dvec3(0.0, 0.0, 0.0), 1.0);
@@ -415,7 +417,7 @@ fn a_rectangle_before_a_square_light_covers_its_exact_area() {
     assert!(n > 500 && worst < 0.02 && (sum / n as f64).abs() < 5e-4, "{n} pixels, worst {worst}, sum {sum}");
 }
 
-/// Slab test of the box [-half, half]^3 around `center`, with how clear the decision is.
+/// Slab test of the box [-half, half]^3 around `center`, with the margin of the decision.
 fn hits_box(o: DVec3, d: DVec3, center: DVec3, half: f64, t_max: f64) -> (bool, f64) {
     let a = (center - half - o) / d;
     let b = (center + half - o) / d;
@@ -440,7 +442,7 @@ fn a_box_on_the_floor_casts_the_shadow_of_a_box() {
             let (d, end) =
                 if light.is_directional() { (-light.direction(), f64::INFINITY) } else { (light.position() - p, 1.0) };
             let (blocked, clear) = hits_box(p, d, center, half, end);
-            // Depth comes back as f32.
+            // Depth is stored as f32, so decisions with a small margin do not count.
             close += usize::from(clear < 1e-5);
             wrong += usize::from(clear >= 1e-5 && blocked != (truth.visibility[i] == 0.0));
             dark += usize::from(blocked);
@@ -493,7 +495,7 @@ fn scale_and_distance_from_the_origin_change_nothing() {
             assert!(depth < 1e-6, "scale {scale}, offset {offset}: depth differs by {depth}");
         }
     }
-    // The count notices a light that moved a little.
+    // The count detects a light that moved slightly.
     let [light, _] = lights(1.0, DVec3::ZERO, 0.5);
     let mut shifted = light;
     shifted.world_from_view.translation.x += 0.05;
@@ -504,7 +506,7 @@ fn scale_and_distance_from_the_origin_change_nothing() {
 fn nothing_shadows_itself_on_planes_and_convex_bodies() {
     let tilt = DAffine3::from_axis_angle(dvec3(0.3, 1.0, 0.2).normalize(), 0.9)
         * DAffine3::from_axis_angle(dvec3(1.0, 0.0, 0.4).normalize(), 0.2);
-    // Once tilted by its transform, once with positions rounded to f32 after tilting.
+    // Tilted once by the transform, and once by the positions, which are then rounded to f32.
     let mut baked = plane(3.0, 40, 0);
     for p in &mut baked.positions {
         *p = tilt.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().to_array();
@@ -541,7 +543,7 @@ fn nothing_shadows_itself_on_planes_and_convex_bodies() {
 
 #[test]
 fn points_exactly_on_the_edges_of_a_plane_are_lit() {
-    // Seen straight from above, every pixel centre lies on a corner of the tessellation, where six coplanar triangles
+    // Seen from straight above, every pixel centre lies on a corner of the tessellation, where six coplanar triangles
     // meet and only one of them is skipped.
     for seed in 0..6 {
         let mut random = Random(seed);
@@ -567,7 +569,7 @@ fn points_exactly_on_the_edges_of_a_plane_are_lit() {
 
 #[test]
 fn no_ray_leaves_a_closed_body_through_its_edges_or_corners() {
-    // One ball, and one whose every triangle is a mesh of its own: they share positions, nothing else.
+    // A ball, and a ball in which every triangle is a mesh of its own, so that they share only positions.
     let whole = sphere(9, 0);
     let parts: Vec<_> = whole.indices.chunks(3).map(|t| mesh(whole.positions.clone(), t.to_vec(), 0)).collect();
     let tilt = DAffine3::from_axis_angle(dvec3(0.3, 1.0, 0.2).normalize(), 0.9);
@@ -609,7 +611,7 @@ fn a_light_in_a_closed_body_lights_nothing_outside() {
             assert!(floor.clone().count() > 1000);
             assert!(floor.into_iter().all(|i| truth.visibility[i] == 0.0));
         }
-        // Without the body it is light.
+        // Without the body the point is lit.
         scene.instances.truncate(1);
         let truth = hard_truth(&scene, &eye, &light);
         assert!((0..truth.visibility.len()).any(|i| truth.triangle[i] != SKY && truth.visibility[i] == 1.0));
@@ -709,7 +711,7 @@ fn distant_and_tiny_things_are_still_hit() {
     assert!(rays.primary(dvec3(0.0, 0.0, 5.0), DVec3::Z).is_none());
     assert!(rays.primary(dvec3(0.0, 0.0, 5.0), DVec3::ZERO).is_none());
     assert!(rays.primary(DVec3::NAN, DVec3::NEG_Z).is_none());
-    // From inside a closed single-sided body a viewer sees nothing, but a shadow ray is stopped.
+    // A viewer inside a closed single-sided body sees nothing, but a shadow ray is blocked.
     assert!(rays.primary(DVec3::ZERO, DVec3::NEG_Z).is_none());
     assert!(rays.occluded(DVec3::ZERO, Target::Direction(dvec3(0.1, 0.2, 0.9)), None));
 }
@@ -735,7 +737,7 @@ fn mirrored_single_sided_surfaces_turn_their_front_along() {
         for (from, along) in [above, below] {
             let hit = double.primary(from, along).unwrap();
             assert!((hit.normal + along).length() < 1e-12, "the normal is on the viewer's side");
-            // Casters count from both sides.
+            // Casters block light from both sides.
             assert!(single.occluded(from, Target::Direction(along), None));
             assert!(single.occluded(from, Target::Point(from + 4.0 * along), None));
             assert!(!single.occluded(from, Target::Point(from + along), None));
@@ -777,7 +779,7 @@ fn two_texels(nearest: bool) -> Texture {
 
 #[test]
 fn a_leaf_card_casts_the_shadow_of_its_opaque_part() {
-    // (nearest, cutoff, factor, vertex alpha) and the u from which on the card is opaque.
+    // Cases (nearest, cutoff, factor, vertex alpha), and the u beyond which the card is opaque.
     let cases = [
         (true, 0.5, 1.0, None, 0.5),
         (false, 0.5, 1.0, None, 0.5),
@@ -792,7 +794,7 @@ fn a_leaf_card_casts_the_shadow_of_its_opaque_part() {
         let eye = camera(dvec3(0.0, 3.0, 4.0), dvec3(0.0, 0.0, 0.0), 1.0);
         let light = LightView::spot(look_at(dvec3(0.4, 4.0, -0.3), DVec3::ZERO), 1.6, 0.1, 10.0, 0.0);
         let truth = hard_truth(&scene, &eye, &light);
-        // Opaque where x >= 2 u - 1 on the card at height 1.
+        // The card at height 1 is opaque where x >= 2 u - 1.
         let opaque = |p: DVec3, edge: f64| p.x >= edge && p.x.abs() <= 1.0 && p.z.abs() <= 1.0;
         let (mut wrong, mut dark, mut through) = (0, 0, 0);
         for i in (0..truth.visibility.len()).filter(|&i| truth.triangle[i] != SKY) {
@@ -872,7 +874,7 @@ fn both_depth_ranges_see_the_same_and_the_planes_cut() {
     for i in 0..all.triangle.len() {
         let depth = all.depth_view[i];
         if depth < 3.499 {
-            // Cut away by the near plane: something behind it shows, or nothing.
+            // The near plane cuts the box away; a surface behind it shows, or nothing.
             assert!(cut.depth_view[i] >= 3.499);
             gone[0] += 1;
         } else if depth > 5.001 {
@@ -918,7 +920,7 @@ fn adaptive_and_full_sampling_agree_in_every_bit() {
         }
     }
     println!("rays saved: {saved:.2?}");
-    // It must not pass by sampling everything.
+    // Sampling everything must not pass this test.
     assert!(saved.iter().sum::<f64>() / saved.len() as f64 > 0.5, "{saved:.2?}");
 }
 
@@ -942,7 +944,7 @@ fn the_noise_floor_is_low_and_falls_with_the_samples() {
     let (coarse, fine) = (floor(64), floor(1024));
     println!("noise floor: {coarse:.5} with 64, {fine:.5} with 1024 samples");
     assert!(fine > 0.0 && fine < 0.005, "{fine}");
-    // Stratified: better than the factor 4 of random samples.
+    // Stratified samples are better than the factor 4 of random samples.
     assert!(coarse > 5.0 * fine, "{coarse} {fine}");
 }
 
@@ -1019,7 +1021,7 @@ fn a_cached_truth_comes_back_bit_for_bit_or_not_at_all() {
     let files: Vec<_> = std::fs::read_dir(cache.folder().unwrap()).unwrap().map(|e| e.unwrap().path()).collect();
     assert_eq!(files.len(), 1, "no temporary file stays: {files:?}");
     let good = std::fs::read(&files[0]).unwrap();
-    // Another size, or another key's file under this name.
+    // Another size does not match, nor does a file with another key under this name.
     assert_eq!(cache.get(&key, [SIZE[1], SIZE[0]]), None);
     let other = cache_key(&scene, &eye, &light, [SIZE[1], SIZE[0]], &Method::Hard);
     let renamed = files[0].with_file_name(format!("{}.truth", hex(&other.0)));
@@ -1090,7 +1092,7 @@ fn the_cache_stays_within_its_bound_and_forgets_the_oldest() {
     age(0, 300);
     age(1, 200);
     age(2, 100);
-    // Use makes the oldest the youngest.
+    // Using an entry makes it the youngest.
     assert!(cache.get(&key(0), SIZE).is_some());
     cache.put(&key(3), &truth).unwrap();
     assert_eq!([0, 1, 2, 3].map(|s| file(s).exists()), [true, false, true, true]);

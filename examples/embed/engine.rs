@@ -1,11 +1,11 @@
-//! A small engine that embeds Edgeshade. Start with `Engine::draw`.
+//! A small engine that embeds Edgeshade; `Engine::draw` shows all that it takes.
 //!
-//! The engine owns the instance, the device, the queue, the command buffers, the depth buffer, the shadow map and
-//! all synchronization between its own passes. Edgeshade owns the visibility image and the resources behind it, and
-//! synchronizes its own passes, within a frame and between frames.
+//! The engine owns the instance, the device, the queue, the command buffers, the depth buffer, the shadow map and all
+//! synchronization between its passes. Edgeshade owns the visibility image and everything needed to make it. It
+//! orders its own passes, both within a frame and from frame to frame.
 //!
-//! `EDGESHADE_BLESS=1 cargo test --test embed shaders` compiles the shaders here. It calls
-//! `glslangValidator -V --target-env vulkan1.3 -g0 -o scene.vert.spv scene.vert` and the like.
+//! `EDGESHADE_BLESS=1 cargo test --test embed shaders` makes the SPIR-V next to the shaders. It calls
+//! `glslangValidator -V --target-env vulkan1.3 -g0 -o scene.vert.spv scene.vert` and so on.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "the head of gpu.rs gives the argument for all")]
 
 use crate::gpu::{Gpu, Messages, Result, State, Texture};
@@ -24,12 +24,12 @@ pub const SHADERS: [(&str, &[u8]); 4] = [
     ("light.frag", include_bytes!("light.frag.spv")),
 ];
 const FRAMES_IN_FLIGHT: u32 = 2;
-/// Number of cameras in a frame (split screen); they share one light.
+/// Number of cameras per frame (split screen); they share one light.
 pub const VIEWS: usize = 2;
 const NORMALS: vk::Format = vk::Format::R16G16_SFLOAT;
 const PICTURE: vk::Format = vk::Format::R8G8B8A8_UNORM;
 
-// How the engine's images are used. Edgeshade reads its inputs in compute shaders.
+// Uses of the engine's images. Edgeshade reads its inputs in compute shaders.
 const DEPTH_TESTS: Stage = Stage::from_raw(Stage::EARLY_FRAGMENT_TESTS.as_raw() | Stage::LATE_FRAGMENT_TESTS.as_raw());
 const DEPTH_TARGET: State = (
     DEPTH_TESTS,
@@ -48,7 +48,7 @@ const DEPTH_READ: State = (
 const SHADOW_INPUT: State = (Stage::COMPUTE_SHADER, Access::SHADER_SAMPLED_READ, Layout::SHADER_READ_ONLY_OPTIMAL);
 const COPIED: State = (Stage::COPY, Access::TRANSFER_READ, Layout::TRANSFER_SRC_OPTIMAL);
 
-/// State of an image that is about to be overwritten: its content is discarded, but its last readers must be done.
+/// State of an image about to be overwritten: its content may be lost, but its last readers must have finished.
 fn discard(read: State) -> State {
     (read.0, Access::NONE, Layout::UNDEFINED)
 }
@@ -58,39 +58,39 @@ pub struct Options<'a> {
     pub params: &'a [(&'a str, &'a str)],
     pub extent: [u32; 2],
     pub depth: DepthRange,
-    /// Hands octahedral normals to Edgeshade, which otherwise derives normals from the depth buffer.
+    /// Pass octahedral normals to Edgeshade. Otherwise it derives them from the depth buffer.
     pub normals: bool,
     /// Format of the shadow map: `D32_SFLOAT` or `D16_UNORM`.
     pub map_format: vk::Format,
-    /// Records the visibility of every third frame twice, and throws the first command buffer away.
+    /// Record every third frame's visibility twice, and discard the first command buffer.
     pub throw_away: bool,
-    /// Turns the validation layer on; its messages go here.
+    /// Receiver of the validation layer's messages; `None` runs without the layer.
     pub validation: Option<Messages>,
 }
 
-/// Resources of one frame in flight. All frames share everything else, and barriers order its use.
+/// Resources of one frame in flight. All frames share everything else, ordered by barriers.
 struct Slot {
     cmd: vk::CommandBuffer,
     fence: vk::Fence,
-    /// For each view a picture, and the buffer through which it is read back.
+    /// A picture for each view, and the buffer for reading it back.
     views: Vec<(Texture, (vk::Buffer, *const u8))>,
-    /// Expected content of the pictures that are being read back.
+    /// Moments that the pictures being read back show.
     pending: Vec<Moment>,
 }
 
-/// Rust drops fields in this order: objects of Edgeshade must go before the device.
+/// Fields are dropped in this order: Edgeshade's objects before the device that they were made on.
 pub struct Engine {
     shadows: Box<dyn Technique>,
     timings: Timings,
     context: Context,
-    /// Pass times of every finished frame.
+    /// Times of all finished frames.
     pub times: Vec<FrameTiming>,
 
     extent: [u32; 2],
     depth: Texture,
     normals: Option<Texture>,
     shadow_map: Texture,
-    /// The light that the shadow map was last rendered for.
+    /// Version of the light that the shadow map was last rendered for.
     map_version: Option<u64>,
     throw_away: bool,
     frame: u32,
@@ -110,7 +110,8 @@ impl Engine {
         let gpu = Gpu::new(options.validation.clone())?;
         let extent = options.extent;
 
-        // Edgeshade's objects: a context for the device, a technique for the sizes, and query pools for pass times.
+        // Edgeshade: a context for the device, a technique for the sizes, and query pools for the times of its
+        // passes.
         let context = context(&gpu)?;
         let info = technique::find(options.technique)?;
         let setup = Setup {
@@ -124,7 +125,7 @@ impl Engine {
         let shadows = technique::prepare(options.technique, &context, &setup)?;
         let timings = Timings::new(&context, gpu.family, FRAMES_IN_FLIGHT * VIEWS as u32)?;
 
-        // The engine's own images. The shadow map is an array of one layer, as Edgeshade requires.
+        // The engine's own images. Edgeshade expects the shadow map as an array, here of one layer.
         let sampled_depth = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
         let sampled_color = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
         let (flat, array) = (vk::ImageViewType::TYPE_2D, vk::ImageViewType::TYPE_2D_ARRAY);
@@ -142,8 +143,8 @@ impl Engine {
             slots.push(Slot { cmd, fence, views: (0..VIEWS).map(|_| view()).collect::<Result<_>>()?, pending: vec![] });
         }
 
-        // The visibility image stays the same while the technique lives, so one descriptor serves all frames. Its layout is
-        // the one that the hand-off asks for.
+        // The visibility image stays the same as long as the technique lives, so one descriptor serves all frames, in
+        // the layout that the hand-off states.
         let visibility = shadows.output().as_ref().view;
         let (set_layout, light_set) =
             gpu.image_set([(visibility, Handoff::FRAGMENT_SAMPLED.layout), (depth.view, DEPTH_READ.2)])?;
@@ -189,8 +190,8 @@ impl Engine {
         })
     }
 
-    /// Records and submits a frame with one camera for each view, all under the same light. Returns the pictures of the
-    /// frame that used this slot before, if they were read back.
+    /// Records and submits a frame: one picture for each view, all at the same moment of the light. Returns the
+    /// pictures of the frame that used this slot before, if they were read back.
     pub fn draw(&mut self, views: [Moment; VIEWS], read_back: bool) -> Result<Vec<(Moment, Vec<u8>)>> {
         let finished = self.wait(self.next)?;
         let Slot { cmd, fence, .. } = self.slots[self.next];
@@ -199,7 +200,8 @@ impl Engine {
             self.gpu.device.begin_command_buffer(cmd, &begin)?;
             self.frame += 1;
             if self.throw_away && self.frame % 3 == 1 {
-                // As if the window had closed meanwhile: these commands never run, and the engine tells Edgeshade so.
+                // This stands for a window that closes in the meantime: the commands never run, and the engine tells
+                // Edgeshade so.
                 for now in &views {
                     self.draw_visibility(cmd, now)?;
                 }
@@ -223,13 +225,13 @@ impl Engine {
         Ok(finished)
     }
 
-    /// Inputs that the engine states for a frame.
+    /// Inputs that the engine states for one view of a frame.
     pub fn told(&self, now: &Moment) -> Told {
         let (depth, shadow_map) = (input(&self.depth, DEPTH_READ), input(&self.shadow_map, SHADOW_INPUT));
         Told { camera: now.camera, light: now.light, depth, shadow_map }
     }
 
-    /// Records a frame with the given inputs and throws it away. No other frame may be in flight.
+    /// Records a frame from the given inputs and discards it. No other frame is in flight.
     pub fn attempt(&mut self, told: &Told) -> Result<()> {
         let inputs = Inputs {
             camera: &told.camera,
@@ -241,7 +243,7 @@ impl Engine {
             casters: &[],
         };
         let cmd = self.slots[0].cmd;
-        // SAFETY: the command buffer is recording, and is never submitted.
+        // SAFETY: the command buffer is recording and never runs.
         unsafe {
             self.gpu.device.begin_command_buffer(cmd, &vk::CommandBufferBeginInfo::default())?;
             let mut frame = Frame::begin(&self.context, cmd, Handoff::FRAGMENT_SAMPLED, None);
@@ -257,8 +259,8 @@ impl Engine {
         (&self.context, &self.gpu)
     }
 
-    /// Edgeshade's passes. They read the inputs in their current layouts and synchronize themselves: the engine needs no
-    /// barrier for the visibility image, neither before nor after.
+    /// Records Edgeshade's passes. Edgeshade reads the inputs as they are and synchronizes its own work, so the
+    /// engine needs no barrier for the visibility image, neither before nor after.
     fn draw_visibility(&mut self, cmd: vk::CommandBuffer, now: &Moment) -> Result<()> {
         let normal = self.normals.as_ref().map(|n| (input(n, SHADOW_INPUT), NormalEncoding::OctahedralSigned));
         let inputs = Inputs {
@@ -270,15 +272,15 @@ impl Engine {
             light_version: Some(now.light_version),
             casters: &[],
         };
-        // SAFETY: the command buffer is recording and is submitted in order; the images outlive it.
+        // SAFETY: the command buffer is recording and submitted in order, and the images outlive it.
         let mut frame = unsafe { Frame::begin(&self.context, cmd, Handoff::FRAGMENT_SAMPLED, Some(&mut self.timings)) };
         self.shadows.record(&mut frame, &inputs)?;
         frame.finish(self.shadows.output());
         Ok(())
     }
 
-    /// Renders the shadow map if the light has moved. The barrier before waits for Edgeshade's reads of the last frame; the
-    /// one after makes the map readable for Edgeshade.
+    /// Draws the engine's shadow map if the light has moved. The barrier before it waits for Edgeshade's reads of the
+    /// last frame. The barrier after it makes the map ready for Edgeshade's reads.
     fn draw_shadow_map(&mut self, cmd: vk::CommandBuffer, now: &Moment) {
         if self.map_version.replace(now.light_version) == Some(now.light_version) {
             return;
@@ -290,7 +292,7 @@ impl Engine {
         self.gpu.barriers(cmd, &[self.shadow_map.barrier(DEPTH_TARGET, SHADOW_INPUT)]);
     }
 
-    /// Renders the depth pre-pass, which may also write normals, between the same two barriers.
+    /// Draws the engine's depth pre-pass, which may write normals, between the same two barriers.
     fn draw_depth(&self, cmd: vk::CommandBuffer, now: &Moment) {
         let mut before = vec![self.depth.barrier(discard(DEPTH_READ), DEPTH_TARGET)];
         let mut after = vec![self.depth.barrier(DEPTH_TARGET, DEPTH_READ)];
@@ -305,7 +307,7 @@ impl Engine {
         self.gpu.barriers(cmd, &after);
     }
 
-    /// Renders the lighting, whose fragment shader samples the visibility image.
+    /// Draws the engine's lighting, which samples the visibility image in a fragment shader.
     fn draw_light(&self, cmd: vk::CommandBuffer, now: &Moment, view: usize, read_back: bool) {
         let (picture, (buffer, _)) = &self.slots[self.next].views[view];
         self.gpu.barriers(cmd, &[picture.barrier(discard(COPIED), COLOR_TARGET)]);
@@ -331,13 +333,13 @@ impl Engine {
         Ok(pictures)
     }
 
-    /// Waits for one frame; others stay in flight.
+    /// Waits for one frame only; the others stay in flight.
     fn wait(&mut self, slot: usize) -> Result<Vec<(Moment, Vec<u8>)>> {
         let slot = &mut self.slots[slot];
         unsafe { self.gpu.device.wait_for_fences(&[slot.fence], true, u64::MAX) }?;
         self.times.extend(self.timings.poll());
         let size = 4 * (self.extent[0] * self.extent[1]) as usize;
-        // SAFETY: the buffer is mapped while the engine lives, and the frame that wrote it has finished.
+        // SAFETY: the memory is mapped as long as the engine lives, and the frame that wrote it has finished.
         let pixels = |mapped: *const u8| unsafe { std::slice::from_raw_parts(mapped, size) }.to_vec();
         let pending = slot.pending.drain(..).zip(&slot.views);
         Ok(pending.map(|(moment, (_, (_, mapped)))| (moment, pixels(*mapped))).collect())
@@ -358,7 +360,7 @@ impl Engine {
     }
 }
 
-/// Inputs that the engine states for a frame.
+/// Inputs that the engine states for one view of a frame.
 #[derive(Clone, Copy)]
 pub struct Told {
     pub camera: CameraView,
@@ -367,7 +369,7 @@ pub struct Told {
     pub shadow_map: ImageRef,
 }
 
-/// Makes Edgeshade's context for the engine's device.
+/// Edgeshade's context for the engine's device.
 pub fn context(gpu: &Gpu) -> edgeshade::Result<Context> {
     // SAFETY: the handles fit each other, have what `requirements` lists, and outlive the context.
     unsafe {
@@ -391,7 +393,7 @@ impl Drop for Engine {
     }
 }
 
-/// Describes an image of the engine as an input of Edgeshade, in the layout that the barriers above leave it in.
+/// One of the engine's images as an input of Edgeshade, in the layout that the barriers above leave it in.
 fn input(texture: &Texture, state: State) -> ImageRef {
     ImageRef {
         image: texture.image,

@@ -1,4 +1,4 @@
-//! The engine's own Vulkan objects: instance, device, images, pipelines. Nothing here belongs to Edgeshade.
+//! The engine's own Vulkan code: instance, device, images, pipelines. Edgeshade knows nothing of this file.
 //!
 //! One argument covers the unsafe blocks of this file and of `engine.rs` that have no comment of their own: they call
 //! Vulkan with handles that this engine made from one device, and `Gpu` destroys these after the device is idle.
@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex};
 pub type Result<T, E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
 /// Warnings and errors of the validation layer.
 pub type Messages = Arc<Mutex<Vec<String>>>;
-/// How an image is used: stages, accesses, layout.
+/// Use of an image: stages, accesses, layout.
 pub type State = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
 
 /// Destroys an object that the engine made.
@@ -28,7 +28,7 @@ pub struct Gpu {
     pub device: ash::Device,
     pub queue: vk::Queue,
     pub family: u32,
-    /// Features that the device was created with for Edgeshade's techniques.
+    /// Features that the device was made with for Edgeshade's techniques.
     pub features: DeviceFeatures,
     pub debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT, *const Mutex<Vec<String>>)>,
@@ -72,7 +72,7 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     messages: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer hands over a valid struct; the pointer is the Arc that `Gpu` keeps alive.
+    // SAFETY: the layer passes a valid struct; the pointer is the Arc that `Gpu` keeps alive.
     let (text, messages) = unsafe {
         let text = (*data).message_as_c_str().map(CStr::to_string_lossy).unwrap_or_default();
         (text.into_owned(), &*messages.cast::<Mutex<Vec<String>>>())
@@ -82,12 +82,12 @@ unsafe extern "system" fn on_message(
 }
 
 impl Gpu {
-    /// Opens a device; with `messages`, under the validation layer with synchronization validation.
+    /// Opens a device. With `messages` it runs under the validation layer with synchronization validation.
     pub fn new(messages: Option<Messages>) -> Result<Self> {
         Self::with_extensions(messages, edgeshade::requirements().extensions)
     }
 
-    /// Does the same with other device extensions than those that Edgeshade needs.
+    /// Same as [`Self::new`] with these device extensions, which are not the ones that Edgeshade needs.
     pub fn with_extensions(messages: Option<Messages>, extensions: &[&CStr]) -> Result<Self> {
         let device_extensions = extensions;
         unsafe {
@@ -134,7 +134,7 @@ impl Gpu {
                 _ => None,
             };
 
-            // Edgeshade says what it needs; the engine adds its own needs.
+            // Edgeshade lists what it needs; the engine adds its own requirements.
             let needs = edgeshade::requirements();
             let mut problem = String::from("there is no Vulkan driver");
             let mut found = None;
@@ -146,7 +146,8 @@ impl Gpu {
                     Some(family) if missing.is_empty() => {
                         found = found.or(Some((physical_device, family as u32)));
                     }
-                    _ => problem = format!("the device lacks {}", missing.join(", ")),
+                    Some(_) => problem = format!("the device lacks {}", missing.join(", ")),
+                    None => problem = "the device has no queue for both graphics and compute".into(),
                 }
             }
             let (physical_device, family) = found.ok_or(problem)?;
@@ -154,7 +155,7 @@ impl Gpu {
                 .scalar_block_layout(true)
                 .separate_depth_stencil_layouts(true);
             let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
-            // Every feature that some technique can use and this device has.
+            // All features that some technique may use and the device has.
             let features = DeviceFeatures::of(&instance, physical_device);
             let mut core = needs.features;
             features.enable(&mut core, &mut v12, &mut v13);
@@ -201,7 +202,7 @@ impl Gpu {
         Ok(memory)
     }
 
-    /// Makes an attachment; `view` is the type of its image view.
+    /// Creates an attachment; `view` is the type of its view.
     pub fn texture(
         &self,
         format: vk::Format,
@@ -236,7 +237,7 @@ impl Gpu {
         }
     }
 
-    /// Makes a buffer for reading back, and returns it with its mapped address.
+    /// Creates a buffer for reading back, and maps it.
     pub fn readback(&self, size: u64) -> Result<(vk::Buffer, *const u8)> {
         let flags = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
         let info = vk::BufferCreateInfo::default().size(size).usage(vk::BufferUsageFlags::TRANSFER_DST);
@@ -250,7 +251,7 @@ impl Gpu {
         }
     }
 
-    /// Makes command buffers, each with a signalled fence.
+    /// Creates command buffers, each with a signalled fence.
     pub fn commands(&self, count: u32) -> Result<Vec<(vk::CommandBuffer, vk::Fence)>> {
         let pool = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
@@ -270,7 +271,8 @@ impl Gpu {
         }
     }
 
-    /// Makes a descriptor set for two images that fragment shaders sample in the given layouts.
+    /// Creates a descriptor set for two images that fragment shaders sample, with the layouts that they will have
+    /// then.
     pub fn image_set(
         &self,
         images: [(vk::ImageView, vk::ImageLayout); 2],
@@ -320,7 +322,7 @@ impl Gpu {
         Ok(layout)
     }
 
-    /// Makes a pipeline without vertex buffers, for dynamic rendering.
+    /// Creates a pipeline without vertex buffers, for dynamic rendering.
     pub fn pipeline(
         &self,
         layout: vk::PipelineLayout,
@@ -381,7 +383,7 @@ impl Gpu {
         unsafe { self.device.cmd_pipeline_barrier2(cmd, &info) };
     }
 
-    /// Records one pass over cleared targets, in `COLOR_ATTACHMENT_OPTIMAL` and `DEPTH_ATTACHMENT_OPTIMAL`.
+    /// Records one pass over cleared targets in `COLOR_ATTACHMENT_OPTIMAL` and `DEPTH_ATTACHMENT_OPTIMAL`.
     pub fn render(
         &self,
         cmd: vk::CommandBuffer,
@@ -419,7 +421,7 @@ impl Gpu {
         }
     }
 
-    /// Copies a picture into a buffer that the CPU may read once the fence is signalled.
+    /// Copies a picture to a buffer that the CPU can read once the fence is signalled.
     pub fn copy_to_host(&self, cmd: vk::CommandBuffer, picture: &Texture, buffer: vk::Buffer) {
         let [width, height] = picture.extent;
         let layers = vk::ImageSubresourceLayers { aspect_mask: picture.aspect, layer_count: 1, ..Default::default() };

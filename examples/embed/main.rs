@@ -1,8 +1,8 @@
-//! Embeds Edgeshade into an engine of its own; `engine.rs` shows how.
+//! Embedding of Edgeshade in an engine that knows nothing of it; see `engine.rs`.
 //!
-//! `cargo run --no-default-features --example embed -- [sm|pcf] [standard-depth] [normals] [d16] [throw-away] [validate]`
-//! draws some frames and checks them. With `--mistakes` it makes every mistake that Edgeshade must refuse, and prints the
-//! errors.
+//! `cargo run --no-default-features --example embed -- [sm|pcf] [standard-depth] [normals] [d16] [throw-away]
+//! [validate]` draws and checks some frames. With `--mistakes` it makes every mistake that Edgeshade must reject, and
+//! prints the errors.
 
 mod engine;
 mod gpu;
@@ -40,7 +40,8 @@ fn main() -> gpu::Result<()> {
         throw_away: has("throw-away"),
         validation: has("validate").then(|| messages.clone()),
     })?;
-    // Only every second picture is read back. Most engines read none, and a wait in every frame would hide missing barriers.
+    // Reads back and compares only every second picture. Most engines never read back, and the wait must not hide a
+    // missing barrier.
     let mut pictures = vec![];
     for frame in 0..FRAMES {
         let views = std::array::from_fn(|view| scene::moment(frame, view, EXTENT, depth));
@@ -52,7 +53,7 @@ fn main() -> gpu::Result<()> {
     for (i, (moment, pixels)) in pictures.iter().enumerate() {
         let v = moment.check(pixels, EXTENT);
         println!(
-            "frame {:2}, view {}: {} sky, {} lit, {} in shadow, {} near an edge, {} wrong",
+            "frame {:2}, view {}: {} sky, {} lit, {} in shadow, {} not judged, {} wrong",
             i / engine::VIEWS * 2 + 1,
             i % engine::VIEWS,
             v.sky,

@@ -1,4 +1,4 @@
-//! Mistakes that an engine may make, each with Edgeshade's answer: an error that names the input and the remedy.
+//! Mistakes that an engine may make, each with Edgeshade's error, which names the input and the remedy.
 
 use crate::engine::{self, Engine, Options, Told};
 use crate::gpu::{Gpu, Result};
@@ -8,7 +8,7 @@ use edgeshade::casters::{CasterMesh, Casters, VertexBuffer, Vertices};
 use edgeshade::view::{DepthRange, LightKind};
 use glam::{DMat3, DMat4, dvec4};
 
-/// A mistake in a frame: its description, and the change to the inputs that makes it.
+/// A mistake in the inputs of a frame: its description, and the change that makes it.
 type Mistake = (&'static str, fn(&mut Told));
 
 const IN_A_FRAME: &[Mistake] = &[
@@ -40,7 +40,7 @@ const IN_A_FRAME: &[Mistake] = &[
     ("a light whose size is negative", |t| t.light.kind = LightKind::Spot { size: -1.0 }),
 ];
 
-/// z' = w - z.
+/// Reverses the depth of a projection: z' = w - z.
 fn reversed(m: DMat4) -> DMat4 {
     let flip = DMat4::from_cols(
         dvec4(1.0, 0.0, 0.0, 0.0),
@@ -51,7 +51,7 @@ fn reversed(m: DMat4) -> DMat4 {
     flip * m
 }
 
-/// Makes every mistake and returns it with the answer. Nothing reaches the GPU.
+/// All mistakes with their errors. None of them reaches the GPU.
 pub fn all() -> Result<Vec<(&'static str, String)>> {
     let extent = [64, 48];
     let depth = DepthRange::Reversed;
@@ -76,7 +76,7 @@ pub fn all() -> Result<Vec<(&'static str, String)>> {
 
     let (context, gpu) = engine.edgeshade();
     let (buffer, _) = gpu.readback(64)?;
-    // SAFETY: the buffer has the stated size. It is too small for the mesh, which is refused before anything reads the buffer.
+    // SAFETY: the buffer is too small for the mesh; Edgeshade detects that before anything reads it.
     let vertices = Vertices::Buffer(unsafe { VertexBuffer::new(buffer, 64, 12) });
     let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mesh = CasterMesh { name: "triangle", positions: &positions, indices: &[0, 1, 2], first_vertex: 4 };

@@ -1,26 +1,27 @@
-//! A box that floats above the ground under a spot light, and the picture that geometry alone predicts.
+//! A box that floats above the ground under a spot light, and the expected picture of it, computed from the geometry
+//! alone.
 
 use edgeshade::view::{CameraView, DepthRange, LightView, look_at};
 use glam::{DMat4, DVec3, dvec3};
 
 pub const BOX: [DVec3; 2] = [dvec3(-0.6, 0.7, -0.5), dvec3(0.7, 1.2, 0.4)];
-/// Half width of the ground, world units.
+/// Half width of the ground in world units.
 pub const GROUND: f64 = 6.0;
 pub const MAP_SIZE: u32 = 512;
 const FOV_Y: f64 = 0.9;
 const LIGHT_FOV: f64 = 0.9;
-/// Distance from a shadow edge within which a filtered shadow map is not judged, texels.
+/// Distance from a shadow's edge in shadow-map texels within which any visibility of a filtered map is accepted.
 const EDGE_TEXELS: f64 = 5.0;
 
 /// One moment of the animation.
 pub struct Moment {
     pub camera: CameraView,
     pub light: LightView,
-    /// Changes whenever the shadow map does.
+    /// Number that changes whenever the shadow map does.
     pub light_version: u64,
 }
 
-/// Returns the moment that a view of a frame shows: cameras move in every frame, the light in every third.
+/// Moment that one view of a frame shows. The cameras move every frame, the light every third frame.
 pub fn moment(frame: u32, view: usize, extent: [u32; 2], depth: DepthRange) -> Moment {
     let aspect = f64::from(extent[0]) / f64::from(extent[1]);
     let turn = 0.3 + 0.13 * f64::from(frame) + 2.5 * view as f64;
@@ -28,7 +29,7 @@ pub fn moment(frame: u32, view: usize, extent: [u32; 2], depth: DepthRange) -> M
     let camera = match depth {
         DepthRange::Reversed => CameraView::perspective(world_from_view, FOV_Y, aspect, 0.1),
         DepthRange::Standard => {
-            // 0 at the near plane, 1 at the far plane, y down.
+            // Depth 0 at the near plane and 1 at the far plane, y down.
             let (near, far, f) = (0.1, 50.0, 1.0 / (0.5 * FOV_Y).tan());
             let r = far / (near - far);
             let rows =
@@ -51,7 +52,7 @@ enum Seen {
     Unsure,
 }
 
-/// Returns the part of the line `from + t * along` that lies in the box, which is grown by `margin` on all sides.
+/// Part of the line `from + t * along` that lies in the box, which is enlarged by `margin` on all sides.
 fn box_span(from: DVec3, along: DVec3, margin: f64) -> Option<(f64, f64)> {
     let (a, b) = ((BOX[0] - margin - from) / along, (BOX[1] + margin - from) / along);
     let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
@@ -59,7 +60,8 @@ fn box_span(from: DVec3, along: DVec3, margin: f64) -> Option<(f64, f64)> {
 }
 
 impl Moment {
-    /// Returns what the centre of a pixel sees, and on which surface: 0 sky, 1 ground, 2 to 7 the faces of the box.
+    /// Expected result at the centre of a pixel, with the surface that it sees: 0 sky, 1 ground, 2 to 7 the box's
+    /// faces.
     fn seen(&self, pixel: [u32; 2], extent: [u32; 2]) -> (u8, Seen) {
         let [x, y] = [0, 1].map(|i| (2.0 * f64::from(pixel[i]) + 1.0) / f64::from(extent[i]) - 1.0);
         let t = (0.5 * FOV_Y).tan();
@@ -67,7 +69,7 @@ impl Moment {
         let (eye, along) = (self.camera.position(), self.camera.world_from_view.transform_vector3(along));
         let light = self.light.position();
         if let Some((enter, _)) = box_span(eye, along, 0.0) {
-            // A face of a convex body is lit as a whole if it faces the light.
+            // A face of a convex body is entirely lit if it faces the light.
             let p = eye + enter * along;
             let distance = [BOX[0] - p, p - BOX[1]].map(|d| d.abs().to_array()).concat();
             let face = (0..6).min_by(|&a, &b| distance[a].total_cmp(&distance[b])).unwrap_or(0);
@@ -94,14 +96,14 @@ impl Moment {
         (1, seen)
     }
 
-    /// Compares the engine's picture (RGBA8) with the geometry.
+    /// Compares the engine's RGBA8 picture with the geometry.
     pub fn check(&self, rgba: &[u8], extent: [u32; 2]) -> Verdict {
         let [w, h] = extent;
         let seen: Vec<_> = (0..w * h).map(|i| self.seen([i % w, i / w], extent)).collect();
         let at = |x: u32, y: u32| seen[(y * w + x) as usize];
         let mut verdict = Verdict::default();
         for (y, x) in (0..h).flat_map(|y| (0..w).map(move |x| (y, x))) {
-            // The rasteriser and these rays may disagree over a pixel whose centre lies on a silhouette.
+            // The rasteriser and these rays may disagree about a pixel whose centre lies on a silhouette.
             let uniform = (y.max(1) - 1..(y + 2).min(h))
                 .all(|j| (x.max(1) - 1..(x + 2).min(w)).all(|i| at(i, j).0 == at(x, y).0));
             let seen = if uniform { at(x, y).1 } else { Seen::Unsure };
@@ -122,13 +124,13 @@ impl Moment {
     }
 }
 
-/// Number of pixels by expected content, and number of wrong ones; unsure pixels are not judged.
+/// Numbers of pixels by expected result, and the number of wrong ones among those that are judged.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Verdict {
     pub sky: usize,
     pub lit: usize,
     pub shadow: usize,
-    /// Pixels at a silhouette or near a shadow edge: not judged.
+    /// Pixels at a silhouette or near a shadow's edge, which are not judged.
     pub unsure: usize,
     pub wrong: usize,
 }

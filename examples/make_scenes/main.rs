@@ -1,14 +1,14 @@
-//! Makes the scenes that come with Edgeshade: `cargo run --release --example make_scenes [FOLDER]`.
+//! Regenerates the scenes that come with Edgeshade: `cargo run --release --example make_scenes [FOLDER]`.
 //!
-//! The scenes are committed as `assets/<name>.glb`; `assets` is the default folder. `tests/shipped_scenes.rs` fails if a
-//! committed file differs from what this program makes.
+//! They are committed as `assets/<name>.glb`; `assets` is the default folder. `tests/shipped_scenes.rs` fails if a
+//! committed file differs from the generated one.
 
 mod scenes;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Writes every scene into a folder and creates the folder if necessary. The error names the file.
+/// Writes all scenes to a folder, which is created if missing. The error names the file.
 fn write_all(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for (name, stage) in scenes::ALL {

@@ -1,4 +1,4 @@
-//! Casters on the GPU: what stays the same from frame to frame.
+//! Casters on the GPU: the data that stays the same from frame to frame.
 
 use super::topology::{Edge, Topology};
 use crate::gpu::{Buffer, BufferDesc, MemoryKind, shader_struct};
@@ -6,26 +6,26 @@ use crate::{Bind, Context, Error, Result};
 use ash::vk;
 use glam::{DAffine3, DVec4};
 
-/// Triangles, or edges, that a workgroup works on: `CHUNK` of `glsl/caster_edges/casters.glsl`.
+/// Number of triangles, or edges, per workgroup: `CHUNK` of `glsl/caster_edges/casters.glsl`.
 pub const CHUNK: u32 = 64;
 
-/// A triangle mesh that casts, in its own space.
+/// Triangle mesh that casts shadows, in object space.
 ///
-/// Hand in as *one* mesh what belongs to one solid: parts of different materials that share a border are closed only
-/// together, and closed meshes cost shadow volumes half.
+/// Pass everything that belongs to one solid as *one* mesh. Parts of different materials that share a border are
+/// closed only together, and closed meshes halve the cost of shadow volumes.
 #[derive(Clone, Copy, Debug)]
 pub struct CasterMesh<'a> {
-    /// For error messages.
+    /// Name for error messages.
     pub name: &'a str,
     /// Positions, object space.
     pub positions: &'a [[f32; 3]],
-    /// Three indices a triangle, into `positions`.
+    /// Three indices per triangle, into `positions`.
     pub indices: &'a [u32],
-    /// Where in the vertex buffer of [`Vertices::Buffer`] the first of `positions` lies, vertices.
+    /// Index of the vertex in [`Vertices::Buffer`] that holds the first of `positions`.
     pub first_vertex: u32,
 }
 
-/// A vertex buffer of the caller: positions are read from it, in place.
+/// Vertex buffer of the caller; the shaders read positions from it in place.
 #[derive(Clone, Copy, Debug)]
 pub struct VertexBuffer {
     buffer: vk::Buffer,
@@ -33,22 +33,22 @@ pub struct VertexBuffer {
     stride: u32,
 }
 
-/// Bytes of a position.
+/// Size of a position, bytes.
 const POSITION: u64 = 12;
 
 impl VertexBuffer {
-    /// `size` is the bytes of the buffer, `stride` those from one vertex to the next, a multiple of 4; a vertex's first
-    /// three `f32` are its position.
+    /// Describes a vertex buffer. `size` is the buffer's size in bytes. `stride` is the distance between vertices in
+    /// bytes, a multiple of 4. The first three `f32` of a vertex are its position.
     ///
     /// # Safety
-    /// The buffer is of the context's device, was made with `STORAGE_BUFFER` and with at least `size` bytes, and outlives
-    /// the casters and all frames that use them. What was written into it is visible to
+    /// The buffer must belong to the context's device, have the usage `STORAGE_BUFFER` and at least `size` bytes, and
+    /// outlive the casters and all frames that use them. Writes to it must be visible to
     /// [`Inputs::STAGE`](crate::Inputs::STAGE) and, for techniques with raster passes, to vertex shaders.
     pub unsafe fn new(buffer: vk::Buffer, size: u64, stride: u32) -> Self {
         Self { buffer, size, stride }
     }
 
-    /// An error unless the shaders can read all of the meshes' vertices from it.
+    /// Fails unless the shaders can read all vertices of the meshes from the buffer.
     fn check(&self, meshes: &[CasterMesh<'_>], largest: u32) -> Result<()> {
         let Self { buffer, size, stride } = *self;
         if buffer == vk::Buffer::null() {
@@ -61,8 +61,8 @@ impl VertexBuffer {
         }
         if size > u64::from(largest) {
             let problem = format!(
-                "the casters' vertex buffer has {size} bytes; a storage buffer of this device has {largest} at most: split \
-                 it, or use Vertices::Copy"
+                "the casters' vertex buffer has {size} bytes, but a storage buffer of this device has at most {largest}: \
+                 split it, or use Vertices::Copy"
             );
             return Err(Error::Usage(problem));
         }
@@ -84,13 +84,13 @@ impl VertexBuffer {
     }
 }
 
-/// Where the shaders read positions.
+/// Source of the positions that the shaders read.
 #[derive(Clone, Copy, Debug)]
 pub enum Vertices {
-    /// In the caller's vertex buffer, without a copy. Its content may change, as long as vertices that lay in one place
-    /// still do.
+    /// The caller's vertex buffer, without a copy. Its content may change, as long as vertices that coincided still
+    /// do.
     Buffer(VertexBuffer),
-    /// In a copy that the casters own: 12 bytes a vertex.
+    /// A copy that the casters own: 12 bytes per vertex.
     Copy,
 }
 
@@ -110,23 +110,23 @@ shader_struct! {
 /// Counts over all instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CasterCounts {
-    /// Instances.
+    /// Number of instances.
     pub instances: u32,
-    /// Triangles, instances counted.
+    /// Number of triangles over all instances.
     pub triangles: u32,
-    /// Edges, instances counted: the most that a list of silhouettes can hold.
+    /// Number of edges over all instances: the largest possible number of silhouettes.
     pub edges: u32,
-    /// Workgroups of [`CHUNK`] triangles.
+    /// Number of workgroups of [`CHUNK`] triangles.
     pub triangle_chunks: u32,
-    /// Workgroups of [`CHUNK`] edges.
+    /// Number of workgroups of [`CHUNK`] edges.
     pub edge_chunks: u32,
 }
 
-/// Meshes with the adjacency of their triangles, and which of them stand in the scene: made once, on load.
+/// Meshes with the adjacency of their triangles, and the instances of them in the scene. Made once, on load.
 ///
-/// Where they stand comes with every frame ([`crate::Inputs::casters`]). Alpha-masked surfaces do not belong here: no
-/// edge of the mesh is an edge of their shadow. Leave them in the shadow map, where the techniques that cut shadows by
-/// edges find them with the map's own test.
+/// The instances' transforms come with every frame ([`crate::Inputs::casters`]). Alpha-masked surfaces do not belong
+/// here, because the edges of their mesh are not the edges of their shadow. Leave them in the shadow map, where the
+/// techniques based on silhouettes find them with the map's own test.
 pub struct Casters {
     vertices: Vertices,
     copy: Option<Buffer>,
@@ -139,7 +139,7 @@ pub struct Casters {
     pub(crate) edge_chunks: Buffer,
     table: Vec<CasterInstance>,
     counts: CasterCounts,
-    /// Center and radius, object space, of each instance's mesh.
+    /// Centre and radius of each instance's mesh, object space.
     spheres: Vec<([f64; 3], f64)>,
     masked: bool,
     memory_bytes: u64,
@@ -152,12 +152,12 @@ impl std::fmt::Debug for Casters {
 }
 
 impl Casters {
-    /// Builds the adjacency of every mesh and uploads it. `instances` holds an index into `meshes` for each instance;
-    /// `masked` says that there are casters besides, alpha-masked, that only the shadow map knows.
+    /// Builds the adjacency of every mesh and uploads it. `instances` holds an index into `meshes` for each instance.
+    /// `masked` says that the shadow map has further, alpha-masked casters.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an index out of range, for vertices beyond the end of the caller's buffer, or for more than the
-    /// device's buffers hold.
+    /// Fails with [`Error::Usage`] for an index out of range, for vertices beyond the end of the caller's buffer, or
+    /// for more data than the device's buffers hold.
     pub fn new(
         context: &Context,
         vertices: Vertices,
@@ -179,7 +179,7 @@ impl Casters {
         let (mut triangle_chunks, mut edge_chunks): (Vec<u32>, Vec<u32>) = (vec![], vec![]);
         for (i, &mesh) in (0u32..).zip(instances) {
             let Some((record, sphere)) = placed.get(mesh) else {
-                let problem = format!("caster {i} is of mesh {mesh}, but there are {}", meshes.len());
+                let problem = format!("caster {i} refers to mesh {mesh}, but there are {} meshes", meshes.len());
                 return Err(Error::Usage(problem));
             };
             let add = |total: u32, n: u32| {
@@ -220,39 +220,40 @@ impl Casters {
         })
     }
 
-    /// How much there is.
+    /// Returns the counts over all instances.
     pub fn counts(&self) -> CasterCounts {
         self.counts
     }
 
-    /// True if the scene has alpha-masked casters too.
+    /// Returns whether the scene has alpha-masked casters too.
     pub fn masked(&self) -> bool {
         self.masked
     }
 
-    /// What the shaders know of an instance.
+    /// Returns the data that shaders have of an instance.
     pub fn instance(&self, i: usize) -> &CasterInstance {
         &self.table[i]
     }
 
-    /// True if front faces alone tell what an instance shadows: its mesh is closed, with its outer side outside, and
-    /// the light, in object space (`w` 1 position, 0 direction), outside of it.
+    /// Returns whether front faces alone define the shadow of an instance: its mesh is closed, with its outer side
+    /// outwards, and the light is outside it. The light is in object space (`w` is 1 for a position and 0 for a
+    /// direction).
     pub fn is_shell(&self, i: usize, light: DVec4) -> bool {
         let (center, radius) = self.spheres[i];
         self.table[i].outward != 0 && (light.w == 0.0 || light.truncate().distance(center.into()) > radius)
     }
 
-    /// Center and radius of the sphere around an instance's mesh, object space.
+    /// Returns centre and radius of the sphere around an instance's mesh, object space.
     pub fn sphere(&self, i: usize) -> ([f64; 3], f64) {
         self.spheres[i]
     }
 
-    /// Bytes of device memory.
+    /// Returns the size of the device memory, bytes.
     pub fn memory_bytes(&self) -> u64 {
         self.memory_bytes
     }
 
-    /// Checks that there is a transform for each instance, of finite numbers.
+    /// Checks that there is a finite transform for each instance.
     pub(crate) fn check_transforms(&self, technique: &str, transforms: &[DAffine3]) -> Result<()> {
         let fail = |problem| Err(Error::Input { technique: technique.into(), input: "casters", problem });
         let (given, wanted) = (transforms.len(), self.counts.instances as usize);
@@ -265,17 +266,17 @@ impl Casters {
         }
     }
 
-    /// Positions, for binding.
+    /// Returns the positions for binding.
     pub(crate) fn positions(&self) -> Bind<'_> {
         match (&self.copy, self.vertices) {
             (Some(copy), _) => Bind::Buffer(copy),
             (None, Vertices::Buffer(v)) => Bind::Foreign(v.buffer, v.size),
-            // A copy is made wherever there is no buffer of the caller's.
+            // A copy is always made if there is no buffer of the caller's.
             (None, Vertices::Copy) => Bind::Buffer(&self.triangles),
         }
     }
 
-    /// From one vertex to the next, in `f32`.
+    /// Returns the stride of the vertices, in `f32`.
     pub(crate) fn stride(&self) -> u32 {
         match self.vertices {
             Vertices::Buffer(v) => v.stride / 4,
@@ -284,7 +285,7 @@ impl Casters {
     }
 }
 
-/// All meshes, one after the other.
+/// Data of all meshes, one after the other.
 #[derive(Default)]
 struct Lists {
     positions: Vec<[f32; 3]>,
@@ -326,7 +327,7 @@ impl Lists {
     }
 }
 
-/// Around the middle of the box of the vertices used.
+/// Returns the sphere around the used vertices, centred on their bounding box.
 fn sphere(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> ([f64; 3], f64) {
     let used = || triangles.iter().flatten().map(|&i| glam::Vec3::from(positions[i as usize]).as_dvec3());
     let (low, high) = used().fold((glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
@@ -347,13 +348,16 @@ impl Upload<'_> {
         let device = self.context.device();
         let most = u64::from(device.limits.max_storage_buffer_range);
         if bytes.len() as u64 > most {
-            return Err(Error::Usage(format!("{name}: {} bytes; this device takes {most}", bytes.len())));
+            return Err(Error::Usage(format!(
+                "{name}: {} bytes, but a storage buffer of this device has at most {most}",
+                bytes.len()
+            )));
         }
         let desc = BufferDesc {
             name,
             size: bytes.len() as u64,
             usage: vk::BufferUsageFlags::STORAGE_BUFFER,
-            // Mapped: the library submits nothing, so it cannot copy. Read-only, once a changed light.
+            // Host-visible, because the library submits nothing and so cannot copy. Read-only after the upload.
             memory: MemoryKind::Upload,
         };
         let mut buffer = Buffer::new(device, &desc)?;

@@ -1,4 +1,4 @@
-//! The geometry that casts: what techniques that know it work from.
+//! Geometry of the casters, for the techniques that work from it.
 
 mod gpu;
 pub mod topology;

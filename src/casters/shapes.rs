@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-/// Positions and three indices a triangle.
+/// Positions, and three indices per triangle.
 pub(crate) type Shape = (Vec<[f32; 3]>, Vec<u32>);
 
-/// A cube of half size 1 in 24 vertices, outward; each face's two triangles follow each other.
+/// Returns a cube of half size 1 with 24 vertices, facing outward. Each face's two triangles are consecutive.
 pub(crate) fn cube() -> Shape {
     let (mut positions, mut indices) = (vec![], vec![]);
     for axis in 0..3 {
@@ -30,7 +30,7 @@ pub(crate) fn tetrahedron() -> Shape {
     (positions, vec![0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2])
 }
 
-/// An octahedron, split `levels` times and blown up to the unit sphere: `8 * 4^levels` triangles.
+/// Returns an octahedron, subdivided `levels` times and projected to the unit sphere: `8 * 4^levels` triangles.
 pub(crate) fn sphere(levels: u32) -> Shape {
     let mut positions: Vec<[f32; 3]> =
         vec![[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
@@ -54,12 +54,12 @@ pub(crate) fn sphere(levels: u32) -> Shape {
     (positions, indices)
 }
 
-/// A tube without caps, `n` sides.
+/// Returns a tube without caps, with `n` sides.
 pub(crate) fn tube(n: u32) -> Shape {
     band(n, false)
 }
 
-/// A strip with half a turn: one side, one border.
+/// Returns a Moebius strip: a band with half a turn, one side and one border.
 pub(crate) fn moebius(n: u32) -> Shape {
     band(n, true)
 }
@@ -84,19 +84,19 @@ fn band(n: u32, twisted: bool) -> Shape {
     (positions, indices)
 }
 
-/// Three sheets that share one edge.
+/// Returns three sheets that share one edge.
 pub(crate) fn pages() -> Shape {
     let positions = vec![[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 1.0], [-1.0, 0.0, -1.0]];
     (positions, vec![0, 1, 2, 0, 1, 3, 0, 1, 4])
 }
 
-/// A quad, and the same the other way round.
+/// Returns a quad together with its reverse side.
 pub(crate) fn two_sided_quad() -> Shape {
     let positions = vec![[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]];
     (positions, vec![0, 1, 2, 0, 2, 3, 0, 2, 1, 0, 3, 2])
 }
 
-/// Both in one mesh; vertices are not shared but where they lie in one place.
+/// Returns both shapes as one mesh; vertices are shared only where they coincide.
 pub(crate) fn joined(a: Shape, b: Shape) -> Shape {
     let (mut positions, mut indices) = a;
     let first = positions.len() as u32;
@@ -105,12 +105,12 @@ pub(crate) fn joined(a: Shape, b: Shape) -> Shape {
     (positions, indices)
 }
 
-/// The shape with its positions changed.
+/// Returns the shape with its positions mapped by `f`.
 pub(crate) fn moved((positions, indices): Shape, f: impl Fn([f32; 3]) -> [f32; 3]) -> Shape {
     (positions.into_iter().map(f).collect(), indices)
 }
 
-/// Numbers for tests: SplitMix64.
+/// Random numbers for tests, by SplitMix64.
 pub(crate) struct Random(pub u64);
 
 impl Random {
@@ -122,18 +122,18 @@ impl Random {
         z ^ z >> 31
     }
 
-    /// In `0..n`.
+    /// Returns a number in `0..n`.
     pub fn below(&mut self, n: u32) -> u32 {
         (self.next() % u64::from(n)) as u32
     }
 
-    /// In `[-1, 1)`.
+    /// Returns a number in `[-1, 1)`.
     pub fn signed(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 }
 
-/// Triangles over few vertices, any winding: every edge is a fan, a boundary or wound inconsistently.
+/// Returns triangles over few vertices with random winding. Every edge is a fan, a boundary or inconsistently wound.
 pub(crate) fn soup(vertices: u32, triangles: u32, seed: u64) -> Shape {
     let mut random = Random(seed);
     let positions = (0..vertices).map(|_| [0; 3].map(|_| random.signed() as f32)).collect();

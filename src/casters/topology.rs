@@ -1,10 +1,11 @@
-//! Which triangles of a mesh meet along which edge: what silhouettes and shadow volumes are made of.
+//! Adjacency of a mesh: which triangles meet at which edge. Silhouettes and shadow volumes are built from it.
 //!
-//! Built once a mesh, on the CPU, by all cores, in time linear in the triangles: half-edges are grouped by their smaller
-//! vertex, and each thread groups a range of vertices of its own. The result is the same for any number of threads.
+//! It is built once per mesh, on all CPU cores, in time linear in the triangles. Half-edges are grouped by their
+//! smaller vertex, and each thread groups its own range of vertices. The result is the same for any number of threads.
 //!
-//! Vertices are one where all bits of their positions are (-0 counts as +0): attributes split vertices, not surfaces.
-//! Nothing else is mended. Cracks and T-junctions stay boundaries, which every user of the edges can cope with.
+//! Vertices are merged if all bits of their positions are equal (-0 counts as +0), because attributes split vertices
+//! but not surfaces. Nothing else is repaired. Cracks and T-junctions stay boundaries, which every user of the edges
+//! can handle.
 
 mod parallel;
 #[cfg(test)]
@@ -16,84 +17,86 @@ use glam::{DVec3, Vec3};
 use parallel::{Groups, in_threads, share};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// An edge of a welded mesh with the triangles that meet in it: 16 bytes, as shaders read it.
+/// Edge of a welded mesh with the triangles that meet at it: 16 bytes, as shaders read it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Edge {
-    /// The end with the smaller index.
+    /// End with the smaller index.
     pub v0: u32,
-    /// The other end.
+    /// Other end.
     pub v1: u32,
-    /// Two face references: a triangle, with [`Edge::REVERSED`] set if it runs through the edge from `v1` to `v0`.
-    /// `[_, BOUNDARY]`: one face. `[offset, NON_MANIFOLD]`: three or more, in [`Topology::fans`].
+    /// Two face references: a triangle's index, with [`Edge::REVERSED`] set if the triangle runs from `v1` to `v0`.
+    /// `[_, BOUNDARY]` means one face. `[offset, NON_MANIFOLD]` means three or more faces, listed in
+    /// [`Topology::fans`].
     pub faces: [u32; 2],
 }
 
 impl Edge {
     /// Bit of a face reference: the triangle runs from `v1` to `v0`.
     pub const REVERSED: u32 = 1 << 31;
-    /// Second face of an edge with one.
+    /// Second face of an edge with one face.
     pub const BOUNDARY: u32 = u32::MAX;
-    /// Second face of an edge with more than two.
+    /// Second face of an edge with more than two faces.
     pub const NON_MANIFOLD: u32 = u32::MAX - 1;
 }
 
-/// What [`Topology::new`] dropped or noticed.
+/// Numbers of things that [`Topology::new`] dropped or noticed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CleanUp {
-    /// Triangles dropped for a corner that is not finite.
+    /// Triangles dropped because a corner is not finite.
     pub non_finite: u32,
-    /// Triangles dropped for two corners in one place.
+    /// Triangles dropped because two corners coincide.
     pub degenerate: u32,
-    /// Triangles dropped for being there already, with the same winding.
+    /// Triangles dropped because the same triangle with the same winding exists.
     pub duplicate: u32,
     /// Edges with one face.
     pub boundary: u32,
-    /// Edges with two faces that run through it the same way.
+    /// Edges with two faces that run through them in the same direction.
     pub inconsistent: u32,
-    /// Edges with three faces or more.
+    /// Edges with three or more faces.
     pub fans: u32,
 }
 
-/// A mesh as triangles over welded vertices, with its edges.
+/// Mesh as triangles over welded vertices, with its edges.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Topology {
-    /// Corners: for each the smallest index of a vertex with the same position. Winding and order as given, less
-    /// what [`CleanUp`] counts as dropped.
+    /// Triangles; each corner is the smallest index of a vertex with the same position. Winding and order are those of
+    /// the input, without the triangles that [`CleanUp`] counts as dropped.
     pub triangles: Vec<[u32; 3]>,
-    /// Sorted by `(v0, v1)`.
+    /// Edges, sorted by `(v0, v1)`.
     pub edges: Vec<Edge>,
-    /// For each edge with more than two faces their count, then that many face references, by triangle.
+    /// For each edge with more than two faces: the number of faces, then that many face references, ordered by
+    /// triangle.
     pub fans: Vec<u32>,
-    /// The face reference across the edges (0, 1), (1, 2) and (2, 0) of each triangle, [`Topology::NONE`] or
-    /// [`Topology::FAN`].
+    /// Face references across the edges (0, 1), (1, 2) and (2, 0) of each triangle; [`Topology::NONE`] or
+    /// [`Topology::FAN`] where there is not exactly one.
     pub neighbours: Vec<[u32; 3]>,
-    /// Every edge has exactly two faces, oppositely directed.
+    /// `true` if every edge has exactly two faces, with opposite directions.
     pub closed: bool,
-    /// Closed, and every connected shell encloses a volume with the surface's outer side outside. From a light outside
-    /// of it such a mesh shows a front face before any back face, so front faces alone tell what it shadows.
-    /// A shell that crosses itself may enclose parts inside out all the same.
+    /// `true` if the mesh is closed and every connected shell encloses a volume with the surface's outer side
+    /// outwards. From a light outside it, such a mesh shows a front face before any back face, so front faces alone
+    /// define its shadow. A shell that intersects itself may still enclose inverted parts.
     pub outward: bool,
-    /// What was dropped or noticed.
+    /// Numbers of things dropped or noticed.
     pub notes: CleanUp,
 }
 
-/// Below this a thread costs more than it saves.
+/// Number of triangles below which a thread costs more than it saves.
 const TRIANGLES_A_THREAD: usize = 16_384;
 
 impl Topology {
-    /// In [`Topology::neighbours`]: a boundary.
+    /// Mark in [`Topology::neighbours`]: the edge is a boundary.
     pub const NONE: u32 = u32::MAX;
-    /// In [`Topology::neighbours`]: more than two faces share the edge.
+    /// Mark in [`Topology::neighbours`]: more than two faces share the edge.
     pub const FAN: u32 = u32::MAX - 1;
-    /// Triangles a mesh may have: what leaves room for two marks and a direction bit, and for offsets into fans.
+    /// Largest number of triangles in a mesh. It leaves room for two marks, a direction bit and offsets into fans.
     pub const MOST_TRIANGLES: usize = 1 << 29;
 
-    /// Builds it from object-space positions and three indices a triangle.
+    /// Builds the adjacency from object-space positions and three indices per triangle.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an index that is out of range, a number of indices that is no multiple of three, or a mesh
-    /// too large for 32-bit indices.
+    /// Fails with [`Error::Usage`] for an index out of range, a number of indices that is not a multiple of three, or
+    /// a mesh too large for 32-bit indices.
     pub fn new(positions: &[[f32; 3]], indices: &[u32]) -> Result<Self> {
         let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
         Self::with_threads(positions, indices, cores.min(indices.len() / 3 / TRIANGLES_A_THREAD).clamp(1, 64))
@@ -114,7 +117,7 @@ impl Topology {
         Ok(topology)
     }
 
-    /// The faces of an edge, by triangle.
+    /// Returns the faces of an edge, ordered by triangle.
     pub fn faces<'a>(&'a self, edge: &'a Edge) -> &'a [u32] {
         match edge.faces[1] {
             Edge::BOUNDARY => &edge.faces[..1],
@@ -126,7 +129,7 @@ impl Topology {
         }
     }
 
-    /// Bytes held.
+    /// Returns the size in bytes.
     pub fn memory_bytes(&self) -> u64 {
         let sizes = [
             size_of_val(&self.triangles[..]),
@@ -152,7 +155,7 @@ impl Topology {
             };
             let groups = Groups::collect(share(thread, vertices, threads), half_edges);
             EdgePart::new(groups, |face: u32, edge: &Edge, across: u32| {
-                // The corner that the triangle runs through the edge from.
+                // Corner at which the triangle enters the edge.
                 let from = if face & Edge::REVERSED == 0 { edge.v0 } else { edge.v1 };
                 let t = (face & !Edge::REVERSED) as usize;
                 if let Some(k) = triangles[t].iter().position(|&v| v == from) {
@@ -177,7 +180,7 @@ impl Topology {
         self.neighbours = neighbours.into_iter().map(|n| n.map(AtomicU32::into_inner)).collect();
     }
 
-    /// Whether no connected shell of a closed mesh is inside out.
+    /// Returns whether no connected shell of a closed mesh is inside out.
     fn encloses_outward(&self, positions: &[[f32; 3]]) -> bool {
         let at = |v: u32| Vec3::from(positions[v as usize]).as_dvec3();
         let mut seen = vec![false; self.triangles.len()];
@@ -201,7 +204,7 @@ impl Topology {
                     }
                 }
             }
-            // A flat shell has no inside that could be out; its volume is rounding.
+            // A flat shell has no inside; its volume is rounding error.
             if volume < -1e-12 * size {
                 return false;
             }
@@ -213,7 +216,7 @@ impl Topology {
 fn check(positions: &[[f32; 3]], indices: &[u32]) -> Result<()> {
     let wrong = |problem: String| Err(Error::Usage(format!("caster mesh: {problem}")));
     if !indices.len().is_multiple_of(3) {
-        return wrong(format!("{} indices; a list of triangles has three for each", indices.len()));
+        return wrong(format!("{} indices, but every triangle has three", indices.len()));
     }
     if indices.len() / 3 > Topology::MOST_TRIANGLES || u32::try_from(positions.len()).is_err() {
         let (triangles, vertices) = (indices.len() / 3, positions.len());
@@ -225,14 +228,14 @@ fn check(positions: &[[f32; 3]], indices: &[u32]) -> Result<()> {
     }
 }
 
-/// For each vertex the smallest index of a vertex in the same place.
+/// Returns for each vertex the smallest index of a vertex at the same position.
 fn weld(positions: &[[f32; 3]], threads: usize) -> Vec<u32> {
     const EMPTY: u32 = u32::MAX;
-    // + 0.0 turns -0 into 0.
+    // Adding 0.0 turns -0 into 0.
     let key = |i: u32| positions[i as usize].map(|x| (x + 0.0).to_bits());
     let first: Vec<AtomicU32> = positions.iter().map(|_| AtomicU32::new(EMPTY)).collect();
     in_threads(threads, |thread| {
-        // A thread welds the vertices whose hash begins with its number, in ascending order.
+        // Each thread welds the vertices whose hash starts with its number, in ascending order.
         let owner = |h: u64| (((h >> 32) * threads as u64) >> 32) as usize;
         let mine: Vec<u32> = (0..positions.len() as u32).filter(|&i| owner(hash(key(i))) == thread).collect();
         let mask = (2 * mine.len()).next_power_of_two() - 1;
@@ -253,7 +256,7 @@ fn weld(positions: &[[f32; 3]], threads: usize) -> Vec<u32> {
 }
 
 fn hash(key: [u32; 3]) -> u64 {
-    // The finaliser of SplitMix64, over three words.
+    // Finaliser of SplitMix64, over three words.
     key.iter().fold(0, |h, &x| {
         let mut z = (h ^ u64::from(x)).wrapping_add(0x9E37_79B9_7F4A_7C15);
         z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -262,7 +265,7 @@ fn hash(key: [u32; 3]) -> u64 {
     })
 }
 
-/// The triangles over welded vertices, less those that are none.
+/// Returns the triangles over welded vertices, without invalid ones.
 fn cleaned(
     positions: &[[f32; 3]],
     indices: &[u32],
@@ -299,11 +302,11 @@ fn cleaned(
     triangles
 }
 
-/// Keeps the first of triangles with the same corners in the same cyclic order.
+/// Keeps the first of all triangles with the same corners in the same cyclic order.
 fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, vertices: usize, threads: usize, notes: &mut CleanUp) {
     let all = &triangles[..];
     let parts = in_threads(threads, |thread| {
-        // Grouped by the smallest corner; the other two follow in order.
+        // Grouped by the smallest corner; the other two corners follow in order.
         let turned = || {
             all.iter().zip(0u32..).map(|(&[a, b, c], t)| match a.min(b).min(c) {
                 least if least == a => (a, [b, c, t]),
@@ -336,27 +339,27 @@ fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, vertices: usize, threads: usiz
     });
 }
 
-/// A triangle's way through an edge, without the smaller end.
+/// Half-edge: a triangle's direction through an edge, without the edge's smaller end.
 #[derive(Clone, Copy, Default)]
 struct HalfEdge {
     v1: u32,
     face: u32,
 }
 
-/// The edges of a range of smaller ends.
+/// Edges whose smaller end lies in a range of vertices.
 struct EdgePart {
     edges: Vec<Edge>,
-    /// Offsets in `edges` are into this.
+    /// Fans of this part; offsets in `edges` refer to this list.
     fans: Vec<u32>,
     notes: CleanUp,
 }
 
 impl EdgePart {
-    /// `meet` is told for each face of an edge what is across.
+    /// Builds the edges; for each face of an edge, calls `meet` with the face across.
     fn new(mut groups: Groups<HalfEdge>, meet: impl Fn(u32, &Edge, u32)) -> Self {
         let mut part = Self { edges: vec![], fans: vec![], notes: CleanUp::default() };
         groups.for_each(|v0, group| {
-            // A triangle has an edge once, so the order is total.
+            // A triangle has an edge only once, so the order is total.
             group.sort_unstable_by_key(|h| (h.v1, h.face & !Edge::REVERSED));
             for run in group.chunk_by(|a, b| a.v1 == b.v1) {
                 let edge = |faces| Edge { v0, v1: run[0].v1, faces };

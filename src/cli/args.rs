@@ -1,4 +1,4 @@
-//! Groups of arguments that several subcommands share, and how their values are read.
+//! Groups of arguments that several subcommands share, and the parsers of their values.
 
 use super::console::is_stdout;
 use super::report;
@@ -9,59 +9,63 @@ use edgeshade::{Error, Result};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Which scene, from where, under which light.
+/// Arguments that choose the scene, its camera and its light.
 #[derive(Args)]
 pub struct SceneArgs {
-    /// A shipped scene (see `edgeshade scenes`), or a .glb or .gltf file; without it the default shipped scene
+    /// A shipped scene (see `edgeshade scenes`) or a .glb or .gltf file; by default the default shipped scene
     pub scene: Option<String>,
-    /// Which of a file's scenes, counted from 0
+    /// Number of the scene in the file, counted from 0
     #[arg(long, value_name = "N")]
     pub scene_index: Option<usize>,
-    /// Lay a floor under the scene; auto: if the file has neither camera nor light, as with a lone object
+    /// Lay a floor under the scene; `auto` does so if the file has neither camera nor light, as with a lone object
     #[arg(long, value_name = "WHEN", default_value = "auto")]
     pub ground: Ground,
-    /// Image size, pixels
+    /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
-    /// The scene's camera by name or number from 0, or x,y,z:x,y,z for one at the first point that looks at the second
+    /// The scene's camera by name or by number from 0; or x,y,z:x,y,z for a camera at the first point that looks at
+    /// the second
     #[arg(long, value_name = "CAMERA", allow_hyphen_values = true)]
     pub camera: Option<String>,
-    /// The scene's light by name or number from 0; or sun:AZIMUTH,ELEVATION in degrees (azimuth clockwise from -Z);
-    /// or spot:x,y,z:x,y,z:FOV from a point towards a point, with the cone's full angle in degrees
+    /// The scene's light by name or by number from 0; or sun:AZIMUTH,ELEVATION in degrees (azimuth clockwise from
+    /// -Z); or spot:x,y,z:x,y,z:FOV for a spot at the first point that shines towards the second, FOV being the full
+    /// angle of its cone in degrees
     #[arg(long, value_name = "LIGHT", allow_hyphen_values = true)]
     pub light: Option<String>,
-    /// Size of the light: full width of a spot's square in world units, full angle of a sun in degrees; 0 for hard shadows
+    /// Size of the light: full width of a spot's square in world units, or full angle of a sun in degrees; 0 for hard
+    /// shadows
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub light_size: Option<f64>,
-    /// What becomes of alpha-masked surfaces, of which no technique that cuts shadows by edges knows the holes
+    /// Shadows of alpha-masked surfaces: with holes (keep), none (exclude) or solid (solid). Techniques that use
+    /// silhouette edges do not know the holes
     #[arg(long, value_name = "keep|exclude|solid", default_value = "keep", value_parser = masked)]
     pub masked: Masked,
-    /// Which faces are drawn into the shadow map
+    /// Faces that are drawn into the shadow map
     #[arg(long, value_name = "both|front|back", default_value = "both", value_parser = faces)]
     pub caster_faces: CasterFaces,
-    /// Depth bias of the casters: constant and slope factor, as of vkCmdSetDepthBias
+    /// Depth bias of the casters: constant and slope factor, as in vkCmdSetDepthBias
     #[arg(long, value_name = "C,S", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
     pub caster_bias: [f32; 2],
 }
 
 impl SceneArgs {
-    /// How casters are drawn.
+    /// Options for drawing the casters.
     pub fn casters(&self) -> CasterOptions {
         let [constant_bias, slope_bias] = self.caster_bias;
         CasterOptions { faces: self.caster_faces, constant_bias, slope_bias }
     }
 }
 
-/// Which device.
+/// Arguments that choose the device.
 #[derive(Args)]
 pub struct DeviceArgs {
-    /// The device by number or part of its name (see `edgeshade devices`); without it the fastest kind there is
+    /// The device by number or by part of its name (see `edgeshade devices`); by default one of the fastest kind
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
-    /// Turn on Vulkan's validation layer; any message of it is printed and makes the exit status 1
+    /// Turn on Vulkan's validation layer, print its messages, and exit with status 1 if there are any
     #[arg(long)]
     pub validate: bool,
-    /// Where the times of passes come from: the GPU's timestamps, or the host's clock around a submission a pass; `auto`
+    /// Clock that times the passes: the GPU's timestamps, or the host's clock around one submission per pass; `auto`
     /// takes timestamps unless they miss work
     #[arg(long, value_name = "auto|timestamps|wall", default_value = "auto", hide_possible_values = true)]
     pub timing: TimingArg,
@@ -76,7 +80,7 @@ pub enum TimingArg {
 }
 
 impl DeviceArgs {
-    /// Opens it.
+    /// Opens the device.
     pub fn open(&self) -> Result<Host> {
         let timing = match self.timing {
             TimingArg::Auto => None,
@@ -90,39 +94,41 @@ impl DeviceArgs {
 /// Destination of a command's JSON.
 #[derive(Args)]
 pub struct JsonArgs {
-    /// Write everything as JSON into FILE, which ends in .json, or to standard output: for `-`, or without FILE
+    /// Write all figures as JSON to FILE, which ends in .json; `-` or no FILE writes to standard output
     #[arg(long = "json", value_name = "FILE", num_args = 0..=1, default_missing_value = "-", value_parser = json_path)]
     pub path: Option<PathBuf>,
 }
 
 impl JsonArgs {
-    /// The file, if one is to be written.
+    /// Path that the JSON goes to, if any.
     pub fn file(&self) -> Option<&Path> {
         self.path.as_deref().filter(|p| !is_stdout(p))
     }
 
-    /// True if standard output is for JSON.
+    /// True if JSON goes to standard output.
     pub fn takes_stdout(&self) -> bool {
         self.path.as_deref().is_some_and(is_stdout)
     }
 
-    /// Writes what the command has found, if it is asked for.
+    /// Writes a command's figures as JSON, if requested.
     pub fn write(&self, value: &impl Serialize) -> Result<()> {
         self.path.as_ref().map_or(Ok(()), |path| report::write(path, value))
     }
 }
 
-/// Without FILE the option would take a scene or a technique behind it for one, and write over it.
+/// Checks the value of `--json`. Names that do not end in .json are rejected, because the option would otherwise take
+/// a scene or technique behind it as its FILE and overwrite it.
 fn json_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     if is_json || is_stdout(&path) {
         return Ok(path);
     }
-    Err("the file's name must end in .json; for standard output give `-`, or --json as the last argument".into())
+    Err("the file name must end in .json; for standard output give `-`, or give --json as the last argument".into())
 }
 
-/// Makes the folder of a file that is to be written: better found impossible at once than after minutes of work.
+/// Makes the folder of a file that will be written, so that an impossible path fails at once instead of after minutes
+/// of work.
 pub fn make_folder_of(path: &Path) -> Result<()> {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => make_folder(folder),
@@ -130,23 +136,24 @@ pub fn make_folder_of(path: &Path) -> Result<()> {
     }
 }
 
-/// Makes a folder for files that are to be written.
+/// Makes a folder for files that will be written.
 pub fn make_folder(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|source| Error::Io { path: folder.into(), source })
 }
 
-/// How the truth is made and kept.
+/// Arguments of the ray-traced truth.
 #[derive(Args)]
 pub struct TruthArgs {
-    /// Rays a pixel over the light, or shadow maps of `area-samples` [default: see `edgeshade list`]
+    /// Rays per pixel towards the light, or shadow maps of `area-samples` [default: see `edgeshade list`]
     #[arg(long, value_name = "N")]
     pub samples: Option<u32>,
-    /// Folder where traced truths are kept for the next run, or `off` [default: $EDGESHADE_CACHE, else the user's cache folder]
+    /// Folder that keeps traced truths for the next run, or `off` [default: $EDGESHADE_CACHE, else the user's cache
+    /// folder]
     #[arg(long, value_name = "DIR|off")]
     pub cache: Option<PathBuf>,
 }
 
-/// When to lay a floor under the scene.
+/// Condition for laying a floor under the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Ground {
     Auto,
@@ -154,33 +161,33 @@ pub enum Ground {
     Off,
 }
 
-/// `1280x720`.
+/// Parses an image size such as `1280x720`.
 pub fn size(text: &str) -> Result<[u32; 2], String> {
-    let hint = || format!("a size is WxH in pixels, each 1 to {MAX_SIZE}, such as 1280x720");
+    let hint = || format!("a size must be WxH in pixels, each 1 to {MAX_SIZE}, such as 1280x720");
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(hint)?;
     let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIZE).contains(n)).ok_or_else(hint);
     Ok([side(w)?, side(h)?])
 }
 
-/// Side of a shadow map.
+/// Parses the side of a shadow map, texels.
 pub fn map_size(text: &str) -> Result<u32, String> {
     let side = text.parse().ok().filter(|n| (1..=MAX_SIZE).contains(n));
-    side.ok_or_else(|| format!("a shadow map has 1 to {MAX_SIZE} texels a side"))
+    side.ok_or_else(|| format!("a shadow map must have 1 to {MAX_SIZE} texels a side"))
 }
 
-/// `name=value`.
+/// Parses a setting, `name=value`.
 pub fn setting(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.is_empty() => Ok((name.trim().into(), value.trim().into())),
-        _ => Err("a setting is name=value, such as width=7".into()),
+        _ => Err("a setting must be name=value, such as width=7".into()),
     }
 }
 
-/// `C,S`.
+/// Parses two numbers, `C,S`.
 fn pair(text: &str) -> Result<[f32; 2], String> {
     match numbers(text).as_deref() {
         Some([a, b]) => Ok([*a as f32, *b as f32]),
-        _ => Err("two numbers with a comma between are needed, such as 1,2".into()),
+        _ => Err("it must be two numbers separated by a comma, such as 1,2".into()),
     }
 }
 
@@ -189,7 +196,7 @@ fn faces(text: &str) -> Result<CasterFaces, String> {
         "both" => Ok(CasterFaces::Both),
         "front" => Ok(CasterFaces::Front),
         "back" => Ok(CasterFaces::Back),
-        _ => Err("it is one of both, front, back".into()),
+        _ => Err("it must be both, front or back".into()),
     }
 }
 
@@ -198,16 +205,16 @@ fn masked(text: &str) -> Result<Masked, String> {
         "keep" => Ok(Masked::Keep),
         "exclude" => Ok(Masked::Exclude),
         "solid" => Ok(Masked::Solid),
-        _ => Err("it is one of keep, exclude, solid".into()),
+        _ => Err("it must be keep, exclude or solid".into()),
     }
 }
 
-/// Finite numbers between commas.
+/// Parses finite numbers separated by commas.
 pub fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect()
 }
 
-/// An error of usage.
+/// Returns a usage error.
 pub fn usage<T>(problem: impl Into<String>) -> Result<T> {
     Err(Error::Usage(problem.into()))
 }

@@ -1,4 +1,4 @@
-//! `edgeshade bench`: the list of suites, and a run of one or all of them.
+//! `edgeshade bench`: the list of suites, and runs of one or all of them.
 
 mod accuracy;
 mod driver;
@@ -50,16 +50,16 @@ pub struct Args {
     /// List the suites and measure nothing
     #[arg(long)]
     list: bool,
-    /// Folder for the results; made if need be
+    /// Folder for the results; created if missing
     #[arg(short, long, value_name = "DIR", default_value = "edgeshade-bench")]
     output: PathBuf,
-    /// Frames to measure of each variant
+    /// Number of frames to measure of each variant
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Image size, pixels [default: 1280x720; slopes 1024x1024, motion, penumbra and soft 640x360]
+    /// Image size in pixels [default: 1280x720; slopes 1024x1024, motion, penumbra and soft 640x360]
     #[arg(long, value_name = "WxH", value_parser = args::size)]
     size: Option<[u32; 2]>,
-    /// Only a few scenes, maps, tilts and frames; of suites that judge by the truth in small images
+    /// Measure only a few scenes, maps, tilts and frames; suites that judge against the truth use small images
     #[arg(long)]
     quick: bool,
     #[command(flatten)]
@@ -72,7 +72,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// Writes a suite's figures into its file, and keeps them for `--json`.
+    /// Writes a suite's figures to its file and keeps them for `--json`.
     fn write(&self, path: &Path, figures: &impl Serialize) -> Result<()> {
         if self.json.path.is_some() {
             let figures =
@@ -114,7 +114,7 @@ static SUITES: [&Suite; 14] = [
     &shapes::SUITE,
 ];
 
-/// A line for every suite.
+/// Help text with an entry for every suite.
 fn listed() -> String {
     SUITES.iter().map(|s| console::wrap(&format!("  {:<15} {}", s.name, s.about), 18)).collect()
 }
@@ -124,20 +124,19 @@ fn help() -> String {
         "Suites:
 {}
 Examples:
-  edgeshade bench                    everything, into edgeshade-bench/ in the
+  edgeshade bench                    all suites, into edgeshade-bench/ in the
                                      working folder
-  edgeshade bench --list             the suites
+  edgeshade bench --list             list the suites
   edgeshade bench --suite pcf --frames 40 -o out
   edgeshade bench --suite accuracy --quick -o out
                                      a first look, in seconds
 
-A suite of timed variants becomes <suite>-<device>.json and .md. Within a
-group of variants a frame of each is drawn in turn; times are medians over the
-frames, ratios medians over the turns.
+A suite of timed variants writes <suite>-<device>.json and .md. The variants of
+a group take turns to draw a frame each; times are medians over the frames,
+ratios medians over the turns.
 
-Before it starts, bench says what it will do and about how long that takes, from
-one frame of pcf; after every suite it says how much is left, from what the
-suites before have taken.",
+Before it starts, bench estimates from one frame of pcf how long its work will
+take; after every suite it estimates the rest from the time taken so far.",
         listed()
     )
 }
@@ -171,15 +170,16 @@ pub fn run(args: &Args) -> Outcome {
     close(host)
 }
 
-/// Runs the suites one after the other, and says what comes, how far it is and how long the rest will take.
+/// Runs the suites one after the other, and reports which comes next, how far the work is and how long the rest will
+/// take.
 fn run_all(args: &Args, suites: &[&Suite], host: &Host) -> Result<()> {
     let work = suites.iter().map(|suite| suite.pixels(args, host)).collect::<Result<Vec<_>>>()?;
     let total: u64 = work.iter().sum();
     let count = format!("{} suite{}", suites.len(), if suites.len() == 1 { "" } else { "s" });
     let first = Duration::from_secs_f64(total as f64 * pixel_seconds(host)?);
     console::note(format_args!(
-        "{count} on {}, into {}: about {}, judged by one frame of pcf; truths that are not kept from an earlier run, and \
-         slow techniques, come on top",
+        "{count} on {}, into {}: about {}, estimated from one frame of pcf; truths that no earlier run has stored, and \
+         slow techniques, take extra time",
         host.info().name,
         shown(&args.output),
         duration(first)
@@ -219,7 +219,7 @@ fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// A device's name in the form of a file name.
+/// A device's name as part of a file name.
 fn slug(name: &str) -> String {
     let mut slug = String::new();
     for c in name.to_ascii_lowercase().chars() {
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn every_suite_can_be_made_and_groups_have_several_members() {
-        // Those that are timed come first.
+        // Timed suites come first.
         for suite in &SUITES[..6] {
             let plan = suite.plan(false, 1, None, DeviceFeatures::default()).unwrap();
             assert!(plan.left_out.is_empty() && !plan.scenes.is_empty(), "{}: {:?}", suite.name, plan.left_out);

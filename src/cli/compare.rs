@@ -23,15 +23,16 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(clap::Args)]
-#[command(after_help = "Figures, over the pixels that can be judged (a surface that faces the light,
-inside its frustum, the same triangle for rasteriser and ray tracer; why others
-are left out is said where it concerns more than 1 % of the picture):
+#[command(after_help = "Figures, over the pixels that can be judged: their surface faces the light and
+lies inside its frustum, and rasteriser and ray tracer see the same triangle.
+The output names the reasons that leave out more than 1 % of the pixels.
   rmse, mae     error of the visibility
-  over, under   too dark, too light; their sum is mae
-  ssim          structural similarity, 1 is equal
-  flip          perceived difference of the lit pictures, 0 is equal
-  mismatch      share of the pixels on the wrong side of one half
-  edge px       how far the shadow boundary is off; + is too large a shadow
+  over, under   shadow that is too dark, too light; their sum is mae
+  ssim          structural similarity; 1 if equal
+  flip          perceived difference of the lit pictures; 0 if equal
+  mismatch      share of the pixels whose visibility is on the wrong side of 0.5
+  edge px       mean displacement of the shadow boundary in pixels; positive if
+                the shadow is too large
   gpu ms        the technique's own passes, without shadow map, G-buffer and
                 shading; median over the frames
   MiB           device memory of the technique
@@ -42,36 +43,38 @@ Examples:
                                      table.txt, sheet.png, results.json in out/
   edgeshade compare knot -t pcf,pcf:width=7,skip=off --shadow-map 512,2048
   edgeshade compare fence --light-size 0
-                                     against hard shadows
+                                     compare with hard shadows
   edgeshade compare drum -t pcf,ray-traced
-                                     a second truth: the noise floor
+                                     a second truth shows the noise floor
   edgeshade compare robot --reference fixed-penumbra --penumbra 0.1
-                                     against shadows with edges 0.1 units wide
+                                     compare with penumbrae 0.1 units wide
   edgeshade compare robot --reference truth.exr
-                                     against a file of visibilities
+                                     compare with a file of visibilities
 
-Traced truths are kept (see --cache): the next comparison of the same view
+Traced truths are kept (see --cache), so the next comparison of the same view
 starts at once.")]
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Techniques with settings, ID or ID:name=value,name=value; `all` for every real-time one at its defaults
+    /// Techniques with settings, as ID or ID:name=value,name=value; `all` for every real-time technique at its
+    /// defaults
     #[arg(short, long = "technique", value_name = "ID,ID", default_value = "all")]
     techniques: Vec<String>,
-    /// Sides of the shadow map, texels: a row for each
+    /// Sides of the shadow maps in texels; each size gives one row per technique
     #[arg(long, value_name = "N,N", default_value = "1024", value_delimiter = ',', value_parser = args::map_size)]
     shadow_map: Vec<u32>,
-    /// What to compare with: `ray-traced`, `area-samples`, `fixed-penumbra`, or an .exr or .png file of visibilities
+    /// Reference to compare with: `ray-traced`, `area-samples`, `fixed-penumbra`, or an .exr or .png file of
+    /// visibilities
     #[arg(long, value_name = "ID|FILE", default_value = "ray-traced")]
     reference: String,
-    /// Width of the penumbra of `--reference fixed-penumbra`, world units; 0 for 15 texels of a 1024 map, half-way
+    /// Width of the penumbra of `--reference fixed-penumbra` in world units; 0 for 15 texels of a 1024 map, half-way
     /// through the light's depth range [default: 0]
     #[arg(long, value_name = "P", allow_negative_numbers = true)]
     penumbra: Option<f64>,
-    /// Frames to measure
+    /// Number of frames to measure
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Folder for table.txt, sheet.png and results.json; made if need be
+    /// Folder for table.txt, sheet.png and results.json; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -82,18 +85,18 @@ pub struct Args {
     device: DeviceArgs,
 }
 
-/// What everything is compared with.
+/// Reference that everything is compared with.
 struct Measure {
     visibility: Vec<f32>,
     mask: Vec<bool>,
-    /// Lit with that visibility.
+    /// The scene lit with that visibility.
     picture: Picture,
     size: [u32; 2],
     about: Reference,
     left_out: LeftOut,
 }
 
-/// A technique's outcome with its pictures.
+/// Result of one technique, with its pictures.
 struct Judged {
     row: CompareRow,
     label: String,
@@ -102,14 +105,14 @@ struct Judged {
     error: Picture,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Args) -> Outcome {
     let console = Console::new(&args.json);
     let choices = techniques::parse(&args.techniques, args.truth.samples)?;
     reference_choice(args)?;
     let rows = row_count(args, &choices);
     if args.output.is_some() && rows >= sheet::MAX_ROWS {
-        Err(Error::Usage(format!("{rows} rows are too many for a contact sheet; {} fit", sheet::MAX_ROWS - 1)))?;
+        Err(Error::Usage(format!("{rows} rows are too many for a contact sheet; it holds {}", sheet::MAX_ROWS - 1)))?;
     }
     if let Some(folder) = &args.output {
         make_folder(folder)?;
@@ -225,7 +228,7 @@ fn run_technique(
     Ok(judged)
 }
 
-/// The reference and its settings, if it is one of the registry.
+/// The reference and its settings, if the registry has it.
 fn reference_choice(args: &Args) -> Result<Option<Choice>> {
     let kind = args.reference.as_str();
     if args.penumbra.is_some() && kind != "fixed-penumbra" {
@@ -266,7 +269,7 @@ fn measure(args: &Args, tracer: &mut Tracer<'_>, renderer: &mut Renderer<'_>, ho
                 _ => tracer.truth(choice.params.int("samples"), Seed::Truth)?,
             };
             if let Origin::TracedNotStored(why) = &origin {
-                console::note(format_args!("warning: the truth could not be kept for the next run: {why}"));
+                console::note(format_args!("warning: the truth could not be stored for the next run: {why}"));
             }
             let about = about(truth.samples, truth.seconds, origin == Origin::Cached);
             let visibility = truth.visibility.clone();
@@ -275,7 +278,7 @@ fn measure(args: &Args, tracer: &mut Tracer<'_>, renderer: &mut Renderer<'_>, ho
     } else {
         let path = Path::new(kind);
         if !path.exists() && path.extension().is_none() {
-            return usage(format!("--reference {kind}: it is {}, or an .exr or .png file", references()));
+            return usage(format!("--reference {kind}: it must be {}, or an .exr or .png file", references()));
         }
         let visibility = read_visibility(path, size)?;
         (tracer.hard()?, visibility, Reference { kind: kind.into(), ..Reference::default() })
@@ -322,10 +325,10 @@ fn judge(
     Ok(Judged { row, label, settings, picture, error })
 }
 
-/// Share of the pixels, %, from which on it is said why they are left out.
+/// Smallest share of the pixels, %, for which the note gives the reason why they are left out.
 const LEAST_TOLD: f64 = 1.0;
 
-/// Describes the comparison in a line or two; another line says which clock the times come from if it is not the usual one.
+/// Describes the comparison in a line or two; one more line names the clock if it is not the usual one.
 fn note(figures: &report::Compare) -> String {
     let [w, h] = figures.size;
     let r = &figures.reference;
@@ -346,7 +349,7 @@ fn note(figures: &report::Compare) -> String {
     format!("{w}x{h}, {share:.1} % of the pixels judged, against {}{about}{made}{left_out}{times}", r.kind)
 }
 
-/// The settings of the reference, in words.
+/// Settings of the reference in words.
 fn settings(reference: &Reference) -> String {
     let penumbra = reference.penumbra.map(|p| format!("penumbrae {} wide", number(p, 4)));
     let samples = reference.samples.map(|n| format!("{n} samples"));

@@ -1,4 +1,4 @@
-//! Standard output and error. A reader that has gone away (`| head`) is no fault; a full disk is.
+//! Standard output and error. A reader that has gone away (`| head`) is not an error; a full disk is.
 
 use super::args::JsonArgs;
 use edgeshade::{Error, Result};
@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
 
-/// Where a command's text for people goes: to standard output, unless JSON goes there.
+/// Destination of a command's text for people: standard output, or standard error if JSON goes to standard output.
 pub struct Console {
     to_stderr: bool,
 }
@@ -17,12 +17,12 @@ impl Console {
         Self { to_stderr: json.takes_stdout() }
     }
 
-    /// Prints a line, or what already ends in one.
+    /// Prints a line. A text that already ends in a line feed gets no second one.
     pub fn say(&self, text: impl Display) -> Result<()> {
         let text = text.to_string();
         let end = if text.ends_with('\n') { "" } else { "\n" };
         if self.to_stderr {
-            // Nobody is left to tell.
+            // If standard error fails, nobody is left to be told.
             let _ = write!(io::stderr(), "{text}{end}");
             return Ok(());
         }
@@ -44,26 +44,26 @@ pub fn print(text: impl Display) -> Result<()> {
     }
 }
 
-/// A line on standard error.
+/// Writes a line to standard error.
 pub fn note(text: impl Display) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// A line on standard error that is signed by the tool.
+/// Writes a line to standard error that begins with the tool's name.
 pub fn complain(text: impl Display) {
     note(format_args!("edgeshade: {text}"));
 }
 
-/// True where a progress bar makes sense.
+/// True if standard error is a terminal, where a progress bar makes sense.
 pub fn is_terminal() -> bool {
     io::stderr().is_terminal()
 }
 
-/// Columns that a page of text takes at most.
+/// Largest number of columns of a page of text.
 const COLUMNS: usize = 80;
 
-/// Text in lines of at most 80 columns, broken at blanks; `hang` blanks stand before every line but the first. A word that
-/// is longer than a line has a line for itself.
+/// Breaks a text at blanks into lines of at most 80 columns. `hang` blanks precede every line but the first. A word
+/// longer than a line gets a line of its own.
 pub fn wrap(text: &str, hang: usize) -> String {
     let (mut page, mut column) = (String::new(), 0);
     for (i, word) in text.split(' ').enumerate() {

@@ -16,7 +16,7 @@ pub struct Args {
     json: JsonArgs,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Args) -> Outcome {
     let devices = host::devices()?;
     args.json.write(&json!({ "command": report::command(), "devices": devices }))?;
@@ -27,7 +27,8 @@ pub fn run(args: &Args) -> Outcome {
         return Ok(console::print("No Vulkan device was found.\n")?);
     }
     let device = |(i, d): (usize, &DeviceInfo)| {
-        let fit = if d.missing.is_empty() { "fit".into() } else { format!("unfit, lacks {}", d.missing.join(", ")) };
+        let fit =
+            if d.missing.is_empty() { "usable".into() } else { format!("unusable, lacks {}", d.missing.join(", ")) };
         let about = format!("   {}, driver {}, Vulkan {}: {fit}", d.kind, d.driver, d.vulkan);
         wrap(&format!("{i}: {}", d.name), 3) + &wrap(&about, 3)
     };

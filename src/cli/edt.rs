@@ -19,17 +19,18 @@ use std::path::PathBuf;
 
 #[derive(clap::Args)]
 #[command(after_help = "Methods, all exact and with the same result bit for bit:
-  pba           Parallel Banding Algorithm: unbounded transforms on a GPU
-  bounded-tile  windows in tiles with seeds in reach: radius up to 64, on a GPU
-  bounded-row   lower envelopes of rows: any radius or none; on a CPU driver
-  brute         by trying, on the CPU: what the others are tested against
-  auto          the fastest for the device and the radius
+  pba           Parallel Banding Algorithm, for unbounded transforms on a GPU
+  bounded-tile  search windows in tiles within reach of seeds, for a radius up
+                to 64 on a GPU
+  bounded-row   lower envelopes of rows, for any radius or none on a CPU driver
+  brute         compares all seeds, on the CPU; the reference for the others
+  auto          the fastest method for the device and the radius
 
-The methods on the GPU take masks up to the device's largest image, often 16384
-pixels a side; brute takes up to 65535.
+The GPU methods take masks up to the device's largest image, often 16384 pixels
+a side; brute takes up to 65535.
 
-Of several nearest seeds the one with the smallest y counts, then that with the
-smallest x.
+If several seeds are equally near, the one with the smallest y counts, then the
+one with the smallest x.
 
 Examples:
   edgeshade edt mask.png -o distance.exr
@@ -42,27 +43,27 @@ Examples:
   edgeshade edt mask.png --method pba --frames 50 --json -
                                      times of 50 transforms, as JSON
 
-Times are of the GPU: medians over the frames, after a first one that is not
-counted, with packing of the mask and without transfers from and to the CPU.")]
+Times are medians of GPU times over the frames, after a first frame that is not
+counted. They include packing the mask, but no transfers from or to the CPU.")]
 pub struct Args {
-    /// The mask, a .png: pixels of luma --threshold or more are the seeds
+    /// The mask, a .png file; pixels with a luma of at least --threshold are the seeds
     mask: PathBuf,
-    /// Least luma of a seed, 1 to 255; 1 for masks whose pixels are 0 and 1
+    /// Smallest luma of a seed, 1 to 255; use 1 for masks whose pixels are 0 and 1
     #[arg(long, value_name = "LUMA", default_value_t = 128, value_parser = clap::value_parser!(u8).range(1..))]
     threshold: u8,
-    /// How: pba, bounded-tile, bounded-row, brute or auto
+    /// Method: pba, bounded-tile, bounded-row, brute or auto
     #[arg(long, value_name = "METHOD", default_value = "auto", value_parser = method)]
     method: Method,
-    /// Largest distance in pixels; farther pixels have no seed. Without it there is no limit
+    /// Largest distance in pixels; pixels farther away have no seed. Without it there is no limit
     #[arg(long, value_name = "R")]
     radius: Option<u32>,
-    /// The distances: .exr for plain floats in pixels, .png for a picture
+    /// Output for the distances: .exr for floats in pixels, .png for a picture
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// The nearest seeds, as raw numbers
+    /// Output for the nearest seeds, as raw numbers
     #[arg(long, value_name = "FILE")]
     labels: Option<PathBuf>,
-    /// Frames to measure
+    /// Number of frames to measure
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
     #[command(flatten)]
@@ -71,7 +72,7 @@ pub struct Args {
     device: DeviceArgs,
 }
 
-/// A method of the GPU, or the reference.
+/// A method on the GPU, or the reference on the CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Method {
     Gpu(EdtMethod),
@@ -98,7 +99,7 @@ fn method(text: &str) -> Result<Method, String> {
     }
 }
 
-/// What `edt --json` writes.
+/// Figures that `edt --json` writes.
 #[derive(Debug, Serialize)]
 struct Figures {
     #[serde(flatten)]
@@ -108,7 +109,7 @@ struct Figures {
     method: String,
     radius: Option<u32>,
     seeds: usize,
-    /// Pixels with a seed within the radius.
+    /// Number of pixels with a seed within the radius.
     labelled: usize,
     frames: u32,
     passes: Vec<PassStats>,
@@ -117,7 +118,7 @@ struct Figures {
     validation_messages: Vec<String>,
 }
 
-/// What a transform gave.
+/// Result of a transform.
 struct Done {
     method: Method,
     labels: Vec<u32>,
@@ -125,7 +126,7 @@ struct Done {
     memory_bytes: u64,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Args) -> Outcome {
     let console = Console::new(&args.json);
     let exr = args.output.as_deref().map(view::is_exr).transpose()?;
@@ -136,7 +137,7 @@ pub fn run(args: &Args) -> Outcome {
     let mask = Mask { size: size.map(|n| n as usize), seeds };
     if brightest > 0.0 && !mask.seeds.contains(&true) {
         console::note(format_args!(
-            "warning: {}: no pixel reaches the luma {}, so there are no seeds; the brightest has {}: see --threshold",
+            "warning: {}: no pixel reaches the luma {}, so there are no seeds; the brightest pixel has {}; see --threshold",
             args.mask.display(),
             args.threshold,
             number(f64::from(brightest), if brightest < 1.0 { 4 } else { 0 })
@@ -149,7 +150,7 @@ pub fn run(args: &Args) -> Outcome {
             let most = host.context().largest_side();
             if size.into_iter().any(|n| n > most) {
                 let problem = format!(
-                    "{} pixels a side; {} takes {most} at most: use --method brute, or cut the mask",
+                    "{} pixels a side; {} takes at most {most}: use --method brute, or crop the mask",
                     size[0].max(size[1]),
                     host.info().name
                 );
@@ -195,7 +196,7 @@ pub fn run(args: &Args) -> Outcome {
 
 fn transform(args: &Args, host: &Host, mask: &Mask, method: EdtMethod) -> Result<Done> {
     let size = mask.size.map(|n| n as u32);
-    // Rows padded to whole words.
+    // Rows are padded to whole words.
     let stride = size[0].next_multiple_of(4) as usize;
     let mut bytes = vec![0; stride * mask.size[1]];
     for (row, seeds) in bytes.chunks_exact_mut(stride).zip(mask.seeds.chunks_exact(mask.size[0])) {
@@ -206,7 +207,7 @@ fn transform(args: &Args, host: &Host, mask: &Mask, method: EdtMethod) -> Result
     let buffer = host.upload("mask", ash::vk::BufferUsageFlags::STORAGE_BUFFER, &bytes)?;
     let mut timings = Timings::new(host.context(), host.queue_family(), 1)?;
     let mut frames = vec![];
-    // The first is not counted.
+    // The first frame is not counted.
     for i in 0..=args.frames {
         let timing = host.frame(&mut timings, |mut frame| {
             edt.record_bytes(&mut frame, &buffer)?;
@@ -225,7 +226,7 @@ fn transform(args: &Args, host: &Host, mask: &Mask, method: EdtMethod) -> Result
     })
 }
 
-/// Seeds are white, the farthest pixels black; a colour of its own where there is no seed.
+/// Draws seeds white and the farthest pixels black; pixels without a seed get a colour of their own.
 fn picture(distances: &[f32], size: [u32; 2]) -> Picture {
     let farthest = distances.iter().copied().filter(|d| d.is_finite()).fold(1.0, f32::max);
     let grey = |d: f32| [(255.5 * (1.0 - d / farthest)) as u8; 3];
@@ -237,7 +238,7 @@ fn say(console: &Console, figures: &Figures) -> Result<()> {
     let [w, h] = figures.size;
     let radius = figures.radius.map_or("no limit".into(), |r| format!("radius {r}"));
     console.say(format_args!(
-        "{}, {w}x{h}, {radius}, {} seeds, {} of {} pixels have one\n",
+        "{}, {w}x{h}, {radius}, {} seeds, {} of {} pixels have a nearest seed\n",
         figures.method,
         figures.seeds,
         figures.labelled,
@@ -247,7 +248,7 @@ fn say(console: &Console, figures: &Figures) -> Result<()> {
         return Ok(());
     }
     let Some(total) = figures.total_gpu_ms else {
-        return console.say("This device has no timestamps: no times.\n");
+        return console.say("This device has no timestamps, so there are no times.\n");
     };
     let mut table = Table::new(["pass", "gpu ms", "min", "max", "tiles"]);
     for p in &figures.passes {

@@ -13,14 +13,14 @@ use serde_json::json;
   edgeshade list pcf          one of them, with its parameters
   edgeshade list --json       all of them with their parameters, as JSON")]
 pub struct Args {
-    /// A technique to explain in detail
+    /// The technique to explain in detail
     #[arg(value_name = "ID")]
     technique: Option<String>,
     #[command(flatten)]
     json: JsonArgs,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Args) -> Outcome {
     let one = args.technique.as_deref().map(find).transpose()?;
     let json = |info: &Info| report::technique(info, kind(info));
@@ -52,7 +52,7 @@ fn all() -> String {
         table
     };
     format!(
-        "{}\n{}\nReferences are made from the scene itself, to compare with.\n\
+        "{}\n{}\nReferences are made from the scene itself, for comparison.\n\
          `edgeshade list ID` explains a technique and its parameters.\n",
         table("real-time"),
         table("reference")
@@ -67,7 +67,7 @@ fn detail(info: &Info) -> String {
     }
     for p in info.params {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-        // Blanks let a line end between two words.
+        // Blanks around the bar allow a line break between two words.
         let range = p.range().replace('|', " | ");
         text += "\n";
         text += &wrap(&format!("  {}={}    {range}{unit}", p.name, p.show(p.default)), 6);

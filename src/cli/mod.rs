@@ -1,4 +1,4 @@
-//! The command line: a file a subcommand, and what they share.
+//! The command line: one file for each subcommand, and the parts that they share.
 
 mod args;
 mod bench;
@@ -32,13 +32,12 @@ use std::time::Instant;
                                      time of every pass
   edgeshade render fence -t sm -o fence.png
   edgeshade compare jenga -t sm,pcf -o out
-                                     figures against the truth, and a contact
-                                     sheet in out/
-  edgeshade list pcf                 what can be set on a technique
+                                     error figures and a contact sheet in out/
+  edgeshade list pcf                 parameters of a technique
 
-Every subcommand explains itself: edgeshade render --help.
-What JSON files hold, and in which units: docs/json.md, beside the README.
-Exit status: 0 fine, 1 the work failed, 2 wrong usage."
+For help on a subcommand: edgeshade render --help.
+Content and units of JSON files: docs/json.md in the source package.
+Exit status: 0 success, 1 failure, 2 wrong usage."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -53,7 +52,7 @@ enum Command {
     Compare(Box<compare::Args>),
     /// Measure suites of variants, interleaved in one run
     Bench(bench::Args),
-    /// The exact Euclidean distance transform of a mask, with the nearest seed of every pixel
+    /// Compute the exact Euclidean distance transform of a mask, with the nearest seed of every pixel
     Edt(Box<edt::Args>),
     /// List the techniques and their parameters
     List(list::Args),
@@ -63,10 +62,10 @@ enum Command {
     Scenes(scenes::Args),
 }
 
-/// Why a run ended without success.
+/// Reason why a run ended without success.
 enum Failure {
     Error(Error),
-    /// The validation layer has found fault; its messages are printed already.
+    /// The validation layer has reported faults; its messages are already printed.
     Validation(usize),
 }
 
@@ -110,15 +109,17 @@ pub fn main() -> ExitCode {
     ExitCode::from(failure.exit_code())
 }
 
-/// Where `XDG_RUNTIME_DIR` is not set, Mesa's drivers complain about it on every start, though nothing here needs it.
+/// Sets `XDG_RUNTIME_DIR` if it is missing. Mesa's drivers complain about that on every start, though nothing here
+/// needs it.
 fn provide_runtime_folder() {
     if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-        // SAFETY: the first statement of `main`: no other thread runs yet.
+        // SAFETY: this is the first statement of `main`, so no other thread runs yet.
         unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
     }
 }
 
-/// Closes the device and prints what the validation layer has said, up to the very last object destroyed.
+/// Closes the device and prints the messages of the validation layer, including those from destroying the last
+/// object.
 fn close(host: Host) -> Outcome {
     let messages = host.messages().clone();
     drop(host);

@@ -8,20 +8,20 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Plain lines come only from work that takes longer than this.
+/// Time after which work reports its progress in plain lines.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Work under way; may be told from any thread.
+/// Progress of one piece of work; any thread may report to it.
 pub struct Progress {
     what: String,
     bar: Option<ProgressBar>,
     started: Instant,
-    /// Quarters already announced in plain lines.
+    /// Number of quarters already announced in plain lines.
     quarters: AtomicU64,
 }
 
 impl Progress {
-    /// Begins; `what` names the work.
+    /// Starts the progress; `what` names the work.
     pub fn start(what: impl Into<String>) -> Self {
         let what = what.into();
         let bar = console::is_terminal().then(|| {
@@ -33,7 +33,7 @@ impl Progress {
         Self { what, bar, started: Instant::now(), quarters: AtomicU64::new(0) }
     }
 
-    /// `done` of `total` are done. Calls may come out of order.
+    /// Reports that `done` of `total` units are done. Calls may come out of order.
     pub fn set(&self, done: u64, total: u64) {
         if let Some(bar) = &self.bar {
             bar.set_length(total);
@@ -60,7 +60,7 @@ impl Drop for Progress {
     }
 }
 
-/// Seconds, minutes or hours, as exact as an estimate can be.
+/// Formats a time in seconds, minutes or hours, as precisely as an estimate deserves.
 pub fn duration(time: Duration) -> String {
     let seconds = time.as_secs_f64();
     match seconds {
@@ -70,18 +70,18 @@ pub fn duration(time: Duration) -> String {
     }
 }
 
-/// The steps of work that is usually done at once: shown on a terminal only, and only where it takes longer.
+/// The steps of work that is usually quick, shown only on a terminal and only if the work takes longer.
 pub struct Steps {
     bar: ProgressBar,
-    /// Shows the bar in time, unless the other end is dropped first.
+    /// Thread that shows the bar when its time has come, unless the other end of the channel is dropped first.
     timer: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
 }
 
-/// Time for which [`Steps`] stay silent.
+/// Time during which [`Steps`] show nothing.
 const AT_ONCE: Duration = Duration::from_secs(2);
 
 impl Steps {
-    /// Begins with a step of that name.
+    /// Starts with a step of the given name.
     pub fn start(step: impl Into<Cow<'static, str>>) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{spinner} {msg} ({elapsed})");
@@ -101,7 +101,7 @@ impl Steps {
         Self { bar, timer }
     }
 
-    /// Goes on to the next step.
+    /// Continues with the next step.
     pub fn next(&self, step: impl Into<Cow<'static, str>>) {
         self.bar.set_message(step);
     }
@@ -111,7 +111,7 @@ impl Drop for Steps {
     fn drop(&mut self) {
         if let Some((sender, thread)) = self.timer.take() {
             drop(sender);
-            // It cannot have panicked: it only waits and draws.
+            // The thread cannot have panicked: it only waits and draws.
             let _ = thread.join();
         }
         self.bar.finish_and_clear();

@@ -26,15 +26,15 @@ use std::time::Instant;
 #[command(after_help = "Views:
   shaded        the lit picture
   visibility    1 lit, 0 in shadow: linear grey, 16 bits
-  depth         distance of what the camera sees; near is bright
-  shadow-map    distance of what the light sees; near is bright
+  depth         distance from the camera; near is bright
+  shadow-map    distance from the light; near is bright
   normal        geometric normals
   albedo        base colour
-  error         visibility less the ray-traced truth: red is too dark, blue too
-                light
-and the intermediate images of the technique, if it has some; silhouettes are
-drawn over the lit picture. An .exr file holds plain floats: distances in world
-units, normals, errors, visibility.
+  error         visibility minus the ray-traced truth: red is too dark, blue is
+                too light
+and the intermediate images of the technique, if it has any; silhouettes are
+drawn over the lit picture. An .exr file holds floats: distances in world units,
+normals, errors, visibility.
 
 Examples:
   edgeshade render                   the default scene to shadow.png
@@ -45,7 +45,7 @@ Examples:
   edgeshade render jenga --frames 50 --json -
                                      times of 50 frames, as JSON
 
-Times are of the GPU: medians over the frames, after a first one that is not
+Times are medians of GPU times over the frames, after a first frame that is not
 counted.")]
 pub struct Args {
     #[command(flatten)]
@@ -56,22 +56,23 @@ pub struct Args {
     /// A parameter of the technique; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = args::setting)]
     settings: Vec<(String, String)>,
-    /// The picture: .png, or .exr for plain floats
+    /// The picture: .png, or .exr for floats
     #[arg(short, long, value_name = "FILE", default_value = "shadow.png")]
     output: PathBuf,
-    /// What to show: shaded, visibility, depth, normal, shadow-map, albedo, error, or an intermediate of the technique
+    /// Image to show: shaded, visibility, depth, normal, shadow-map, albedo, error, or an intermediate image of the
+    /// technique
     #[arg(long, value_name = "VIEW", default_value = "shaded")]
     view: String,
-    /// Side of the shadow map, texels
+    /// Side of the shadow map in texels
     #[arg(long, value_name = "N", default_value = "1024", value_parser = args::map_size)]
     shadow_map: u32,
-    /// Frames to measure
+    /// Number of frames to measure
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Render N times as wide and high and average in linear light; the times are of the larger frame
+    /// Render N times as wide and high, and average in linear light; times are those of the larger frame
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4))]
     supersample: u32,
-    /// Count what every pass sends through the pipeline: primitives, and runs of vertex, fragment and compute shaders
+    /// Count the primitives and the vertex, fragment and compute shader invocations of every pass
     #[arg(long)]
     statistics: bool,
     #[command(flatten)]
@@ -82,7 +83,7 @@ pub struct Args {
     device: DeviceArgs,
 }
 
-/// Seconds since the last look.
+/// Clock that measures the seconds since it was last read.
 struct Clock(Instant);
 
 impl Clock {
@@ -93,15 +94,15 @@ impl Clock {
     }
 }
 
-/// What the frames gave.
+/// Results of the measured frames.
 struct Rendered {
     technique: Option<Box<dyn Technique>>,
-    /// Of a reference.
+    /// Visibility, if the technique is a reference.
     visibility: Option<Vec<f32>>,
     frames: Vec<FrameTiming>,
 }
 
-/// Runs it; `started` is when the process did.
+/// Runs the subcommand; `started` is the time when the process started.
 pub fn run(args: &Args, started: Instant) -> Outcome {
     let console = Console::new(&args.json);
     let choice = choice(args)?;
@@ -172,18 +173,21 @@ fn choice(args: &Args) -> Result<Choice> {
     Choice::new(&args.technique, &settings)
 }
 
-/// What can be refused before any work.
+/// Rejects arguments that can be seen to be wrong before any work.
 fn check(args: &Args, choice: &Choice) -> Result<()> {
     view::is_exr(&args.output)?;
     let [w, h] = args.scene.size;
     if w.max(h) * args.supersample > MAX_SIZE {
-        return usage(format!("--supersample {}: {w}x{h} times that is beyond {MAX_SIZE} a side", args.supersample));
+        return usage(format!("--supersample {}: {w}x{h} times that exceeds {MAX_SIZE} a side", args.supersample));
     }
     if args.supersample > 1 && args.view != "shaded" {
-        return usage(format!("--supersample averages the shaded picture; it does not go with --view {}", args.view));
+        return usage(format!(
+            "--supersample averages the shaded picture and cannot be used with --view {}",
+            args.view
+        ));
     }
     if choice.is_reference() && args.view == "shadow-map" {
-        return usage(format!("{} leaves no shadow map to look at; take a real-time technique", choice.info.id));
+        return usage(format!("{} uses no shadow map that could be shown; take a real-time technique", choice.info.id));
     }
     [Some(args.output.as_path()), args.json.file()].into_iter().flatten().try_for_each(make_folder_of)
 }
@@ -199,7 +203,7 @@ fn render(
 ) -> Result<Rendered> {
     if choice.is_reference() {
         seconds.prepare = clock.lap();
-        // The reference has a progress bar of its own.
+        // The reference has its own progress bar.
         drop(steps);
         let visibility = truth::reference(choice, tracer, renderer, Seed::Truth)?;
         renderer.shade_with(&visibility)?;
@@ -257,7 +261,7 @@ fn shoot(
             Shot::color(Picture { size, rgb: rgba.into_iter().map(|[r, g, b, _]| [r, g, b]).collect() })
         }
         "error" => {
-            // The samples of --technique ray-traced are its own business; the truth has those of --samples.
+            // The samples of --technique ray-traced apply to that technique only; the truth uses those of --samples.
             let truth_args: Vec<_> =
                 args.truth.samples.map(|n| ("samples".into(), n.to_string())).into_iter().collect();
             let samples = Choice::new("ray-traced", &truth_args)?.params.int("samples");
@@ -270,7 +274,7 @@ fn shoot(
             let Some((_, image)) = intermediates.into_iter().find(|(n, _)| *n == name) else {
                 return usage(unknown(&format!("there is no view {name:?}"), name, "there are", &view::NAMES));
             };
-            // Edges alone would float in nothing.
+            // Silhouettes on their own would lack their context.
             if name == OVERLAY { Shot::over(host, renderer.picture(), image)? } else { Shot::of_image(host, image)? }
         }
     })
@@ -304,7 +308,7 @@ fn say(
     let s = figures.seconds;
     let mib = |bytes: u64| number(bytes as f64 / f64::from(1 << 20), 1);
     console.say(format_args!(
-        "memory: {} MiB by the technique, {} MiB by scene and targets",
+        "memory: {} MiB for the technique, {} MiB for scene and targets",
         mib(figures.memory_bytes),
         mib(figures.scene_memory_bytes)
     ))?;
@@ -325,7 +329,7 @@ fn say(
 
 fn pass_table(figures: &report::Render, frames: &[FrameTiming]) -> String {
     let Some(total) = stats::total(frames) else {
-        return "This device has no timestamps: no times.\n".into();
+        return "This device has no timestamps, so there are no times.\n".into();
     };
     let mut table = Table::new(["pass", "gpu ms", "min", "max", "tiles"]);
     for p in &figures.passes {

@@ -1,4 +1,4 @@
-//! The JSON that the subcommands write.
+//! JSON that the subcommands write.
 
 use super::args::make_folder_of;
 use super::console;
@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
-/// What every measurement starts with.
+/// Fields that every measurement starts with.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Origin {
     pub device: String,
@@ -24,7 +24,8 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Describes the device. Call it after the measurement: the first frames show which clock the times come from.
+    /// Describes the device. Call this after the measurement, because the first frames show which clock the times
+    /// come from.
     pub fn new(host: &Host) -> Self {
         let info = host.info();
         Self {
@@ -37,12 +38,12 @@ impl Origin {
     }
 }
 
-/// A line that goes with times that are not the usual ones of timestamps.
+/// Line that accompanies times which are not measured by timestamps as usual.
 pub fn times_line(timing: Timing) -> Option<&'static str> {
-    (timing == Timing::Wall).then_some("times: wall clock, a submission a pass")
+    (timing == Timing::Wall).then_some("times: wall clock, one submission per pass")
 }
 
-/// The page of a suite, with [`times_line`] below its title.
+/// Page of a suite, with [`times_line`] below its title.
 pub fn with_times_line(page: &str, timing: Timing) -> String {
     match times_line(timing) {
         Some(line) => page.replacen("\n\n", &format!("\n\n{line}\n\n"), 1),
@@ -50,7 +51,7 @@ pub fn with_times_line(page: &str, timing: Timing) -> String {
     }
 }
 
-/// The command line, with the tool's bare name in place of the path that it was started by.
+/// The command line, with the tool's bare name in place of its path.
 pub fn command() -> Vec<String> {
     let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
     std::iter::once("edgeshade".to_owned()).chain(arguments).collect()
@@ -67,14 +68,14 @@ pub struct Seconds {
     pub prepare: f64,
     /// The first frame, which is not measured.
     pub first_frame: f64,
-    /// The measured frames; for a reference the making of it.
+    /// The measured frames; for a reference, making it.
     pub frames: f64,
     /// Reading the picture back and writing it.
     pub write: f64,
     pub total: f64,
 }
 
-/// What `render --json` writes.
+/// Figures that `render --json` writes.
 #[derive(Debug, Serialize)]
 pub struct Render {
     #[serde(flatten)]
@@ -89,9 +90,9 @@ pub struct Render {
     pub frames: u32,
     pub passes: Vec<PassStats>,
     pub total_gpu_ms: Option<f64>,
-    /// Of the technique alone.
+    /// Memory of the technique alone, bytes.
     pub memory_bytes: u64,
-    /// Scene, shadow map, G-buffer and picture.
+    /// Memory of scene, shadow map, G-buffer and picture, bytes.
     pub scene_memory_bytes: u64,
     pub view: String,
     pub output: String,
@@ -100,7 +101,7 @@ pub struct Render {
     pub validation_messages: Vec<String>,
 }
 
-/// What `compare --json` writes.
+/// Figures that `compare --json` writes.
 #[derive(Debug, Serialize)]
 pub struct Compare {
     #[serde(flatten)]
@@ -110,50 +111,51 @@ pub struct Compare {
     pub light: Value,
     pub size: [u32; 2],
     pub reference: Reference,
-    /// Pixels of the image.
+    /// Number of pixels of the image.
     pub pixels: usize,
-    /// Pixels that count: a lit side, inside the light's frustum, the same triangle for rasteriser and ray tracer.
+    /// Number of pixels that are judged: their surface faces the light, they lie inside the light's frustum, and
+    /// rasteriser and ray tracer see the same triangle.
     pub pixels_judged: usize,
-    /// The others, by reason.
+    /// Number of the other pixels, by reason.
     pub pixels_left_out: LeftOut,
     pub frames: u32,
     pub results: Vec<CompareRow>,
 }
 
-/// What the techniques were compared with.
+/// Reference that the techniques were compared with.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Reference {
     pub kind: String,
-    /// Rays a pixel or shadow maps; null for a file.
+    /// Rays per pixel, or number of shadow maps; null for a file.
     pub samples: Option<u32>,
-    /// Width of the penumbra, world units; null unless it is fixed.
+    /// Width of the penumbra in world units; null unless it is fixed.
     pub penumbra: Option<f64>,
-    /// Seconds it took to make, when it was made; null for a file.
+    /// Seconds that it took to make; null for a file.
     pub seconds: Option<f64>,
-    /// True where a former run had made it.
+    /// True if an earlier run made it.
     pub cached: bool,
 }
 
-/// One line of a comparison.
+/// One row of a comparison.
 #[derive(Debug, Serialize)]
 pub struct CompareRow {
     pub technique: &'static str,
     pub params: Map<String, Value>,
-    /// Null for what needs no shadow map.
+    /// Side of the shadow map in texels; null for techniques that need none.
     pub shadow_map: Option<u32>,
     /// Mean FLIP difference of the shaded pictures.
     pub flip: f64,
     #[serde(flatten)]
     pub report: metrics::Report,
-    /// The technique's own passes, median.
+    /// Milliseconds of the technique's own passes, median.
     pub gpu_ms: Option<f64>,
-    /// The whole frame with shadow map, G-buffer and shading, median.
+    /// Milliseconds of the whole frame with shadow map, G-buffer and shading, median.
     pub frame_gpu_ms: Option<f64>,
     pub passes: Vec<PassStats>,
     pub memory_bytes: u64,
 }
 
-/// A technique's parameters with their types.
+/// Parameters of a technique, with their types.
 pub fn params(info: &Info, params: &Params) -> Map<String, Value> {
     info.params.iter().map(|p| (p.name.to_owned(), value(p, params.get(p.name)))).collect()
 }
@@ -167,7 +169,7 @@ fn value(param: &Param, v: f64) -> Value {
     }
 }
 
-/// A technique for `list --json`.
+/// Description of a technique for `list --json`.
 pub fn technique(info: &Info, kind: &str) -> Value {
     let row = |p: &Param| {
         let mut row = json!({
@@ -191,14 +193,14 @@ pub fn technique(info: &Info, kind: &str) -> Value {
     })
 }
 
-/// The text of an object, one value a line.
+/// JSON text of an object, with one value per line.
 pub fn text(value: &impl Serialize) -> Result<String> {
     let text = serde_json::to_string_pretty(value);
     let text = text.map_err(|e| Error::Io { path: "JSON".into(), source: e.into() })?;
     Ok(text + "\n")
 }
 
-/// Writes an object to a file, whose folder is made if need be, or to standard output for `-`.
+/// Writes an object as JSON to a file, creating its folder if needed, or to standard output for `-`.
 pub fn write(path: &Path, value: &impl Serialize) -> Result<()> {
     let text = text(value)?;
     if console::is_stdout(path) {

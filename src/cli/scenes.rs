@@ -10,9 +10,9 @@ use std::path::PathBuf;
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
-  edgeshade scenes                  what there is
-  edgeshade render knot             renders one of them
-  edgeshade scenes --write assets   writes their .glb files")]
+  edgeshade scenes                  list the scenes
+  edgeshade render knot             render one of them
+  edgeshade scenes --write assets   write their .glb files")]
 pub struct Args {
     #[command(flatten)]
     json: JsonArgs,
@@ -21,7 +21,7 @@ pub struct Args {
     write: Option<PathBuf>,
 }
 
-/// Runs it.
+/// Runs the subcommand.
 pub fn run(args: &Args) -> Outcome {
     let written = args.write.as_ref().map(shipped::write_all).transpose()?;
     if args.json.path.is_some() {

@@ -1,4 +1,4 @@
-//! From the arguments to a scene with one camera and one light.
+//! Turns the arguments into a scene with one camera and one light.
 
 use super::args::{Ground, SceneArgs, numbers, usage};
 use super::console;
@@ -13,13 +13,13 @@ use edgeshade::{Error, Result};
 use glam::{DVec3, dvec3};
 use std::path::Path;
 
-/// Width of a texel, pixels, from which on it is said that shadows are coarse.
+/// Width of a texel in pixels beyond which a warning says that shadows are coarse.
 const COARSE_TEXEL: f64 = 16.0;
 
-/// Height of a flat object by its width, at most.
+/// Largest ratio of height to width of a flat object.
 const FLAT: f64 = 1e-3;
 
-/// Everything that is to be seen, before a device is needed.
+/// Scene, camera and light; needs no device.
 pub struct Stage {
     pub scene: Scene,
     pub camera: CameraView,
@@ -27,7 +27,8 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Loads the scene and finds camera and light; `size` is the image's. Warnings go to standard error.
+    /// Loads the scene and finds its camera and light. `size` is the image size in pixels. Warnings go to standard
+    /// error.
     pub fn load(args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
         let scene = load(args.scene.as_deref().unwrap_or(shipped::DEFAULT), args.scene_index)?;
         for warning in &scene.warnings {
@@ -39,13 +40,15 @@ impl Stage {
     fn of(mut scene: Scene, args: &SceneArgs, size: [u32; 2]) -> Result<Self> {
         let file = args.scene.as_deref().unwrap_or(shipped::DEFAULT);
         let mut light = light(&scene, args.light.as_deref(), file)?;
-        // Before the surfaces go, so that the view stays.
+        // Chooses the camera before masked surfaces are removed, so that they do not influence the view.
         let camera = camera(&scene, args.camera.as_deref(), &light, size, file)?;
         warn_about_lights(&scene, &light, args.light.is_some());
-        if scene.triangles() == 0 {
-            console::note(format_args!("warning: {}: no triangle is left of it: nothing casts a shadow", scene.name));
-        }
+        let all = scene.triangles();
         scene.set_masked(args.masked);
+        if scene.triangles() == 0 {
+            let what = if all == 0 { "it has no triangles" } else { "--masked exclude leaves no triangles" };
+            console::note(format_args!("warning: {}: {what}, so nothing casts a shadow", scene.name));
+        }
         if let Some(size) = args.light_size {
             resize(&mut light, size)?;
         }
@@ -57,7 +60,7 @@ impl Stage {
         Ok(Self { scene, camera, light })
     }
 
-    /// A shipped scene as its file has it.
+    /// A shipped scene as stored in its file.
     pub fn shipped(shipped: &Shipped, size: [u32; 2]) -> Result<Self> {
         let scene = load_bytes(shipped.name, shipped.bytes)?;
         let light = light(&scene, None, shipped.name)?;
@@ -65,7 +68,7 @@ impl Stage {
         Ok(Self { scene, camera, light })
     }
 
-    /// Of a shipped scene only the largest flat object, on which the others stand: a view without a shadow.
+    /// The largest flat object of a shipped scene, on which the others stand: a view without a shadow.
     pub fn ground(shipped: &Shipped, size: [u32; 2]) -> Result<Self> {
         let mut stage = Self::shipped(shipped, size)?;
         let scene = &stage.scene;
@@ -76,25 +79,25 @@ impl Stage {
         let flat = scene.instances.iter().filter(|i| extent(i).y <= FLAT * extent(i).max_element());
         let area = |i: &Instance| extent(i).x * extent(i).z;
         let Some(ground) = flat.max_by(|a, b| area(a).total_cmp(&area(b))).copied() else {
-            return Err(Error::Usage(format!("{}: no object is flat: it has no ground", shipped.name)));
+            return Err(Error::Usage(format!("{}: it has no ground, because no object is flat", shipped.name)));
         };
         stage.scene.instances = vec![ground];
         Ok(stage)
     }
 
-    /// Warns where shadows will be coarse because the light's map covers much more than is seen of it.
+    /// Warns if shadows will be coarse because the shadow map covers much more than the camera sees.
     pub fn warn_about_texels(&self, light: &LightView, size: [u32; 2], map_size: u32) {
         let texel = texel_in_pixels(&self.scene, &self.camera, size, light, map_size);
         if let Some(pixels) = texel.filter(|&p| p > COARSE_TEXEL) {
             console::note(format_args!(
-                "warning: {}: a texel of the shadow map covers {pixels:.0} pixels in the middle of what is seen: shadows are \
-                 coarse, or missing where they are smaller; take a larger --shadow-map, or a smaller part of the scene",
+                "warning: {}: a texel of the shadow map covers {pixels:.0} pixels in the middle of the view: shadows are \
+                 coarse, and small ones are missing; use a larger --shadow-map, or a smaller part of the scene",
                 self.scene.name
             ));
         }
     }
 
-    /// One line about it.
+    /// Describes the stage in one line.
     pub fn describe(&self) -> String {
         let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
         let light = match self.light.shape {
@@ -119,7 +122,7 @@ fn load(name: &str, index: Option<usize>) -> Result<Scene> {
         name.contains(std::path::is_separator) || name.contains('/') || extension == "glb" || extension == "gltf";
     if !is_path && let Some(shipped) = shipped::find(name) {
         if let Some(n) = index.filter(|&n| n > 0) {
-            return usage(format!("there is no scene {n} in {name}: shipped scenes hold one, number 0"));
+            return usage(format!("there is no scene {n} in {name}: a shipped scene holds only scene 0"));
         }
         return load_bytes(shipped.name, shipped.bytes);
     }
@@ -131,7 +134,7 @@ fn load(name: &str, index: Option<usize>) -> Result<Scene> {
     usage(unknown(&format!("there is no scene {name:?}"), name, intro, &names))
 }
 
-/// Cameras or lights of a file: sound ones, and those that cannot be used.
+/// Cameras or lights of a file: valid ones, and those that cannot be used.
 struct Entries<'a, T> {
     what: &'static str,
     sound: &'a [T],
@@ -142,7 +145,7 @@ struct Entries<'a, T> {
 }
 
 impl<'a, T> Entries<'a, T> {
-    /// Returns all entries in the order of the file.
+    /// All entries in the order of the file.
     fn all(&self) -> Vec<Result<&'a T, &'a Broken>> {
         let mut all = vec![];
         let mut broken = self.broken.iter().peekable();
@@ -160,16 +163,16 @@ impl<'a, T> Entries<'a, T> {
         entry.map_err(|b| Error::File {
             path: self.file.into(),
             place: b.place.clone(),
-            problem: format!("{}; mend it, or choose another {what} with --{what}", b.problem, what = self.what),
+            problem: format!("{}; correct it, or choose another {what} with --{what}", b.problem, what = self.what),
         })
     }
 
-    /// The first one of the file, if it has any.
+    /// The first entry of the file, if there is one.
     fn first(&self) -> Result<Option<&'a T>> {
         self.all().into_iter().next().map(|entry| self.sound_or_fault(entry)).transpose()
     }
 
-    /// The one that `text` names: by its name, or by its number.
+    /// The entry that `text` names, by its name or by its number.
     fn pick(&self, text: &str) -> Result<&'a T> {
         let all = self.all();
         let name = |entry: &Result<&'a T, &'a Broken>| match entry {
@@ -198,18 +201,18 @@ fn lights<'a>(scene: &'a Scene, file: &'a str) -> Entries<'a, Light> {
     Entries { what: "light", sound: &scene.lights, broken: &scene.broken_lights, name: |l| &l.name, file }
 }
 
-/// Says what of a file's lights does not show: those beside the one that is used, and the rim of a wide cone.
+/// Warns about lights that are not shown: those beside the chosen one, and the rim of a wide cone.
 fn warn_about_lights(scene: &Scene, light: &Light, given: bool) {
     let warn = |text: String| console::note(format_args!("warning: {}: {text}", scene.name));
     if scene.lights.len() > 1 && !given {
         let others: Vec<_> = scene.lights[1..].iter().map(|l| format!("{:?}", l.name)).collect();
-        warn(format!("only the light {:?} shines, not {}: choose one with --light", light.name, others.join(", ")));
+        warn(format!("only the light {:?} is used, not {}: choose one with --light", light.name, others.join(", ")));
     }
     if let LightShape::Spot { outer, .. } = light.shape
         && 2.0 * outer > MAX_SPOT_FOV
     {
         warn(format!(
-            "the light {:?} has a cone of {:.0} degrees to each side; a shadow map holds {:.0}: beyond that nothing is shadowed",
+            "the light {:?} has a cone of {:.0} degrees to each side, but a shadow map holds {:.0}: beyond that nothing is shadowed",
             light.name,
             outer.to_degrees(),
             0.5 * MAX_SPOT_FOV.to_degrees()
@@ -232,14 +235,14 @@ fn camera(scene: &Scene, text: Option<&str>, light: &Light, size: [u32; 2], file
         return entries.pick(text).cloned();
     };
     if eye == target {
-        return usage("--camera: the two points are the same: no direction to look in");
+        return usage("--camera: the two points are the same, which gives no direction to look in");
     }
-    // The file's own lens, if it has one.
+    // Uses the lens of the file's camera, if it has one.
     let mut camera = scene.cameras.first().cloned().unwrap_or_else(fitted);
     camera.name = "given".into();
     camera.world_from_camera = look_at(eye, target);
     if let Projection::Perspective { near, .. } = &mut camera.projection {
-        // The scene's own near plane fits its own eye; with reversed depth a nearer one costs nothing.
+        // The scene's own near plane fits its own eye. With reversed depth a nearer plane costs no precision.
         *near = near.min(1e-3 * scene.bounds().radius().max((target - eye).length()));
     }
     Ok(camera)
@@ -259,10 +262,10 @@ fn light(scene: &Scene, text: Option<&str>, file: &str) -> Result<Light> {
 
 fn sun(scene: &Scene, text: &str) -> Result<Light> {
     let Some([azimuth, elevation]) = numbers(text).and_then(|n| <[f64; 2]>::try_from(n).ok()) else {
-        return usage(format!("--light sun:{text}: it is sun:AZIMUTH,ELEVATION in degrees, such as sun:30,45"));
+        return usage(format!("--light sun:{text}: it must be sun:AZIMUTH,ELEVATION in degrees, such as sun:30,45"));
     };
     if !(-90.0..=90.0).contains(&elevation) {
-        return usage(format!("--light sun:{text}: the elevation is -90 to 90 degrees"));
+        return usage(format!("--light sun:{text}: the elevation must be -90 to 90 degrees"));
     }
     let (a, e) = (azimuth.to_radians(), elevation.to_radians());
     let towards = dvec3(a.sin() * e.cos(), e.sin(), -a.cos() * e.cos());
@@ -281,14 +284,16 @@ fn spot(text: &str) -> Result<Light> {
         _ => None,
     };
     let Some((from, to, fov)) = read() else {
-        return usage(format!("--light spot:{text}: it is spot:x,y,z:x,y,z:FOV, such as spot:0,5,0:0,0,0:60"));
+        return usage(format!("--light spot:{text}: it must be spot:x,y,z:x,y,z:FOV, such as spot:0,5,0:0,0,0:60"));
     };
     let widest = MAX_SPOT_FOV.to_degrees();
     if !(fov > 0.0 && fov <= widest) {
-        return usage(format!("--light spot:{text}: the angle is above 0, up to {widest:.0} degrees"));
+        return usage(format!("--light spot:{text}: the angle must be above 0 and at most {widest:.0} degrees"));
     }
     if from == to {
-        return usage(format!("--light spot:{text}: the two points are the same: no direction to shine in"));
+        return usage(format!(
+            "--light spot:{text}: the two points are the same, which gives no direction to shine in"
+        ));
     }
     Ok(Light {
         name: "given spot".into(),
@@ -302,7 +307,7 @@ fn resize(light: &mut Light, value: f64) -> Result<()> {
     let largest = if matches!(light.shape, LightShape::Spot { .. }) { f64::MAX } else { 90.0 };
     if !(0.0..=largest).contains(&value) {
         return usage(format!(
-            "--light-size {value} is not allowed: a spot's width is 0 or more world units, a sun's angle 0 to 90 degrees"
+            "--light-size {value} is not allowed: a spot's width must be 0 or more world units, a sun's angle 0 to 90 degrees"
         ));
     }
     match &mut light.shape {

@@ -1,4 +1,4 @@
-//! From the times of single frames to medians a pass.
+//! Medians of the passes' times over several frames.
 
 use edgeshade::timing::{FrameTiming, PassTiming, Statistics};
 use serde::Serialize;
@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// Passes that every frame has, whatever the technique.
 pub const FRAME_PASSES: [&str; 3] = ["shadow map", "g-buffer", "shade"];
 
-/// Median and range of some milliseconds.
+/// Median and range of some times in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     pub median: f64,
@@ -16,7 +16,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// `None` of nothing.
+    /// Median and range of `values`; `None` if there are none.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
@@ -26,7 +26,7 @@ impl Span {
     }
 }
 
-/// One pass over all measured frames: an entry of `passes` in the JSON.
+/// Times of one pass over all measured frames: an entry of `passes` in the JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassStats {
     pub name: String,
@@ -37,16 +37,16 @@ pub struct PassStats {
     pub tiles_total: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiles_active: Option<u32>,
-    /// Of the last frame that has them.
+    /// Counts of the last frame that has the pass.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub counts: BTreeMap<&'static str, u32>,
-    /// Of the last frame that has them.
+    /// Statistics of the last frame that has the pass.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub statistics: Option<Statistics>,
 }
 
-/// The passes in recording order. A name that comes twice in a frame gives two entries; a pass that some frames
-/// skip is measured over those that have it.
+/// Times of the passes in recording order. A name that occurs twice in a frame gives two entries. A pass that some
+/// frames skip is measured over the frames that have it.
 pub fn passes(frames: &[FrameTiming]) -> Vec<PassStats> {
     let mut found: Vec<(usize, Vec<&PassTiming>)> = vec![];
     for frame in frames {
@@ -75,17 +75,17 @@ pub fn passes(frames: &[FrameTiming]) -> Vec<PassStats> {
     found.into_iter().filter_map(entry).collect()
 }
 
-/// The whole frames; `None` where the device has no timestamps.
+/// Times of whole frames; `None` if the device has no timestamps.
 pub fn total(frames: &[FrameTiming]) -> Option<Span> {
     Span::of(timed(frames).map(|f| f.total_gpu_ms))
 }
 
-/// What the technique's own passes take a frame, without shadow map, G-buffer and shading.
+/// Times of the technique's own passes, without shadow map, G-buffer and shading.
 pub fn technique(frames: &[FrameTiming]) -> Option<Span> {
     Span::of(timed(frames).map(technique_ms))
 }
 
-/// [`technique`] of one frame.
+/// Time of the technique's own passes in one frame, milliseconds.
 pub fn technique_ms(frame: &FrameTiming) -> f64 {
     frame.passes.iter().filter(|p| !FRAME_PASSES.contains(&p.name.as_str())).map(|p| p.gpu_ms).sum()
 }

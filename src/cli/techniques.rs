@@ -1,4 +1,4 @@
-//! Techniques as the user names them: `pcf:width=7,skip=off`.
+//! Techniques as the user writes them, such as `pcf:width=7,skip=off`.
 
 use super::args::{setting, usage};
 use edgeshade::technique::{self, Info, Kind, Params};
@@ -12,24 +12,24 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Checks id, names and values.
+    /// Checks the id, and the names and values of the settings.
     pub fn new(id: &str, settings: &[(String, String)]) -> Result<Self> {
         let info = technique::find(id)?;
         let params = Params::parse(info, settings.iter().map(|(n, v)| (n.as_str(), v.as_str())))?;
         Ok(Self { info, params })
     }
 
-    /// True for what is made from the scene, not from a shadow map.
+    /// True for references, which are made from the scene instead of a shadow map.
     pub fn is_reference(&self) -> bool {
         matches!(self.info.kind, Kind::Reference)
     }
 
-    /// True if the result depends on the shadow map's size.
+    /// True if the result depends on the size of the shadow map.
     pub fn uses_map(&self) -> bool {
         !matches!(self.info.id, "ray-traced" | "fixed-penumbra")
     }
 
-    /// The settings that differ from the defaults; `-` for none.
+    /// Settings that differ from the defaults; `-` if there are none.
     pub fn settings(&self) -> String {
         let usual = Params::new(self.info).show();
         let changed = self.params.show().into_iter().zip(usual).filter(|(mine, usual)| mine.1 != usual.1);
@@ -38,12 +38,13 @@ impl Choice {
     }
 }
 
-/// True for the references that `--samples` is for.
+/// True for the references that `--samples` applies to.
 pub fn takes_samples(info: &Info) -> bool {
     matches!(info.kind, Kind::Reference) && info.params.iter().any(|p| p.name == "samples")
 }
 
-/// Reads the values of `-t`; `samples` goes to the references that have such a parameter and do not say their own.
+/// Parses the values of `-t`. `samples` applies to those references that have such a parameter and do not set it
+/// themselves.
 pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
     let mut found: Vec<(&str, Vec<(String, String)>)> = vec![];
     for text in texts {
@@ -55,7 +56,9 @@ pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
                 None => (item, None),
             };
             if id.is_empty() && (!goes_on || !item.contains('=') || item.starts_with(':')) {
-                return usage(format!("-t {text}: {item:?} names no technique; it is ID or ID:name=value,name=value"));
+                return usage(format!(
+                    "-t {text}: {item:?} is no technique; it must be ID or ID:name=value,name=value"
+                ));
             }
             if !id.is_empty() {
                 found.push((id, vec![]));
@@ -73,7 +76,7 @@ pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
                 choices.push(Choice { info, params: Params::new(info) });
             }
             if !settings.is_empty() {
-                return usage("-t all takes no settings: techniques have different ones");
+                return usage("-t all takes no settings, because techniques have different ones");
             }
             continue;
         }

@@ -1,4 +1,4 @@
-//! The references: made once, kept on disk.
+//! References: made once and kept on disk.
 
 use super::args::{TruthArgs, usage};
 use super::progress::Progress;
@@ -14,14 +14,14 @@ use edgeshade::scene::{Light, Renderer, Scene};
 use edgeshade::technique::penumbra::fixed_width::penumbra_width;
 use edgeshade::view::{CameraView, LightKind, LightView};
 
-/// Seed of the truth, and of a second one that is compared with it.
+/// Seed of the truth, or of a second one that is compared with it.
 #[derive(Clone, Copy)]
 pub enum Seed {
     Truth = 0,
     NoiseFloor = 1,
 }
 
-/// Traces one view of one scene; the hierarchy is built only if something is not cached.
+/// Traces the truth of one scene. Builds the ray-tracing hierarchy only if something is not cached.
 pub struct Tracer<'a> {
     scene: &'a Scene,
     lamp: &'a Light,
@@ -35,7 +35,7 @@ pub struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// `light` is the view that the stage's shadow map is rendered from.
+    /// Makes a tracer. `light` is the view that the stage's shadow map is rendered from.
     pub fn new(stage: &'a Stage, light: &LightView, size: [u32; 2], args: &TruthArgs) -> Tracer<'a> {
         let cache = match &args.cache {
             Some(folder) if folder.as_os_str() == "off" => Cache::disabled(),
@@ -53,18 +53,18 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Without progress of its own: for many small truths under one bar.
+    /// Turns off the tracer's own progress, for many small truths under one progress bar.
     pub fn quiet(self) -> Self {
         Self { quiet: true, ..self }
     }
 
-    /// Goes on with another view of the same scene.
+    /// Changes to another view of the same scene.
     pub fn look(&mut self, camera: CameraView, light: &LightView) {
         self.camera = camera;
         self.light = *light;
     }
 
-    /// Soft shadows with so many rays a pixel; hard ones for one ray, or a light without size.
+    /// Soft shadows with `samples` rays per pixel; hard ones if that is 1 or the light has no size.
     pub fn truth(&mut self, samples: u32, seed: Seed) -> Result<(Truth, Origin)> {
         let is_point = match self.light.kind {
             LightKind::Spot { size } => size == 0.0,
@@ -76,7 +76,8 @@ impl<'a> Tracer<'a> {
         self.trace(&Method::Soft(SoftSettings { samples, adaptive: true, seed: seed as u64 }))
     }
 
-    /// Which pixels count does not depend on the light's size: the cheap truth says it, too.
+    /// Hard shadows. Which pixels are judged does not depend on the light's size, so this cheap truth tells that as
+    /// well.
     pub fn hard(&mut self) -> Result<Truth> {
         Ok(self.trace(&Method::Hard)?.0)
     }
@@ -88,7 +89,7 @@ impl<'a> Tracer<'a> {
         self.trace(&Method::FixedPenumbra(FixedPenumbraSettings { penumbra, subsamples }))
     }
 
-    /// The width that the parameters of `fixed-penumbra` ask for under this light, world units.
+    /// Width of the penumbra in world units that the parameters of `fixed-penumbra` give under this light.
     pub fn penumbra(&self, choice: &Choice) -> f64 {
         penumbra_width(choice.params.get("penumbra"), &self.light)
     }
@@ -100,10 +101,10 @@ impl<'a> Tracer<'a> {
             let [w, h] = *size;
             let progress = (!*quiet).then(|| {
                 Progress::start(match method {
-                    Method::Hard => format!("tracing the truth, {w}x{h}, a ray a pixel"),
-                    Method::Soft(s) => format!("tracing the truth, {w}x{h}, {} rays a pixel", s.samples),
+                    Method::Hard => format!("tracing the truth, {w}x{h}, one ray per pixel"),
+                    Method::Soft(s) => format!("tracing the truth, {w}x{h}, {} rays per pixel", s.samples),
                     Method::FixedPenumbra(s) => {
-                        format!("tracing the shadows' boundary, {w}x{h}, {0}x{0} rays a pixel", s.subsamples)
+                        format!("tracing the shadow boundary, {w}x{h}, {0}x{0} rays per pixel", s.subsamples)
                     }
                 })
             });
@@ -120,7 +121,7 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// Visibility by one of the registry's references.
+/// Visibility computed by one of the registry's references.
 pub fn reference(
     choice: &Choice,
     tracer: &mut Tracer<'_>,
@@ -140,7 +141,7 @@ pub fn reference(
     }
 }
 
-/// Mean FLIP difference of two lit pictures; what is not judged does not count here either.
+/// Mean FLIP difference of two lit pictures over the judged pixels.
 pub fn flip(test: &Picture, truth: &Picture, mask: &[bool]) -> Result<f64> {
     let pixels = test.rgb.iter().zip(&truth.rgb).zip(mask);
     let masked: Vec<_> = pixels.map(|((&test, &truth), &counts)| if counts { test } else { truth }).collect();

@@ -1,4 +1,4 @@
-//! What `--view` shows, as a picture for PNG and as channels for OpenEXR.
+//! Images that `--view` shows, as a picture for PNG and as channels for OpenEXR.
 
 use super::args::usage;
 use ash::vk;
@@ -11,17 +11,17 @@ use edgeshade::view::DepthRange;
 use glam::{DMat4, DVec3, Vec3, dvec4};
 use std::path::Path;
 
-/// The views that every technique has.
+/// Views that every technique has.
 pub const NAMES: [&str; 7] = ["shaded", "visibility", "depth", "normal", "shadow-map", "albedo", "error"];
 
-/// The intermediate image that is laid over the shaded picture.
+/// Name of the intermediate image that is drawn over the shaded picture.
 pub const OVERLAY: &str = "silhouettes";
 
-/// How a PNG shows it.
+/// Form of an image in a PNG file.
 pub enum Look {
-    /// Colours for the eye, 8 bits a channel.
+    /// Colours to look at, 8 bits per channel.
     Color(Picture),
-    /// Values in `[0, 1]`, linear, 16 bits: they can be read back.
+    /// Linear values in `[0, 1]`, 16 bits, which can be read back.
     Linear(Vec<f32>),
 }
 
@@ -33,7 +33,7 @@ pub struct Shot {
     pub channels: Vec<(&'static str, Vec<f32>)>,
 }
 
-/// True if the name ends as OpenEXR files do, false for PNG; anything else is an error.
+/// True if the name ends in .exr, false for .png; anything else is an error.
 pub fn is_exr(path: &Path) -> Result<bool> {
     match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("exr") => Ok(true),
@@ -43,7 +43,7 @@ pub fn is_exr(path: &Path) -> Result<bool> {
 }
 
 impl Shot {
-    /// Writes it as the name says.
+    /// Writes the file in the format that its name implies.
     pub fn write(&self, path: &Path) -> Result<()> {
         if is_exr(path)? {
             let channels: Vec<_> = self.channels.iter().map(|(n, v)| (*n, v.as_slice())).collect();
@@ -62,12 +62,12 @@ impl Shot {
         Self { size: picture.size, look: Look::Color(picture), channels }
     }
 
-    /// Visibility.
+    /// Visibility: 1 lit, 0 in shadow.
     pub fn visibility(values: Vec<f32>, size: [u32; 2]) -> Self {
         Self { size, channels: vec![("V", values.clone())], look: Look::Linear(values) }
     }
 
-    /// `test - truth`; not judged pixels are NaN in OpenEXR.
+    /// The error `test - truth`. Pixels that are not judged are NaN in OpenEXR.
     pub fn error(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Result<Self> {
         let picture = Picture::from_error(test, truth, mask, size)?;
         let value = |i: usize| if mask[i] { test[i] - truth[i] } else { f32::NAN };
@@ -75,8 +75,8 @@ impl Shot {
         Ok(Self { size, look: Look::Color(picture), channels: vec![("V", values)] })
     }
 
-    /// A depth buffer of any projection: near is bright, nothing is black; OpenEXR gets the distance along the view
-    /// axis in world units, infinite for nothing.
+    /// A depth buffer of any projection. Near is bright, and pixels without a surface are black. OpenEXR gets the
+    /// distance along the view axis in world units, infinite for pixels without a surface.
     pub fn depth(host: &Host, image: &Image, clip_from_view: &DMat4, range: DepthRange) -> Result<Self> {
         let view_from_clip = clip_from_view.inverse();
         let far = if range == DepthRange::Reversed { 0.0 } else { 1.0 };
@@ -89,13 +89,13 @@ impl Shot {
         };
         let distances: Vec<f32> = host.read_values(image)?.into_iter().map(distance).collect();
         let size = image.extent();
-        // Perspective spreads distances over orders of magnitude, a parallel view does not.
+        // Distances in a perspective view span orders of magnitude; those in a parallel view do not.
         let logarithmic = clip_from_view.row(3).z != 0.0;
         let picture = by_distance(&distances, size, logarithmic);
         Ok(Self { size, look: Look::Color(picture), channels: vec![("Z", distances)] })
     }
 
-    /// Octahedral world-space normals; where `depth` holds nothing there is no normal.
+    /// Octahedral world-space normals; pixels without a surface have none.
     pub fn normal(host: &Host, image: &Image, triangle_ids: &[u32]) -> Result<Self> {
         let (planes, size) = (planes(host, image)?, image.extent());
         let normal = |i: usize| {
@@ -109,14 +109,14 @@ impl Shot {
         Ok(Self { size, look: Look::Color(Picture { size, rgb }), channels })
     }
 
-    /// A picture under an image of its size: of that, what has any alpha, both as 8-bit colours.
+    /// A picture with an image of the same size drawn over it wherever that has any alpha. Both have 8-bit colours.
     pub fn over(host: &Host, below: &Image, above: &Image) -> Result<Self> {
         let (mut picture, above) = (self::picture(host, below)?, host.read_image::<[u8; 4]>(above)?);
         lay_over(&mut picture, &above);
         Ok(Self::color(picture))
     }
 
-    /// Any image of a technique: one channel as grey, more as colours; values beyond `[0, 1]` are scaled to it.
+    /// Any image of a technique: one channel as grey, several as colours. Values beyond `[0, 1]` are scaled into it.
     pub fn of_image(host: &Host, image: &Image) -> Result<Self> {
         let (planes, size) = (planes(host, image)?, image.extent());
         let finite = || planes.iter().flatten().copied().filter(|v| v.is_finite());
@@ -139,8 +139,8 @@ pub fn picture(host: &Host, image: &Image) -> Result<Picture> {
     Ok(Picture { size: image.extent(), rgb: rgba.into_iter().map(|[r, g, b, _]| [r, g, b]).collect() })
 }
 
-/// Cosine between each pixel's G-buffer normal and the direction to the centre of the light, for surfaces at these distances
-/// along the view axis; 0 for the sky.
+/// Cosine between each pixel's G-buffer normal and the direction to the centre of the light; 0 for the sky.
+/// `depth_view` holds the distances along the view axis in world units.
 pub fn facing(host: &Host, renderer: &Renderer<'_>, depth_view: &[f32]) -> Result<Vec<f32>> {
     let (camera, light) = (renderer.camera(), renderer.light());
     let normals = &renderer.gbuffer().geometric_normal;
@@ -160,7 +160,7 @@ pub fn facing(host: &Host, renderer: &Renderer<'_>, depth_view: &[f32]) -> Resul
     Ok((0..depth_view.len()).map(cosine).collect())
 }
 
-/// Replaces what colours with any alpha cover.
+/// Replaces the pixels where `above` has any alpha.
 fn lay_over(picture: &mut Picture, above: &[[u8; 4]]) {
     for (pixel, &[r, g, b, a]) in picture.rgb.iter_mut().zip(above) {
         if a > 0 {
@@ -169,7 +169,7 @@ fn lay_over(picture: &mut Picture, above: &[[u8; 4]]) {
     }
 }
 
-/// The mean of `factor x factor` pixels in linear light.
+/// Averages blocks of `factor x factor` pixels in linear light.
 pub fn box_filter(source: &Picture, factor: u32) -> Picture {
     let decode: Vec<f32> = (0..=255).map(linear_from_srgb).collect();
     let size = source.size.map(|s| s / factor);
@@ -186,7 +186,7 @@ pub fn box_filter(source: &Picture, factor: u32) -> Picture {
     Picture { size, rgb }
 }
 
-/// Grey by the distance, or its logarithm: the nearest is bright, the farthest dark, nothing is black.
+/// Grey by distance or its logarithm: the nearest is bright, the farthest dark, pixels without a surface are black.
 fn by_distance(distances: &[f32], size: [u32; 2], logarithmic: bool) -> Picture {
     let scale = |d: f32| if logarithmic { d.max(f32::MIN_POSITIVE).ln() } else { d };
     let finite = || distances.iter().filter(|d| d.is_finite()).map(|&d| scale(d));
@@ -209,10 +209,10 @@ fn octahedral_decode([x, y]: [f32; 2]) -> [f32; 3] {
     n.normalize_or_zero().to_array()
 }
 
-/// A channel out of its bytes.
+/// Decodes the value of a channel from its bytes.
 type Decode = fn(&[u8]) -> f32;
 
-/// Reads the channels of an image of one of the usual formats.
+/// Reads the channels of an image in one of the common formats.
 fn planes(host: &Host, image: &Image) -> Result<Vec<Vec<f32>>> {
     use vk::Format as F;
     let unorm8 = |b: &[u8]| f32::from(b[0]) / 255.0;

@@ -1,4 +1,4 @@
-//! The choice of the clock that times passes, and the host's own clock around single passes.
+//! Choice of the clock that times passes, and timing of single passes by the host's clock.
 
 use super::Host;
 use crate::timing::{FrameTiming, PassTiming};
@@ -12,34 +12,36 @@ pub enum Timing {
     /// The GPU's timestamps before and after each pass, all in one submission.
     #[default]
     Timestamps,
-    /// The host's clock around the submission of each pass alone and the wait for it.
+    /// The host's clock. Each pass is submitted alone, and the time spans its submission and the wait for it.
     Wall,
 }
 
-/// One submission by the host's clock.
+/// Time of one submission by the host's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Span {
-    /// The pass; `None` for what lies between passes.
+    /// Name of the pass; `None` for the commands between passes.
     pub pass: Option<String>,
     /// Milliseconds from submitting to the end of the wait.
     pub ms: f64,
 }
 
-/// The share of the time that timestamps may miss before they are doubted.
+/// Share of the time that timestamps may miss before they are doubted.
 const UNSEEN: f64 = 0.01;
 
-/// A pass whose timestamps have seen less than this share of it has not just run faster this time.
+/// Smallest share of a pass's time that its timestamps may show. A smaller share cannot be explained by the pass
+/// having run faster this time.
 const SEEN: f64 = 0.25;
 
-/// True if the passes by their timestamps make up nearly all of a frame's time, by its own timestamps and by the host's
-/// clock. Frames of a fast GPU may fail this too: waking up the host takes as long as they do.
+/// Returns true if the passes' timestamps add up to nearly all of a frame's time, both by the frame's own timestamps
+/// and by the host's clock. Frames of a fast GPU may fail this as well, because waking up the host takes as long as
+/// they do.
 pub(super) fn accounts_for(frame: &FrameTiming, host_ms: f64) -> bool {
     let seen: f64 = frame.passes.iter().map(|p| p.gpu_ms).sum();
     seen >= (1.0 - UNSEEN) * frame.total_gpu_ms.max(host_ms)
 }
 
-/// True if the timestamps of a frame agree with the host's clock around the same passes alone, but for what a submission
-/// itself takes: as long as the shortest, which has little else to do.
+/// Returns true if the timestamps of a frame agree with the host's clock around the same passes, apart from the
+/// overhead of a submission. The shortest submission has little else to do and so measures this overhead.
 pub(super) fn agree(frame: &FrameTiming, spans: &[Span]) -> bool {
     let submission = spans.iter().map(|s| s.ms).fold(f64::INFINITY, f64::min);
     let passes: Vec<f64> = spans.iter().filter(|s| s.pass.is_some()).map(|s| s.ms).collect();
@@ -51,8 +53,8 @@ pub(super) fn agree(frame: &FrameTiming, spans: &[Span]) -> bool {
     unseen.sum::<f64>() <= UNSEEN * passes.iter().sum::<f64>() + 2.0 * submission * passes.len() as f64
 }
 
-/// The frame with the times of the host's clock; tiles, counts and statistics stay. The total reaches, as that of
-/// timestamps does, from before the first pass to after the last.
+/// The frame with its times replaced by those of the host's clock. Tiles, counts and statistics stay. As with
+/// timestamps, the total reaches from before the first pass until after the last.
 pub(super) fn by_wall_clock(frame: FrameTiming, spans: &[Span]) -> FrameTiming {
     let is_pass = |s: &Span| s.pass.is_some();
     let (first, last) = (spans.iter().position(is_pass), spans.iter().rposition(is_pass));
@@ -69,15 +71,15 @@ pub(super) fn by_wall_clock(frame: FrameTiming, spans: &[Span]) -> FrameTiming {
     }
 }
 
-/// Cuts a frame into a submission a pass, and one for what lies between; waits for each.
+/// Cuts a frame into one submission for each pass and one for the commands between two passes, and waits for each.
 pub(super) struct Clock<'h> {
     host: &'h Host,
-    /// Every command buffer so far, to be freed in the end; the last one is recording.
+    /// All command buffers so far, to be freed at the end; the last one is recording.
     pub commands: Vec<vk::CommandBuffer>,
     /// The pass that is being recorded.
     pass: Option<String>,
     pub spans: Vec<Span>,
-    /// The first failure: from then on the frame is recorded to its end and not submitted.
+    /// The first failure. After it the frame is recorded to its end but no longer submitted.
     pub error: Option<Error>,
 }
 
@@ -86,8 +88,8 @@ impl<'h> Clock<'h> {
         Self { host, commands: vec![first], pass: None, spans: vec![], error: None }
     }
 
-    /// Runs what was recorded; `pass` follows, or what lies between passes. Returns the command buffer to go on with,
-    /// which is recording whatever happens.
+    /// Runs the commands recorded so far. `pass` names the pass that follows; `None` means commands between passes.
+    /// Returns the command buffer to continue with, which is recording even after an error.
     pub fn cut(&mut self, pass: Option<&str>) -> vk::CommandBuffer {
         let current = self.commands[self.commands.len() - 1];
         if self.error.is_some() {
@@ -108,7 +110,8 @@ impl<'h> Clock<'h> {
         self.pass = pass.map(str::to_owned);
         next
     }
-    /// Runs the last piece. The error is the first one of all.
+
+    /// Runs the last piece. Returns the first error of the whole frame.
     pub fn finish(&mut self) -> Result<()> {
         let last = self.commands[self.commands.len() - 1];
         match self.error.take() {
@@ -142,9 +145,9 @@ mod tests {
     fn timestamps_account_for_a_frame_or_miss_some_of_it() {
         let fine = frame(100.5, &[("shadow map", 40.0), ("pcf", 60.0)]);
         assert!(accounts_for(&fine, 100.9));
-        // By the host's clock alone something is missing.
+        // The host's clock shows that something is missing.
         assert!(!accounts_for(&fine, 150.0));
-        // As Mesa 25's CPU driver has it: raster passes count, compute passes do not, and the total is right.
+        // Behaviour of Mesa 25's CPU driver: raster passes are timed, compute passes are not, and the total is right.
         let compute_unseen = frame(355.0, &[("shadow map", 49.0), ("g-buffer", 216.0), ("pcf", 0.4)]);
         assert!(!accounts_for(&compute_unseen, 0.0));
         // A device without timestamps.
@@ -163,11 +166,11 @@ mod tests {
         let blind = frame(355.0, &[("shadow map", 49.0), ("g-buffer", 216.0), ("pcf", 0.4)]);
         let cut = spans(&[("shadow map", 60.1), ("", 0.1), ("g-buffer", 216.1), ("", 0.1), ("pcf", 89.0)]);
         assert!(!agree(&blind, &cut));
-        // The same in a small frame.
+        // The same driver with a small frame.
         let small = frame(3.0, &[("shadow map", 0.5), ("pcf", 0.03), ("shade", 0.03)]);
         let cut = spans(&[("shadow map", 0.6), ("", 0.05), ("pcf", 1.4), ("", 0.05), ("shade", 1.0)]);
         assert!(!agree(&small, &cut) && !agree(&FrameTiming::default(), &cut));
-        // A busy machine: all passes take longer, and all of them were seen.
+        // A busy machine: all passes take longer, and the timestamps saw all of them.
         let slower = spans(&[("shadow map", 1.0), ("", 0.05), ("pcf", 0.09), ("", 0.05), ("shade", 0.1)]);
         assert!(agree(&small, &slower));
     }
@@ -178,7 +181,7 @@ mod tests {
         let cut = spans(&[("", 50.0), ("sm", 3.0), ("", 0.5), ("shade", 4.0), ("", 60.0)]);
         let expected = frame(7.5, &[("sm", 3.0), ("shade", 4.0)]);
         assert_eq!(by_wall_clock(stamped, &cut), expected);
-        // Without timestamps the names and times are those of the submissions.
+        // Without timestamps the names and times come from the submissions.
         let bare = by_wall_clock(FrameTiming::default(), &cut);
         assert_eq!(
             bare.passes.iter().map(|p| (&p.name[..], p.gpu_ms)).collect::<Vec<_>>(),

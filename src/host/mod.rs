@@ -1,4 +1,4 @@
-//! A Vulkan device of our own, for the command-line tool, the tests and the benchmarks.
+//! A Vulkan device that Edgeshade opens itself, for the command-line tool, the tests and the benchmarks.
 
 mod clock;
 mod owner;
@@ -19,15 +19,15 @@ use std::cell::Cell;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What kind of device to open.
+/// Options for opening a device.
 #[derive(Clone, Debug)]
 pub struct HostDesc {
-    /// Index in [`devices`], or part of a name; `None` takes the fastest kind there is.
+    /// Index in [`devices`] or part of a device's name; `None` takes a device of the fastest kind.
     pub device: Option<String>,
-    /// Turn on the validation layer with synchronization validation, and collect its messages.
+    /// Turns on the validation layer with synchronization validation and collects its messages.
     pub validation: bool,
-    /// Clock that the times of passes come from. `None` takes timestamps unless they miss work, as those of Mesa 25's CPU
-    /// driver miss compute passes; to find out, the first frame is repeated.
+    /// Clock that the times of passes come from. `None` takes timestamps unless they miss work, as those of Mesa 25's
+    /// CPU driver miss compute passes. The first frame is repeated to find out.
     pub timing: Option<Timing>,
 }
 
@@ -37,14 +37,14 @@ impl Default for HostDesc {
     }
 }
 
-/// Instance, device, one queue and the library's context. Work is submitted and waited for.
+/// Instance, device, one queue and the library's context. The host waits for everything that it submits.
 pub struct Host {
     owner: Arc<Owner>,
     context: Context,
     pool: vk::CommandPool,
     fence: vk::Fence,
     info: DeviceInfo,
-    /// `None` until the first frame has shown it.
+    /// `None` until the first frame has shown which clock is right.
     timing: Cell<Option<Timing>>,
 }
 
@@ -55,8 +55,8 @@ impl Host {
     /// [`Error::NoDevice`] says what to install, or which feature the device lacks.
     pub fn new(desc: &HostDesc) -> Result<Self> {
         let owner = Arc::new(Owner::new(desc)?);
-        // SAFETY: the owner made the handles with what the library requires, and outlives the context,
-        // which holds it.
+        // SAFETY: the owner made the handles with the required features and extensions. The context holds the owner,
+        // so the owner outlives it.
         let context = unsafe {
             Context::new(&ContextDesc {
                 instance: &owner.instance,
@@ -74,9 +74,10 @@ impl Host {
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
         // SAFETY: plain creations on a live device.
         let pool = unsafe { owner.device.create_command_pool(&pool_info, None) }.context("vkCreateCommandPool")?;
-        // SAFETY: as above.
-        let fence =
-            unsafe { owner.device.create_fence(&vk::FenceCreateInfo::default(), None) }.context("vkCreateFence")?;
+        // SAFETY: as above; the pool is destroyed here only if nothing else will.
+        let fence = unsafe { owner.device.create_fence(&vk::FenceCreateInfo::default(), None) }
+            .inspect_err(|_| unsafe { owner.device.destroy_command_pool(pool, None) })
+            .context("vkCreateFence")?;
         context.device().name(pool, "host");
         context.device().name(fence, "host");
         let info = DeviceInfo::new(&owner.instance, owner.physical_device);
@@ -88,7 +89,7 @@ impl Host {
         &self.context
     }
 
-    /// What the device is.
+    /// Description of the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
     }
@@ -98,7 +99,7 @@ impl Host {
         self.owner.queue_family
     }
 
-    /// What the validation layer has said so far.
+    /// Messages of the validation layer so far.
     pub fn messages(&self) -> &Messages {
         &self.owner.messages
     }
@@ -108,7 +109,8 @@ impl Host {
         self.owner.features.depth_clamp
     }
 
-    /// Where the times of [`Host::frame`] come from; unless [`HostDesc::timing`] has said it, to be asked after a frame.
+    /// Clock that the times of [`Host::frame`] come from. Unless [`HostDesc::timing`] chose it, ask after the first
+    /// frame.
     pub fn timing(&self) -> Timing {
         self.timing.get().unwrap_or_default()
     }
@@ -121,8 +123,8 @@ impl Host {
         result
     }
 
-    /// Records a frame, runs it, waits for it and returns its times. `record` ends the frame; it is called several times
-    /// where it has yet to be found out which clock is right.
+    /// Records a frame, runs it, waits for it and returns its times. `record` ends the frame. It is called several
+    /// times while the host has yet to find out which clock is right.
     pub fn frame(&self, timings: &mut Timings, mut record: impl FnMut(Frame<'_>) -> Result<()>) -> Result<FrameTiming> {
         match self.timing.get() {
             Some(Timing::Timestamps) => Ok(self.whole_frame(timings, &mut record)?.0),
@@ -131,7 +133,7 @@ impl Host {
                 Ok(by_wall_clock(frame, &spans))
             }
             None => {
-                // Warms up: drivers compile shaders in the first frame, next to which the rest of it is nothing.
+                // Warms up: in the first frame drivers compile shaders, which takes far longer than the frame itself.
                 self.whole_frame(timings, &mut record)?;
                 let (frame, ms) = self.whole_frame(timings, &mut record)?;
                 if accounts_for(&frame, ms) {
@@ -149,7 +151,7 @@ impl Host {
         }
     }
 
-    /// A frame in one submission, with its milliseconds by the host's clock.
+    /// Runs a frame in one submission; also returns its milliseconds by the host's clock.
     fn whole_frame(
         &self,
         timings: &mut Timings,
@@ -163,7 +165,7 @@ impl Host {
         result.map(|ms| (timings.poll().pop().unwrap_or_default(), ms))
     }
 
-    /// A frame in a submission a pass.
+    /// Runs a frame in one submission for each pass.
     fn cut_frame(
         &self,
         timings: &mut Timings,
@@ -172,14 +174,14 @@ impl Host {
         let cmd = self.begin()?;
         let mut clock = Clock::new(self, cmd);
         let mut cut = |pass: Option<&str>| clock.cut(pass);
-        // SAFETY: as in `whole_frame`, and so is every command buffer that the clock hands out.
+        // SAFETY: as in `whole_frame`; the same holds for every command buffer that the clock hands out.
         let frame = unsafe { Frame::begin_cut(&self.context, cmd, timings, &mut cut) };
         let result = record(frame).and_then(|()| clock.finish());
         self.free(&clock.commands);
         result.map(|()| (timings.poll().pop().unwrap_or_default(), clock.spans))
     }
 
-    /// A command buffer that is recording.
+    /// Allocates a command buffer and begins to record it.
     fn begin(&self) -> Result<vk::CommandBuffer> {
         let device = &self.owner.device;
         let info = vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
@@ -199,7 +201,8 @@ impl Host {
         let device = &self.owner.device;
         let commands = [cmd];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
-        // SAFETY: the buffer is recording and submitted once; the fence is not in use: every submission is waited for.
+        // SAFETY: the buffer is recording and is submitted once. The fence is not in use, because every submission is
+        // waited for.
         unsafe {
             device.end_command_buffer(cmd).context("vkEndCommandBuffer")?;
             let started = Instant::now();
@@ -212,7 +215,7 @@ impl Host {
     }
 
     fn free(&self, commands: &[vk::CommandBuffer]) {
-        // SAFETY: they are the pool's, and were only recorded or have run.
+        // SAFETY: the buffers belong to the pool, and either have run or were never submitted.
         unsafe { self.owner.device.free_command_buffers(self.pool, commands) };
     }
 }
@@ -227,7 +230,7 @@ impl Drop for Host {
     }
 }
 
-/// Text for a machine without a usable driver.
+/// Error for a machine without a usable driver.
 fn no_driver(detail: &str) -> Error {
     Error::NoDevice(format!(
         "{detail}\nEdgeshade needs a Vulkan 1.3 driver. On Debian or Ubuntu, `sudo apt-get install mesa-vulkan-drivers \

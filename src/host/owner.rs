@@ -1,4 +1,4 @@
-//! Owns instance, device and debug messenger, and destroys them last.
+//! Owner of instance, device and debug messenger, which are destroyed last.
 
 use super::{HostDesc, no_driver, select};
 use crate::context::requirements;
@@ -9,12 +9,12 @@ use std::borrow::Cow;
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What the validation layer has said, shared with its callback.
+/// Messages of the validation layer, shared with its callback.
 #[derive(Clone, Default)]
 pub struct Messages(Arc<Mutex<Vec<String>>>);
 
 impl Messages {
-    /// Everything so far, oldest first.
+    /// All messages so far, oldest first.
     pub fn all(&self) -> Vec<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -41,11 +41,11 @@ const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// Loads the Vulkan loader.
 pub(super) fn entry() -> Result<ash::Entry> {
-    // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what loaders are for.
+    // SAFETY: loading the system's Vulkan loader runs its initialisers, which are meant to be run so.
     unsafe { ash::Entry::load() }.map_err(|e| no_driver(&format!("the Vulkan loader was not found ({e})")))
 }
 
-/// A bare instance, for listing devices, or one with debugging for a host.
+/// Creates a bare instance for listing devices, or one with debugging for a host.
 pub(super) fn instance(entry: &ash::Entry, debug_utils: bool, validation: bool) -> Result<ash::Instance> {
     let app = vk::ApplicationInfo::default()
         .application_name(c"edgeshade")
@@ -77,7 +77,7 @@ pub(super) fn instance(entry: &ash::Entry, debug_utils: bool, validation: bool) 
 fn has_debug_utils(entry: &ash::Entry, validation: bool) -> bool {
     let layer = validation.then_some(VALIDATION);
     let has = |layer| {
-        // SAFETY: a query without preconditions.
+        // SAFETY: this query has no preconditions.
         let list = unsafe { entry.enumerate_instance_extension_properties(layer) }.unwrap_or_default();
         list.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME))
     };
@@ -104,14 +104,14 @@ impl Owner {
             e
         };
         let physical_device = select::choose(&instance, desc.device.as_deref()).map_err(destroy)?;
-        // SAFETY: the physical device is the instance's.
+        // SAFETY: the physical device belongs to the instance.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
         let queue_family = select::queue_family(&families)
             .ok_or_else(|| destroy(Error::NoDevice("the device has no queue with graphics and compute".into())))?;
-        // SAFETY: as above; `choose` takes devices of version 1.3 only.
+        // SAFETY: as above; `choose` returns devices of at least version 1.3.
         let features = unsafe { DeviceFeatures::of(&instance, physical_device) };
         let device = create_device(&instance, physical_device, queue_family, features).map_err(destroy)?;
-        // SAFETY: the family was asked for with one queue.
+        // SAFETY: the device was created with one queue of this family.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         Ok(Self {
             instance,
@@ -156,16 +156,16 @@ fn create_device(
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
     let extensions: Vec<_> = needed.extensions.iter().map(|e| e.as_ptr()).collect();
-    // SAFETY: the physical device is the instance's.
+    // SAFETY: the physical device belongs to the instance.
     let offered = unsafe { instance.get_physical_device_features(physical_device) };
     let mut features = vk::PhysicalDeviceFeatures {
-        // All meshes share one vertex buffer: without it, indices end at 2^24 - 1 on any device.
+        // All meshes share one vertex buffer. Without this feature indices may end at 2^24 - 1.
         full_draw_index_uint32: offered.full_draw_index_uint32,
         ..needed.features
     };
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true);
-    // The host's raster passes need some of these (`select` has checked), techniques others.
+    // The host's raster passes need some of these features (`select` has checked them), and techniques need others.
     available.enable(&mut features, &mut v12, &mut v13);
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
@@ -173,7 +173,7 @@ fn create_device(
         .enabled_features(&features)
         .push_next(&mut v12)
         .push_next(&mut v13);
-    // SAFETY: extensions and features were checked by `select::choose`.
+    // SAFETY: `select::choose` has checked the extensions and features.
     unsafe { instance.create_device(physical_device, &info, None) }.context("vkCreateDevice")
 }
 
@@ -198,7 +198,7 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     user: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer hands in valid data; `user` is the pointer that `listen` gave.
+    // SAFETY: the layer passes valid data, and `user` is the pointer set by `listen`.
     let (text, messages) = unsafe {
         let text = (*data).message_as_c_str().map_or(Cow::Borrowed("(no text)"), CStr::to_string_lossy).into_owned();
         Arc::increment_strong_count(user.cast::<Mutex<Vec<String>>>().cast_const());

@@ -1,4 +1,4 @@
-//! Which physical device to use.
+//! Choice of the physical device.
 
 use super::{no_driver, owner};
 use crate::context::requirements;
@@ -7,7 +7,7 @@ use crate::{Error, Result, loader};
 use ash::vk;
 use std::ffi::CStr;
 
-/// What a physical device is.
+/// Description of a physical device.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct DeviceInfo {
     /// The device's own name.
@@ -18,7 +18,7 @@ pub struct DeviceInfo {
     pub kind: &'static str,
     /// Vulkan version, `major.minor.patch`.
     pub vulkan: String,
-    /// What it lacks to run the techniques; empty if it has all.
+    /// Requirements of the techniques that the device lacks; empty if it meets all.
     pub missing: Vec<String>,
 }
 
@@ -26,7 +26,7 @@ impl DeviceInfo {
     pub(super) fn new(instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> Self {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
-        // SAFETY: the physical device is the instance's, which is of version 1.3.
+        // SAFETY: the physical device belongs to the instance, which has version 1.3.
         unsafe { instance.get_physical_device_properties2(physical_device, &mut properties) };
         let p = properties.properties;
         let text = |s: std::result::Result<&CStr, _>| {
@@ -59,8 +59,8 @@ pub(super) fn queue_family(families: &[vk::QueueFamilyProperties]) -> Option<u32
     families.iter().position(|f| f.queue_count > 0 && f.queue_flags.contains(wanted)).map(|i| i as u32)
 }
 
-/// Lists what a device lacks that every rendering device has, whatever its features: drivers may offer devices that are not there, for compiling
-/// shaders alone, such as RADV's null hardware.
+/// Lists what a device lacks that every device able to render has, whatever its features. Drivers may offer devices
+/// without hardware that only compile shaders, such as RADV's null device.
 fn missing_hardware(
     memory: &vk::PhysicalDeviceMemoryProperties,
     families: &[vk::QueueFamilyProperties],
@@ -78,7 +78,7 @@ fn missing_hardware(
 }
 
 fn missing(instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> Vec<String> {
-    // SAFETY: the physical device is the instance's, here and below.
+    // SAFETY: the physical device belongs to the instance, here and below.
     let memory = unsafe { instance.get_physical_device_memory_properties(physical_device) };
     // SAFETY: as above.
     let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
@@ -107,18 +107,18 @@ fn enumerate(instance: &ash::Instance) -> Result<Vec<(vk::PhysicalDevice, Device
     Ok(list.into_iter().map(|d| (d, DeviceInfo::new(instance, d))).collect())
 }
 
-/// Every physical device that the drivers offer.
+/// All physical devices that the drivers offer.
 pub fn devices() -> Result<Vec<DeviceInfo>> {
     let _lists = loader::change();
     let entry = owner::entry()?;
     let instance = owner::instance(&entry, false, false)?;
     let list = enumerate(&instance);
-    // SAFETY: nothing was made from it.
+    // SAFETY: nothing was made from the instance.
     unsafe { instance.destroy_instance(None) };
     Ok(list?.into_iter().map(|(_, info)| info).collect())
 }
 
-/// The device asked for, or the fastest kind that has all that is needed.
+/// The requested device, or else a device of the fastest kind among those that meet the requirements.
 pub(super) fn choose(instance: &ash::Instance, wanted: Option<&str>) -> Result<vk::PhysicalDevice> {
     let (handles, infos): (Vec<_>, Vec<_>) = enumerate(instance)?.into_iter().unzip();
     if infos.is_empty() {
@@ -127,8 +127,8 @@ pub(super) fn choose(instance: &ash::Instance, wanted: Option<&str>) -> Result<v
     pick(&infos, wanted).map(|i| handles[i])
 }
 
-/// Index of the device asked for, by its index or a part of its name, or else of the fastest kind. One that lacks
-/// something is never taken; of several with that name, one that lacks nothing is.
+/// Index of the device requested by index or part of its name, or else of a device of the fastest kind. Skips devices
+/// that lack something, even if their name matches.
 fn pick(devices: &[DeviceInfo], wanted: Option<&str>) -> Result<usize> {
     let index = wanted.and_then(|text| text.parse().ok()).filter(|&i: &usize| i < devices.len());
     let is_wanted = |i: usize, d: &DeviceInfo| match (index, wanted) {
@@ -138,7 +138,7 @@ fn pick(devices: &[DeviceInfo], wanted: Option<&str>) -> Result<usize> {
     };
     let matches: Vec<_> = devices.iter().enumerate().filter(|&(i, d)| is_wanted(i, d)).collect();
     let fit = matches.iter().filter(|(_, d)| d.missing.is_empty());
-    // A device that was asked for is the first of that name; else the kind decides.
+    // Among devices that match the name the first one wins; without a name the kind decides.
     if let Some((i, _)) = fit.min_by_key(|(_, d)| if wanted.is_some() { 0 } else { d.rank() }) {
         return Ok(*i);
     }
@@ -152,7 +152,7 @@ fn pick(devices: &[DeviceInfo], wanted: Option<&str>) -> Result<usize> {
     Err(Error::NoDevice(match (wanted, matches.first()) {
         (Some(_), Some((_, d))) => format!("{} lacks {}", d.name, d.missing.join(", ")),
         (Some(text), None) => format!("no device matches {text:?}; there are:\n{}", list()),
-        (None, _) => format!("no device has all that is needed:\n{}", list()),
+        (None, _) => format!("no device meets the requirements:\n{}", list()),
     }))
 }
 
@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(pick(&[null.clone(), cpu.clone()], None).unwrap(), 1);
         assert_eq!(pick(&devices, Some("LLVM")).unwrap(), 1);
         assert_eq!(pick(&devices, Some("1")).unwrap(), 1);
-        // The first of that name that renders.
+        // The first device of that name that can render.
         assert_eq!(pick(&devices, Some("navi21")).unwrap(), 2);
         assert_eq!(pick(&[cpu.clone(), device("llvmpipe", "discrete", &[])], Some("llvmpipe")).unwrap(), 0);
         let error = |devices: &[_], wanted| pick(devices, wanted).unwrap_err().to_string();

@@ -1,11 +1,11 @@
-//! Data to the GPU and back, outside of frames.
+//! Transfers to the GPU and back, outside of frames.
 
 use super::Host;
 use crate::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind};
 use crate::{Error, Frame, Handoff, Result};
 use ash::vk;
 
-/// Largest staging buffer; longer data goes in several submissions.
+/// Largest staging buffer in bytes; longer data is split over several submissions.
 const STAGING: usize = 64 << 20;
 
 fn not_mapped(name: &str) -> Error {
@@ -13,7 +13,7 @@ fn not_mapped(name: &str) -> Error {
 }
 
 impl Host {
-    /// A GPU buffer with the given content.
+    /// Creates a GPU buffer with the given content.
     pub fn upload<T: bytemuck::NoUninit>(&self, name: &str, usage: vk::BufferUsageFlags, data: &[T]) -> Result<Buffer> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let device = self.context().device();
@@ -49,7 +49,7 @@ impl Host {
         if staging.write(0, bytes) { Ok(staging) } else { Err(not_mapped("upload")) }
     }
 
-    /// A sampled image with the given texels, left in `GENERAL`.
+    /// Creates a sampled image with the given texels and leaves it in `GENERAL`.
     pub fn upload_image(&self, desc: &ImageDesc<'_>, texels: &[u8]) -> Result<Image> {
         let device = self.context().device();
         let usage = desc.usage | vk::ImageUsageFlags::TRANSFER_DST;
@@ -65,19 +65,19 @@ impl Host {
         Ok(image)
     }
 
-    /// Texels of level 0, layer 0 of an image in `GENERAL`, rows tightly packed.
+    /// Texels of level 0, layer 0 of an image in `GENERAL`; rows are tightly packed.
     pub fn read_image<T: bytemuck::AnyBitPattern>(&self, image: &Image) -> Result<Vec<T>> {
         let [width, height] = image.extent();
         let size = u64::from(width) * u64::from(height) * size_of::<T>() as u64;
         self.read(size, |frame, target| frame.read_back(image, target))
     }
 
-    /// The content of a buffer made with `TRANSFER_SRC`, after everything submitted so far.
+    /// Content of a buffer made with `TRANSFER_SRC`, once everything submitted so far has run.
     pub fn read_buffer<T: bytemuck::AnyBitPattern>(&self, buffer: &Buffer) -> Result<Vec<T>> {
         self.read(buffer.size(), |frame, target| frame.read_back_buffer(buffer, target))
     }
 
-    /// So many bytes that `copy` takes into a buffer.
+    /// Reads `size` bytes that `copy` writes into a buffer.
     fn read<T: bytemuck::AnyBitPattern>(
         &self,
         size: u64,
@@ -97,7 +97,7 @@ impl Host {
         Ok(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
-    /// The first channel of an image of any visibility or depth format, as `f32`.
+    /// First channel of an image of any visibility or depth format, as `f32`.
     pub fn read_values(&self, image: &Image) -> Result<Vec<f32>> {
         Ok(match image.format() {
             vk::Format::R8_UNORM => self.read_image::<u8>(image)?.into_iter().map(|v| f32::from(v) / 255.0).collect(),

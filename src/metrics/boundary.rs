@@ -1,37 +1,35 @@
-//! Where the shadow boundary runs, and how far two of them are apart.
+//! Position of the shadow boundary, and the distance between two boundaries.
 //!
-//! A boundary is the set of *cracks*: the unit segments between two neighbouring pixels of the mask
-//! of which one is lit and one is not. On the lattice of half pixels every end and middle of a crack
-//! has a whole-number place, and so the distance from the middle of one crack to the nearest point
-//! of the cracks of another picture is exact.
+//! A boundary is the set of *cracks*: the unit segments between two neighbouring pixels of the mask of which one is
+//! lit and one is not. On the lattice of half pixels, all ends and middles of cracks have integer coordinates. So the
+//! distance from the middle of a crack to the nearest point of another picture's cracks is exact.
 
 use super::{LIT_THRESHOLD, Planes, distance, sum::sum_rows};
 
 /// Distance between two shadow boundaries in pixels, over the boundary points of one of them.
 ///
-/// The points are the middles of the pixel sides that separate a lit from a shadowed pixel; the
-/// distance is that to the nearest such side of the other picture. Straight edges along an axis
-/// that are shifted by whole pixels give whole numbers; oblique ones staircases, within about half
-/// a pixel of each other.
+/// The points are the middles of the pixel sides that separate a lit from a shadowed pixel. Each distance is that to
+/// the nearest such side of the other picture. Straight boundaries along an axis that are shifted by whole pixels give
+/// integers. Oblique boundaries give staircases, within about half a pixel of each other.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Displacement {
-    /// Signed mean: positive where the shadow under test is too large, negative where too small.
+    /// Signed mean, pixels: positive where the shadow under test is too large, negative where it is too small.
     pub mean: f64,
-    /// 95th percentile of the unsigned distance (nearest rank).
+    /// 95th percentile of the unsigned distance, pixels (nearest rank).
     pub p95: f64,
-    /// Largest unsigned distance (the directed Hausdorff distance).
+    /// Largest unsigned distance, pixels (the directed Hausdorff distance).
     pub max: f64,
 }
 
-/// A pixel side between two pixels of the mask that differ.
+/// Pixel side between two pixels of the mask that differ.
 pub(crate) struct Crack {
     /// Index of the left or upper pixel.
     pub(crate) first: usize,
     /// Index of the right or lower pixel.
     pub(crate) second: usize,
-    /// Place of the middle on the half-pixel lattice, `2 x, 2 y` with pixel corners at even places.
+    /// Position of the middle on the half-pixel lattice, `2 x, 2 y`; pixel corners have even coordinates.
     middle: [usize; 2],
-    /// Whether the crack runs downwards, between left and right.
+    /// `true` if the crack runs downwards, between a left and a right pixel.
     vertical: bool,
 }
 
@@ -54,14 +52,14 @@ pub(crate) fn for_each_crack(planes: &Planes, values: &[f32], mut visit: impl Fn
     }
 }
 
-/// Length of the boundary of one of the planes in pixels, by marching squares.
+/// Returns the length of the boundary of one of the planes in pixels, by marching squares.
 ///
-/// The line runs through the middles between neighbouring pixel centres that differ. It is exact for
-/// edges at multiples of 45 degrees, and up to 8.2 % too long between (5.5 % in the mean of all
-/// directions). Blocks of 2x2 pixels that touch a pixel outside the mask hold nothing of it.
+/// The line runs through the middles between neighbouring pixel centres that differ. It is exact for boundaries at
+/// multiples of 45 degrees and up to 8.2 % too long in between (5.5 % on average over all directions). Blocks of 2x2
+/// pixels that touch a pixel outside the mask do not count.
 pub(crate) fn length(planes: &Planes, values: &[f32]) -> f64 {
     let w = planes.width;
-    // Blocks that the line crosses straight, at a corner, and at two opposite corners.
+    // Numbers of blocks that the line crosses straight, at one corner, and at two opposite corners.
     let [straight, corner, twice] = sum_rows(planes.height.saturating_sub(1), |y| {
         let mut counts = [0.0; 3];
         for i in y * w..(y + 1) * w - w.min(1) {
@@ -82,10 +80,11 @@ pub(crate) fn length(planes: &Planes, values: &[f32]) -> f64 {
     straight + std::f64::consts::FRAC_1_SQRT_2 * (corner + 2.0 * twice)
 }
 
-/// From the test to the truth, and from the truth to the test; `None` if either has no boundary.
+/// Returns the displacements from the test to the truth and from the truth to the test; `None` if either has no
+/// boundary.
 pub(crate) fn displacements(planes: &Planes) -> (Option<Displacement>, Option<Displacement>) {
-    // In the test's direction a point on the truth's lit side means that the shadow has grown
-    // there; in the reverse direction it is a point on the test's shadow side.
+    // In the test's direction, a point on the truth's lit side means that the shadow has grown there. In the reverse
+    // direction, a point on the test's shadow side means so.
     let forward = directed(planes, planes.test, planes.truth, true);
     let reverse = directed(planes, planes.truth, planes.test, false);
     (forward, reverse)

@@ -1,14 +1,14 @@
-//! Exact Euclidean distance transform: lower envelope of parabolas after Felzenszwalb and
-//! Huttenlocher, "Distance Transforms of Sampled Functions" (2012), in whole numbers throughout.
+//! Exact Euclidean distance transform in integers: lower envelope of parabolas after Felzenszwalb and Huttenlocher,
+//! "Distance Transforms of Sampled Functions" (2012).
 
 use rayon::prelude::*;
 
-/// The squared distance where there is no feature at all.
+/// Squared distance if there is no feature at all.
 pub(crate) const NO_FEATURE: u32 = u32::MAX;
 
-/// Squared distance from every cell to the nearest cell that `is_feature`, in cells, exact.
+/// Returns the exact squared distance, in cells, from every cell to the nearest one that `is_feature`.
 ///
-/// Row by row; both sides at most 32769 cells, so that a squared distance always fits.
+/// Cells are in row order. Both sides may have at most 32769 cells, so that a squared distance always fits.
 pub(crate) fn squared_distances(is_feature: &[bool], width: usize, height: usize) -> Vec<u32> {
     debug_assert!(is_feature.len() == width * height && width.max(height) <= 32769);
     let mut cells = column_distances(is_feature, width, height);
@@ -19,12 +19,12 @@ pub(crate) fn squared_distances(is_feature: &[bool], width: usize, height: usize
     cells
 }
 
-/// Whether a feature lies at most `radius` cells away.
+/// Returns for every cell whether a feature lies at most `radius` cells away.
 pub(crate) fn within(is_feature: &[bool], width: usize, height: usize, radius: u32) -> Vec<bool> {
     squared_distances(is_feature, width, height).into_iter().map(|d| d <= radius * radius).collect()
 }
 
-/// Distance to the nearest feature of the same column; [`NO_FEATURE`] where it has none.
+/// Returns the distance to the nearest feature of the same column; [`NO_FEATURE`] if the column has none.
 fn column_distances(is_feature: &[bool], width: usize, height: usize) -> Vec<u32> {
     let mut cells: Vec<u32> = is_feature.iter().map(|&f| if f { 0 } else { NO_FEATURE }).collect();
     for y in 1..height {
@@ -40,17 +40,17 @@ fn column_distances(is_feature: &[bool], width: usize, height: usize) -> Vec<u32
     cells
 }
 
-/// Lower envelope of the parabolas of one row; kept between rows to save allocations.
+/// Lower envelope of the parabolas of one row; reused between rows to save allocations.
 #[derive(Default)]
 struct Envelope {
     /// Column and height of each parabola that is lowest somewhere, from left to right.
     parabolas: Vec<(i64, i64)>,
-    /// First column where the parabola of the same index is at least as low as its predecessor.
+    /// First column where each parabola is at least as low as its predecessor.
     from: Vec<i64>,
 }
 
 impl Envelope {
-    /// Turns the column distances of a row into squared distances.
+    /// Replaces the column distances of a row by squared distances.
     fn apply(&mut self, row: &mut [u32]) {
         self.parabolas.clear();
         self.from.clear();
@@ -58,7 +58,7 @@ impl Envelope {
             let (x, h) = (x as i64, i64::from(d) * i64::from(d));
             let mut start = 0;
             while let Some(&(px, ph)) = self.parabolas.last() {
-                // First whole column where (c-x)^2 + h <= (c-px)^2 + ph, rounded up.
+                // First integer column where (c-x)^2 + h <= (c-px)^2 + ph, rounded up.
                 let numerator = (h + x * x) - (ph + px * px);
                 start = -(-numerator).div_euclid(2 * (x - px));
                 let predecessor_start = self.from[self.from.len() - 1];
@@ -69,7 +69,7 @@ impl Envelope {
                 self.from.pop();
                 start = 0;
             }
-            // The very first parabola holds from column 0 on.
+            // The first parabola starts at column 0.
             self.parabolas.push((x, h));
             self.from.push(if self.parabolas.len() == 1 { 0 } else { start });
         }
@@ -92,7 +92,7 @@ impl Envelope {
 mod tests {
     use super::*;
 
-    /// The definition itself.
+    /// Computes the distances by their definition.
     fn brute(f: &[bool], w: usize, h: usize) -> Vec<u32> {
         let sites: Vec<(i64, i64)> = (0..w * h).filter(|&i| f[i]).map(|i| ((i % w) as i64, (i / w) as i64)).collect();
         (0..w * h)

@@ -1,32 +1,31 @@
-//! Shadow where none can be: acne, counted at a distance from the true edges that the caller chooses.
+//! False shadow, such as acne, counted beyond a distance from the true boundaries that the caller chooses.
 
 use super::{LIT_THRESHOLD, Planes, eroded, sum_pixels};
 use crate::Result;
 
-/// What [`false_shadow`] finds.
+/// Result of [`false_shadow`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FalseShadow {
-    /// Pixels of the mask that are lit in the truth, as is everything near them.
+    /// Number of pixels of the mask that are lit in the truth, like everything near them.
     pub lit: u64,
-    /// Those of them that the test has in shadow (below 0.5).
+    /// Number of those pixels that the test has in shadow (below 0.5).
     pub dark: u64,
 }
 
 impl FalseShadow {
-    /// Share of the lit pixels that are dark; `None` where there are no lit ones.
+    /// Returns the fraction of the lit pixels that are dark; `None` if there are no lit ones.
     pub fn share(&self) -> Option<f64> {
         (self.lit > 0).then(|| self.dark as f64 / self.lit as f64)
     }
 }
 
-/// Counts the pixels that are dark though the truth is fully lit there and up to `distance` pixels
-/// around.
+/// Counts the pixels that are dark although the truth is fully lit there and up to `distance` pixels around.
 ///
-/// Like [`super::Report::false_shadow`], with a distance that fits the shadow map: edges that are off
-/// by less than `distance` do not count. What lies outside the mask or the picture takes nothing away.
+/// This is like [`super::Report::false_shadow`], with a distance that fits the shadow map: boundaries displaced by
+/// less than `distance` do not count. Pixels outside the mask or the picture exclude nothing.
 ///
 /// # Errors
-/// As [`super::compare`].
+/// Fails like [`super::compare`].
 pub fn false_shadow(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2], distance: u32) -> Result<FalseShadow> {
     let planes = Planes::new(test, truth, mask, size)?;
     let lit = eroded(&planes, distance, |i| truth[i] >= 1.0);

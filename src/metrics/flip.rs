@@ -1,18 +1,18 @@
-//! FLIP, the perceived difference when one flips between two pictures.
+//! FLIP: the difference perceived when one flips between two pictures.
 
 use super::{check_length, pixel_count, sum::sum_rows};
 use crate::Result;
 
-/// Viewing distance that [`flip`] assumes: a 0.7 m wide screen of 3840 px seen from 0.7 m.
+/// Viewing distance that [`flip`] assumes, in pixels per degree: a screen 0.7 m and 3840 px wide, seen from 0.7 m.
 pub const FLIP_PIXELS_PER_DEGREE: f32 = 67.0;
 
-/// Mean and map of the FLIP difference (Andersson et al. 2020, LDR) of two sRGB pictures.
+/// Returns mean and map of the FLIP difference (Andersson et al. 2020, LDR) of two sRGB pictures.
 ///
-/// Both are `size[0] * size[1]` pixels, row by row. Mean and map are in `[0, 1]`, 0 where nothing
-/// differs. The pictures are the *shaded* ones, of the same exposure. Without a pixel the mean is 0.
+/// Both pictures have `size[0] * size[1]` pixels, row by row. Mean and map are in `[0, 1]`, 0 where nothing differs.
+/// Use the *shaded* pictures, with the same exposure. Without pixels the mean is 0.
 ///
 /// # Errors
-/// A slice of the wrong length, or a side beyond [`super::MAX_SIDE_PX`].
+/// Fails for a slice of the wrong length, or a side beyond [`super::MAX_SIDE_PX`].
 pub fn flip(test_rgb8: &[[u8; 3]], truth_rgb8: &[[u8; 3]], size: [u32; 2]) -> Result<(f64, Vec<f32>)> {
     let pixels = pixel_count(size)?;
     check_length("the picture under test", test_rgb8.len(), pixels, size)?;

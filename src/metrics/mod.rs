@@ -1,9 +1,8 @@
-//! How far a visibility picture is from the truth.
+//! Error of a visibility picture against the truth.
 //!
-//! Visibility is 1 in full light and 0 in full shadow. Every measure runs over the pixels of a mask
-//! (sky, terminator and whatever else nobody should be judged by is left out of it), sums in `f64`
-//! in one fixed order, row by row, and therefore gives the same bits with any number of threads.
-//! A measure whose set of pixels is empty is `None` or 0, never NaN.
+//! Visibility is 1 in full light and 0 in full shadow. Every measure covers the pixels of a mask, which excludes the
+//! sky, the terminator and whatever else should not be judged. It sums in `f64` in a fixed order, row by row, so it
+//! gives the same bits with any number of threads. A measure over an empty set of pixels is `None` or 0, never NaN.
 
 mod boundary;
 mod distance;
@@ -21,71 +20,69 @@ pub use motion::{Motion, Shot, motion};
 use crate::{Error, Result};
 use sum::sum_rows;
 
-/// Longest side that [`compare`] takes, in pixels.
+/// Largest side of a picture that [`compare`] takes, in pixels.
 pub const MAX_SIDE_PX: u32 = 16384;
 
-/// Visibility from this value on counts as lit where a measure needs a yes or no.
+/// Smallest visibility that counts as lit where a measure needs a yes or no.
 pub const LIT_THRESHOLD: f32 = 0.5;
 
-/// How far the penumbra band reaches beyond penumbra and hard boundary, in pixels.
+/// Reach of the penumbra band beyond penumbra and hard boundary, in pixels.
 const BAND_PX: u32 = 8;
 
-/// How much is taken off the lit and the shadowed set before acne and leaks are looked for, in pixels.
+/// Distance, in pixels, by which the lit and the shadowed set are eroded before acne and light leaks are searched.
 const ERODE_PX: u32 = 3;
 
-/// Deviation from the truth that counts as a false shadow or a leak in the `*_share` figures.
+/// Deviation from the truth above which a pixel counts as false shadow or light leak in the `*_share` figures.
 const SHARE_THRESHOLD: f64 = 0.05;
 
-/// What [`compare`] finds. `Vt` is the visibility under test, `Vr` the truth.
+/// Result of [`compare`]. `Vt` is the visibility under test, `Vr` the truth.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Report {
-    /// Pixels in the mask.
+    /// Number of pixels in the mask.
     pub pixels: u64,
     /// Root of the mean of `(Vt - Vr)^2`.
     pub rmse: f64,
     /// Mean of `|Vt - Vr|`; equals `over + under`.
     pub mae: f64,
-    /// Structural similarity, 1 for equal pictures: 11x11 Gaussian window with sigma 1.5,
-    /// `K1 = 0.01`, `K2 = 0.03`, `L = 1`, mean over the windows that lie entirely in the picture
-    /// **and** in the mask: a window that touches a single masked-out pixel is left out.
-    /// `None` where there is no such window.
+    /// Structural similarity, 1 for equal pictures: 11x11 Gaussian window with sigma 1.5, `K1 = 0.01`, `K2 = 0.03`, `L
+    /// = 1`. It is the mean over the windows that lie entirely in the picture **and** in the mask; a window that
+    /// touches a single masked-out pixel is left out. `None` if there is no such window.
     pub ssim: Option<f64>,
-    /// Share of the pixels where `Vt >= 0.5` and `Vr >= 0.5` differ.
+    /// Fraction of the pixels where `Vt >= 0.5` and `Vr >= 0.5` differ.
     pub mismatch: f64,
-    /// Pixels that differ so, per pixel of `boundary_length`: the mean distance between the two
-    /// boundaries as the area between them sees it, in pixels. Unlike `mismatch` it does not depend
-    /// on how much of the picture is boundary, and so compares scenes and image sizes. `None` where
-    /// the truth has no boundary.
+    /// Number of those pixels per pixel of `boundary_length`: the mean distance between the two boundaries, in pixels,
+    /// by the area between them. Unlike `mismatch` it does not depend on how much of the picture is boundary, so it
+    /// can be compared between scenes and image sizes. `None` if the truth has no boundary.
     pub mismatch_per_boundary: Option<f64>,
-    /// Length of the truth's boundary in pixels, by marching squares: exact for edges at multiples of
-    /// 45 degrees, up to 8.2 % too long between.
+    /// Length of the truth's boundary in pixels, by marching squares: exact for boundaries at multiples of 45 degrees,
+    /// up to 8.2 % too long in between.
     pub boundary_length: f64,
-    /// Mean of `max(0, Vr - Vt)`: too dark, shadow overestimated.
+    /// Mean of `max(0, Vr - Vt)`: over-darkening, the shadow is overestimated.
     pub over: f64,
-    /// Mean of `max(0, Vt - Vr)`: too light, shadow underestimated.
+    /// Mean of `max(0, Vt - Vr)`: the result is too light, the shadow is underestimated.
     pub under: f64,
-    /// How far the shadow boundary under test lies from the true one; `None` where one has none.
+    /// Distance of the shadow boundary under test from the true one; `None` if either is missing.
     pub boundary: Option<Displacement>,
-    /// The reverse: how far the true boundary lies from the one under test. Large next to a small
-    /// `boundary` where a shadow, or a hole in one, is missing altogether.
+    /// Distance of the true boundary from the one under test. It is large where `boundary` is small if a shadow, or a
+    /// hole in one, is missing altogether.
     pub boundary_reverse: Option<Displacement>,
-    /// Mean of `1 - Vt` over the lit set (`Vr = 1`) eroded by 3 px: acne, shadows out of nothing.
-    /// Erosion keeps displaced edges out. `None` where the eroded set is empty.
+    /// Mean of `1 - Vt` over the lit set (`Vr = 1`) eroded by 3 px: acne and other false shadow. The erosion excludes
+    /// displaced boundaries. `None` if the eroded set is empty.
     pub false_shadow: Option<f64>,
-    /// Share of that set with `Vt < 0.95`.
+    /// Fraction of that set with `Vt < 0.95`.
     pub false_shadow_share: Option<f64>,
     /// Mean of `Vt` over the umbra (`Vr = 0`) eroded by 3 px; `None` where that set is empty.
     pub light_leak: Option<f64>,
-    /// Share of that set with `Vt > 0.05`.
+    /// Fraction of that set with `Vt > 0.05`.
     pub light_leak_share: Option<f64>,
-    /// RMSE over the pixels within 8 px of the penumbra (`0 < Vr < 1`) or of the hard boundary,
-    /// undiluted by the empty rest of the picture. `None` where the truth has neither.
+    /// RMSE over the pixels within 8 px of the penumbra (`0 < Vr < 1`) or of the hard boundary; the rest of the
+    /// picture does not dilute it. `None` if the truth has neither.
     pub penumbra_rmse: Option<f64>,
-    /// Pixels of that band.
+    /// Number of pixels in that band.
     pub penumbra_pixels: u64,
 }
 
-/// The planes under comparison, row by row, all of the same size.
+/// Planes under comparison, row by row, all of the same size.
 #[derive(Clone, Copy)]
 pub(crate) struct Planes<'a> {
     test: &'a [f32],
@@ -96,7 +93,7 @@ pub(crate) struct Planes<'a> {
 }
 
 impl<'a> Planes<'a> {
-    /// Refuses slices of the wrong length, pictures that are too large, and values that are not finite.
+    /// Rejects slices of the wrong length, pictures that are too large, and values that are not finite.
     fn new(test: &'a [f32], truth: &'a [f32], mask: &'a [bool], size: [u32; 2]) -> Result<Self> {
         let pixels = pixel_count(size)?;
         check_length("the visibility under test", test.len(), pixels, size)?;
@@ -113,18 +110,18 @@ impl<'a> Planes<'a> {
     }
 }
 
-/// Compares a visibility picture with the truth over the pixels where `mask` is true.
+/// Compares a visibility picture with the truth over the pixels where `mask` is `true`.
 ///
-/// All three are `size[0] * size[1]` values, row by row from the top. Values are expected in
-/// `[0, 1]`, others are taken as they are; pixels outside the mask are never looked at.
+/// All three have `size[0] * size[1]` values, row by row from the top. Values should be in `[0, 1]`; others are used
+/// as they are. Pixels outside the mask are never read.
 ///
 /// # Errors
-/// A slice of the wrong length, a side beyond [`MAX_SIDE_PX`], and a value in the mask that is not
-/// finite: the message says where.
+/// Fails for a slice of the wrong length, a side beyond [`MAX_SIDE_PX`], or a value in the mask that is not finite;
+/// the message names the place.
 pub fn compare(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Result<Report> {
     let planes = Planes::new(test, truth, mask, size)?;
 
-    // pixels, squared error, too dark, too light, mismatches
+    // Number of pixels, squared error, too dark, too light, mismatches.
     let [count, squared, over, under, mismatches] = sum_pixels(&planes, |i| {
         let e = f64::from(test[i]) - f64::from(truth[i]);
         let differs = (test[i] >= LIT_THRESHOLD) != (truth[i] >= LIT_THRESHOLD);
@@ -167,10 +164,10 @@ pub fn compare(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Re
     })
 }
 
-/// [`Report::mismatch_per_boundary`] alone, for many masks of one picture.
+/// Returns [`Report::mismatch_per_boundary`] alone, for many masks of one picture.
 ///
 /// # Errors
-/// As [`compare`].
+/// Fails like [`compare`].
 pub fn mismatch_per_boundary(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Result<Option<f64>> {
     let planes = Planes::new(test, truth, mask, size)?;
     let differs = |i: usize| (test[i] >= LIT_THRESHOLD) != (truth[i] >= LIT_THRESHOLD);
@@ -191,7 +188,7 @@ fn sum_pixels<const N: usize>(planes: &Planes, term: impl Fn(usize) -> [f64; N] 
     })
 }
 
-/// Mean of `value` over `set`, and the share of the set where it is above [`SHARE_THRESHOLD`].
+/// Returns the mean of `value` over `set`, and the fraction of the set where it is above [`SHARE_THRESHOLD`].
 fn deviation(planes: &Planes, set: &[bool], value: impl Fn(usize) -> f64 + Sync) -> Option<[f64; 2]> {
     let [count, sum, above] = sum_pixels(planes, |i| {
         if !set[i] {
@@ -203,15 +200,15 @@ fn deviation(planes: &Planes, set: &[bool], value: impl Fn(usize) -> f64 + Sync)
     (count > 0.0).then(|| [sum / count, above / count])
 }
 
-/// Pixels of the mask in the set and more than `radius` pixels away from every pixel of the mask that
-/// is not. What lies outside the mask or the picture takes nothing away: no shadow edge is there.
+/// Returns the pixels of the mask that are in the set and more than `radius` pixels away from every pixel of the mask
+/// that is not. Pixels outside the mask or the picture do not erode the set, because no boundary is known there.
 fn eroded(planes: &Planes, radius: u32, member: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
     let outside: Vec<bool> = (0..planes.mask.len()).map(|i| planes.mask[i] && !member(i)).collect();
     let near = distance::within(&outside, planes.width, planes.height, radius);
     (0..planes.mask.len()).map(|i| planes.mask[i] && member(i) && !near[i]).collect()
 }
 
-/// Pixels of the mask within `radius` pixels of a partly lit pixel or of one at the hard boundary.
+/// Returns the pixels of the mask within `radius` pixels of a partly lit pixel or of one at the hard boundary.
 fn penumbra_band(planes: &Planes, radius: u32) -> Vec<bool> {
     let mut seed: Vec<bool> =
         (0..planes.mask.len()).map(|i| planes.mask[i] && planes.truth[i] > 0.0 && planes.truth[i] < 1.0).collect();
@@ -224,11 +221,11 @@ fn penumbra_band(planes: &Planes, radius: u32) -> Vec<bool> {
     band
 }
 
-/// Number of pixels of a picture that is small enough to be compared.
+/// Returns the number of pixels of a picture; fails if it is too large to compare.
 fn pixel_count(size: [u32; 2]) -> Result<usize> {
     if size[0].max(size[1]) > MAX_SIDE_PX {
         return Err(Error::Usage(format!(
-            "metrics: a picture of {}x{} px has a side beyond {MAX_SIDE_PX} px; compare it in parts",
+            "metrics: a picture of {}x{} px has a side longer than {MAX_SIDE_PX} px; compare it in parts",
             size[0], size[1]
         )));
     }

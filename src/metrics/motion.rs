@@ -1,49 +1,49 @@
-//! How a sequence of visibility pictures changes, next to how the truth does.
+//! Change of a sequence of visibility pictures, compared with the change of the truth.
 
 use super::{LIT_THRESHOLD, Planes, penumbra_band, sum_pixels};
 use crate::{Error, Result};
 
-/// One frame of a sequence: planes of the same size, row by row from the top.
+/// Frame of a sequence: planes of the same size, row by row from the top.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot<'a> {
     /// Visibility under test.
     pub test: &'a [f32],
     /// True visibility.
     pub truth: &'a [f32],
-    /// Pixels that can be judged.
+    /// Mask of pixels that can be judged.
     pub mask: &'a [bool],
 }
 
-/// What [`motion`] finds. `Vt` is the visibility under test, `Vr` the truth; `d` is the difference of
-/// two frames in a row. Means run over *pairs*, a pixel in two frames in a row each, that are in both
-/// masks and near the truth's boundary in either frame.
+/// Result of [`motion`]. `Vt` is the visibility under test, `Vr` the truth; `d` is the difference of two consecutive
+/// frames. Means cover *pairs*: a pixel in two consecutive frames that is in both masks and near the truth's boundary
+/// in either frame.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Motion {
-    /// Pairs.
+    /// Number of pairs.
     pub pairs: u64,
-    /// Mean of `|dVt|`; `None` without a pair, as are the other means.
+    /// Mean of `|dVt|`; `None` without pairs, like the other means.
     pub change: Option<f64>,
-    /// Mean of `|dVr|`: what the truth itself changes.
+    /// Mean of `|dVr|`: the change of the truth itself.
     pub change_truth: Option<f64>,
-    /// Mean of `|dVt - dVr|`: change that is not the truth's, and change of the truth's that is
-    /// missing. 0 for the truth, and for any picture that is off by the same amount in all frames.
+    /// Mean of `|dVt - dVr|`: change that the truth does not have, and change of the truth that is missing. It is 0
+    /// for the truth, and for any picture with the same error in all frames.
     pub change_error: Option<f64>,
-    /// *Triples*: a pixel in three frames in a row, in all three masks and near the truth's boundary
-    /// in one of them.
+    /// Number of *triples*: a pixel in three consecutive frames that is in all three masks and near the truth's
+    /// boundary in one of them.
     pub triples: u64,
-    /// Share of the triples that are lit, dark, lit or dark, lit, dark (at 0.5); `None` without a triple.
+    /// Fraction of the triples that are lit, dark, lit or dark, lit, dark (at 0.5); `None` without triples.
     pub flicker: Option<f64>,
-    /// The same of the truth.
+    /// Fraction of such triples in the truth.
     pub flicker_truth: Option<f64>,
 }
 
 /// Measures how a sequence changes near the shadow boundaries.
 ///
-/// *Near* is within `radius` pixels of a pixel that is partly lit in the truth, or that has a neighbour on
-/// the other side of the boundary. A sequence of fewer than two frames has no pairs.
+/// *Near* means within `radius` pixels of a pixel that is partly lit in the truth, or that has a neighbour on the
+/// other side of the boundary. A sequence of fewer than two frames has no pairs.
 ///
 /// # Errors
-/// As [`super::compare`], with the number of the frame, counted from 0.
+/// Fails like [`super::compare`]; the message has the number of the frame, counted from 0.
 pub fn motion(shots: &[Shot<'_>], size: [u32; 2], radius: u32) -> Result<Motion> {
     let frame = |(i, s): (usize, &Shot<'_>)| -> Result<(Vec<bool>, Vec<bool>, Vec<bool>)> {
         let planes = Planes::new(s.test, s.truth, s.mask, size)
@@ -94,7 +94,7 @@ pub fn motion(shots: &[Shot<'_>], size: [u32; 2], radius: u32) -> Result<Motion>
     })
 }
 
-/// Of a frame that has been checked.
+/// Returns the planes of a frame that has been checked.
 fn planes<'a>(shot: &Shot<'a>, size: [u32; 2]) -> Planes<'a> {
     let Shot { test, truth, mask } = *shot;
     Planes { test, truth, mask, width: size[0] as usize, height: size[1] as usize }

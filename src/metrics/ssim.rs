@@ -1,5 +1,5 @@
-//! Structural similarity: Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error
-//! Visibility to Structural Similarity" (2004), one scale, grey, with a mask.
+//! Structural similarity after Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to
+//! Structural Similarity" (2004): one scale, grey, with a mask.
 
 use super::{Planes, sum::sum_rows};
 
@@ -8,7 +8,7 @@ const SIGMA: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// Mean over the windows that lie entirely in picture and mask; `None` where there is none.
+/// Returns the mean over the windows that lie entirely in picture and mask; `None` if there is none.
 pub(crate) fn ssim(planes: &Planes) -> Option<f64> {
     if planes.width < TAPS || planes.height < TAPS {
         return None;
@@ -18,7 +18,7 @@ pub(crate) fn ssim(planes: &Planes) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
-/// One dimension of the window, of sum 1.
+/// Returns the weights of the window along one dimension; their sum is 1.
 fn gaussian() -> [f64; TAPS] {
     let centre = (TAPS / 2) as f64;
     let w: [f64; TAPS] = std::array::from_fn(|i| (-(i as f64 - centre).powi(2) / (2.0 * SIGMA * SIGMA)).exp());
@@ -26,10 +26,10 @@ fn gaussian() -> [f64; TAPS] {
     w.map(|v| v / sum)
 }
 
-/// Number of windows whose first row is `top`, and the sum of their similarities.
+/// Returns the number of windows whose first row is `top`, and the sum of their similarities.
 fn window_row(planes: &Planes, weights: &[f64; TAPS], top: usize) -> [f64; 2] {
     let width = planes.width;
-    // x, y, x^2, y^2, xy of every column, weighted downwards.
+    // Vertically weighted x, y, x^2, y^2, xy of every column.
     let mut columns = vec![[0.0f64; 5]; width];
     let mut complete = vec![true; width];
     for (dy, &weight) in weights.iter().enumerate() {
@@ -57,7 +57,7 @@ fn window_row(planes: &Planes, weights: &[f64; TAPS], top: usize) -> [f64; 2] {
     result
 }
 
-/// From the weighted means of `x, y, x^2, y^2, xy`.
+/// Returns the similarity from the weighted means of `x, y, x^2, y^2, xy`.
 fn similarity([mx, my, mxx, myy, mxy]: [f64; 5]) -> f64 {
     let (vx, vy, cov) = (mxx - mx * mx, myy - my * my, mxy - mx * my);
     ((2.0 * (mx * my) + C1) * (2.0 * cov + C2)) / ((mx * mx + my * my + C1) * (vx + vy + C2))

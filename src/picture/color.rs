@@ -1,19 +1,19 @@
-//! sRGB encoding and the false colours of errors.
+//! sRGB encoding, and false colours of errors.
 
-/// Colour of pixels that are outside the mask and so take no part in the judgement.
+/// Colour of pixels outside the mask, which are not judged.
 pub const NOT_JUDGED: [u8; 3] = [58, 60, 66];
 
-/// Stops of the error scale for `|error|` 0, 0.5 and 1, as sRGB. Both arms have about the same
-/// lightness at the same error. Red against blue is told apart with every common kind of colour
-/// blindness, and the neutral middle is the lightest, so that an error of either sign is darker.
+/// Stops of the error scale for `|error|` 0, 0.5 and 1, as sRGB. Both arms have about the same lightness at the same
+/// error. All common kinds of colour blindness can tell red from blue. The neutral middle is the lightest, so an error
+/// of either sign is darker.
 const TOO_DARK: [[u8; 3]; 3] = [NO_ERROR, [222, 94, 71], [128, 12, 30]];
 const TOO_LIGHT: [[u8; 3]; 3] = [NO_ERROR, [78, 145, 208], [20, 60, 142]];
 const NO_ERROR: [u8; 3] = [240, 240, 240];
 
-/// Colour of an error `test - truth` in `[-1, 1]`: red is too dark (negative), blue too light
-/// (positive), light grey none. Values beyond are clamped; NaN gives [`NOT_JUDGED`].
+/// Returns the colour of an error `test - truth` in `[-1, 1]`: red for too dark (negative), blue for too light
+/// (positive), light grey for none. Values outside are clamped; NaN gives [`NOT_JUDGED`].
 ///
-/// The scale runs straight in Oklab, hence in even perceptual steps, through three stops an arm.
+/// The scale is linear in Oklab, hence in even perceptual steps, through three stops per arm.
 pub fn false_color(error: f32) -> [u8; 3] {
     if error.is_nan() {
         return NOT_JUDGED;
@@ -26,20 +26,20 @@ pub fn false_color(error: f32) -> [u8; 3] {
     srgb_from_oklab(std::array::from_fn(|i| a[i] + (b[i] - a[i]) * f))
 }
 
-/// 8-bit sRGB code of a linear value; beyond `[0, 1]` it is clamped, NaN is 0.
+/// Returns the 8-bit sRGB code of a linear value. Values outside `[0, 1]` are clamped; NaN gives 0.
 pub fn srgb_from_linear(linear: f32) -> u8 {
     let v = if linear.is_nan() { 0.0 } else { linear.clamp(0.0, 1.0) };
     let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded + 0.5) as u8
 }
 
-/// Linear value in `[0, 1]` of an 8-bit sRGB code.
+/// Returns the linear value in `[0, 1]` of an 8-bit sRGB code.
 pub fn linear_from_srgb(code: u8) -> f32 {
     let v = f32::from(code) / 255.0;
     if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Oklab (Ottosson 2020), lightness and two opponent axes.
+/// Converts sRGB to Oklab (Ottosson 2020): lightness and two opponent axes.
 fn oklab_from_srgb(rgb: [u8; 3]) -> [f32; 3] {
     let [r, g, b] = rgb.map(linear_from_srgb);
     let l = (0.412_221_46 * r + 0.536_332_55 * g + 0.051_445_995 * b).cbrt();

@@ -13,14 +13,14 @@ use ::exr::{
 use super::{check_length, file};
 use crate::{Error, Result};
 
-/// Channels that [`read_exr`] looks for when it is given no name.
+/// Channels that [`read_exr`] searches if it is given no name.
 const USUAL_NAMES: [&str; 3] = ["R", "V", "Y"];
 
 /// Writes planes of `f32` as the channels of one OpenEXR file, compressed without loss (ZIP).
 ///
 /// # Errors
-/// No pixels or channels, a slice of the wrong length, a channel name that is empty, comes twice or
-/// is beyond Latin-1, or what [`super::write_atomic`] reports.
+/// Fails without pixels or channels, for a slice of the wrong length, or for a channel name that is empty, occurs
+/// twice or is outside Latin-1. Errors of [`super::write_atomic`] are passed on.
 pub fn write_exr(path: &Path, size: [u32; 2], channels: &[(&str, &[f32])]) -> Result<()> {
     if channels.is_empty() || size[0] == 0 || size[1] == 0 {
         return Err(Error::Usage(format!("{}: an OpenEXR file needs pixels and channels", path.display())));
@@ -48,18 +48,18 @@ pub fn write_exr(path: &Path, size: [u32; 2], channels: &[(&str, &[f32])]) -> Re
 
 /// Reads one channel of an OpenEXR file as `f32`.
 ///
-/// Without a name it is the first of `R`, `V`, `Y` that is there, or else the only channel. `size`
-/// is the one that the data window must have. Of several layers the first with that channel counts.
+/// Without a name it is the first of `R`, `V`, `Y` that exists, or else the only channel. The data window must have
+/// the given `size`. Among several layers, the first with that channel counts.
 ///
 /// # Errors
-/// The file cannot be read, is no OpenEXR file, has another size or no such channel.
+/// Fails if the file cannot be read, is not an OpenEXR file, has another size or no such channel.
 pub fn read_exr(path: &Path, size: [u32; 2], channel: Option<&str>) -> Result<Vec<f32>> {
     decode(path, &file::read(path, file::limit_bytes(size))?, size, channel)
 }
 
 pub(super) fn decode(path: &Path, bytes: &[u8], size: [u32; 2], channel: Option<&str>) -> Result<Vec<f32>> {
     let wrong = |e: ::exr::error::Error| file::wrong(path, "OpenEXR", e.to_string());
-    // The header comes first: a small file can claim a picture that fills the memory.
+    // Check the header first: a small file can claim a picture that fills the memory.
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(wrong)?;
     let names = |header: &::exr::meta::header::Header| -> Vec<String> {
         header.channels.list.iter().map(|c| c.name.to_string()).collect()
@@ -86,7 +86,11 @@ pub(super) fn decode(path: &Path, bytes: &[u8], size: [u32; 2], channel: Option<
     file::check_size(path, [side(extent.0), side(extent.1)], size)?;
     let subsampled = header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1));
     if header.deep || subsampled {
-        return Err(file::wrong(path, "channels", "deep or subsampled; write it flat and full".to_owned()));
+        return Err(file::wrong(
+            path,
+            "channels",
+            "the channel is deep or subsampled; write it flat and in full resolution".to_owned(),
+        ));
     }
     let width = extent.0;
     let image = read()
@@ -95,7 +99,7 @@ pub(super) fn decode(path: &Path, bytes: &[u8], size: [u32; 2], channel: Option<
         .specific_channels()
         .required(name)
         .collect_pixels(
-            // Another layer of another size may be offered first: it has no pixels of ours then.
+            // A layer of another size may come first; it gets no pixels here.
             move |extent, _| (extent.0, vec![0.0f32; if extent.0 == width { extent.area() } else { 0 }]),
             |(width, values): &mut (usize, Vec<f32>), at, (value,): (f32,)| {
                 if let Some(v) = values.get_mut(at.1 * *width + at.0) {
@@ -109,7 +113,7 @@ pub(super) fn decode(path: &Path, bytes: &[u8], size: [u32; 2], channel: Option<
         .map_err(wrong)?;
     let values = image.layer_data.channel_data.pixels.1;
     if values.len() != size[0] as usize * size[1] as usize {
-        return Err(file::wrong(path, "layers", format!("channel {name} is not in one layer of that size")));
+        return Err(file::wrong(path, "layers", format!("no layer of that size has the channel {name}")));
     }
     Ok(values)
 }

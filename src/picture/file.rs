@@ -9,12 +9,13 @@ use std::{
 
 use crate::{Error, Result};
 
-/// Writes a file so that it is there whole or not at all: under another name, then renamed.
+/// Writes a file completely or not at all: under another name, then renamed.
 ///
-/// What is no plain file (a device, a pipe) is written to directly; a symbolic link stays one.
+/// Anything that is not a plain file (a device, a pipe) is written to directly; a symbolic link stays one.
 ///
 /// # Errors
-/// The folder does not exist, the path is a folder, or whatever the system says; names the path.
+/// Fails if the folder does not exist, if the path is a folder, or for any reason of the system. The error names the
+/// path.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     let io_error = |source| Error::Io { path: path.to_owned(), source };
     let target = match fs::metadata(path) {
@@ -38,7 +39,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     };
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    // A file name may have 255 bytes: the temporary one must not be longer than the name itself.
+    // A file name may have 255 bytes, so the temporary name must not be longer than the name itself.
     let short: String = name.to_string_lossy().chars().take(32).collect();
     let temporary = folder.join(format!(".{short}.{}-{number}.tmp", std::process::id()));
     let written = fs::OpenOptions::new()
@@ -48,7 +49,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
         .and_then(|mut file| file.write_all(bytes))
         .and_then(|()| fs::rename(&temporary, &target));
     written.map_err(|source| {
-        // The first error is the one to report; without the file there is nothing to remove.
+        // Report the first error; without the file there is nothing to remove.
         let _ = fs::remove_file(&temporary);
         io_error(source)
     })
@@ -61,22 +62,22 @@ pub(super) fn read(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     io::Read::read_to_end(&mut io::Read::take(file, limit_bytes + 1), &mut bytes).map_err(io_error)?;
     if bytes.len() as u64 > limit_bytes {
-        return Err(wrong(path, "size", format!("beyond {limit_bytes} bytes, too large for this picture")));
+        return Err(wrong(path, "size", format!("more than {limit_bytes} bytes, too large for this picture")));
     }
     Ok(bytes)
 }
 
-/// An upper bound for the file of a picture of this size: 64 bytes a pixel and some for the header.
+/// Returns an upper bound on the file size of a picture of this size: 64 bytes per pixel, plus a header.
 pub(super) fn limit_bytes(size: [u32; 2]) -> u64 {
     (1 << 24) + 64 * u64::from(size[0]) * u64::from(size[1])
 }
 
-/// Reads visibility from a PNG (linear, see [`super::read_png_gray`]) or an OpenEXR file (see
-/// [`super::read_exr`]); which of them is told by the content.
+/// Reads visibility from a PNG (linear, see [`super::read_png_gray`]) or an OpenEXR file (see [`super::read_exr`]).
+/// The content decides which of them it is.
 ///
 /// # Errors
-/// The file cannot be read, is neither, has another size, or holds a value that is no number in
-/// `[0, 1]`; the message says where.
+/// Fails if the file cannot be read, is neither, has another size, or holds a value that is not a number in `[0, 1]`.
+/// The message names the place.
 pub fn read_visibility(path: &Path, size: [u32; 2]) -> Result<Vec<f32>> {
     let bytes = read(path, limit_bytes(size))?;
     let values = if bytes.starts_with(b"\x89PNG") {
@@ -96,7 +97,7 @@ pub fn read_visibility(path: &Path, size: [u32; 2]) -> Result<Vec<f32>> {
     }
 }
 
-/// The error for another size than the one needed.
+/// Fails if a picture has another size than needed.
 pub(super) fn check_size(path: &Path, found: [u32; 2], needed: [u32; 2]) -> Result<()> {
     if found == needed {
         return Ok(());

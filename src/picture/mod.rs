@@ -17,7 +17,7 @@ pub use png::{read_png_gray, write_png, write_png_gray};
 
 use crate::{Error, Result};
 
-/// An 8-bit sRGB picture, row by row from the top.
+/// 8-bit sRGB picture, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     /// Width and height in pixels.
@@ -27,25 +27,25 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// A picture of one colour.
+    /// Returns a picture of one colour.
     pub fn filled(size: [u32; 2], color: [u8; 3]) -> Self {
         Self { size, rgb: vec![color; size[0] as usize * size[1] as usize] }
     }
 
-    /// Visibility in `[0, 1]`, taken as linear light, as a grey sRGB picture.
+    /// Returns visibility in `[0, 1]`, taken as linear light, as a grey sRGB picture.
     ///
     /// # Errors
-    /// A slice of the wrong length.
+    /// Fails for a slice of the wrong length.
     pub fn from_visibility(values: &[f32], size: [u32; 2]) -> Result<Self> {
         check_length("visibility", values.len(), size)?;
         Ok(Self { size, rgb: values.iter().map(|&v| [srgb_from_linear(v); 3]).collect() })
     }
 
-    /// The error `test - truth` in the colours of [`false_color`]; pixels outside the mask, and such
-    /// as have no number, in [`NOT_JUDGED`].
+    /// Returns the error `test - truth` in the colours of [`false_color`]. Pixels outside the mask, and pixels with
+    /// NaN, get [`NOT_JUDGED`].
     ///
     /// # Errors
-    /// A slice of the wrong length.
+    /// Fails for a slice of the wrong length.
     pub fn from_error(test: &[f32], truth: &[f32], mask: &[bool], size: [u32; 2]) -> Result<Self> {
         check_length("visibility under test", test.len(), size)?;
         check_length("truth", truth.len(), size)?;
@@ -54,7 +54,7 @@ impl Picture {
         Ok(Self { size, rgb: (0..test.len()).map(color).collect() })
     }
 
-    /// The pixel in column `x` and row `y`, which have to be inside.
+    /// Returns the pixel in column `x` and row `y`, which must be inside.
     fn at(&self, x: u32, y: u32) -> [u8; 3] {
         self.rgb[y as usize * self.size[0] as usize + x as usize]
     }
@@ -70,7 +70,7 @@ impl Picture {
         }
     }
 
-    /// Copies `source` to the place `at`, as far as it is inside.
+    /// Copies `source` to the position `at`, as far as it is inside.
     fn paste(&mut self, source: &Picture, at: [u32; 2]) {
         for y in 0..source.size[1].min(self.size[1].saturating_sub(at[1])) {
             for x in 0..source.size[0].min(self.size[0].saturating_sub(at[0])) {
@@ -81,7 +81,7 @@ impl Picture {
     }
 }
 
-/// Refuses a slice that does not hold one value a pixel.
+/// Rejects a slice that does not hold one value per pixel.
 fn check_length(what: &str, length: usize, size: [u32; 2]) -> Result<()> {
     if length as u64 == u64::from(size[0]) * u64::from(size[1]) {
         return Ok(());

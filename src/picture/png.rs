@@ -7,20 +7,20 @@ use image::{ExtendedColorType, ImageEncoder as _, ImageFormat, ImageReader, code
 use super::{Picture, check_length, file};
 use crate::Result;
 
-/// Writes an sRGB picture with 8 bits a channel.
+/// Writes an sRGB picture with 8 bits per channel.
 ///
 /// # Errors
-/// No pixels, a picture whose size and pixels disagree, or what [`super::write_atomic`] reports.
+/// Fails without pixels or if the picture's size and pixels disagree. Errors of [`super::write_atomic`] are passed on.
 pub fn write_png(path: &Path, picture: &Picture) -> Result<()> {
     check_length("the picture", picture.rgb.len(), picture.size)?;
     write(path, bytemuck::cast_slice(&picture.rgb), picture.size, ExtendedColorType::Rgb8)
 }
 
-/// Writes values in `[0, 1]` as 16-bit grey, **linear**: [`read_png_gray`] gives them back within
-/// 1/131070. Values beyond are clamped, NaN is 0.
+/// Writes values in `[0, 1]` as 16-bit grey, **linear**. [`read_png_gray`] returns them to within 1/131070. Values
+/// outside are clamped; NaN gives 0.
 ///
 /// # Errors
-/// No pixels, a slice of the wrong length, or what [`super::write_atomic`] reports.
+/// Fails without pixels or for a slice of the wrong length. Errors of [`super::write_atomic`] are passed on.
 pub fn write_png_gray(path: &Path, size: [u32; 2], values: &[f32]) -> Result<()> {
     check_length("the picture", values.len(), size)?;
     let codes: Vec<u16> = values.iter().map(|v| (v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16).collect();
@@ -35,11 +35,11 @@ fn write(path: &Path, bytes: &[u8], size: [u32; 2], color: ExtendedColorType) ->
     file::write_atomic(path, &encoded)
 }
 
-/// Reads the red (or grey) channel of a PNG as `code / largest code`, that is as **linear** values:
-/// white is 1, black 0, no sRGB decoding. `size` is the one the picture must have.
+/// Reads the red (or grey) channel of a PNG as `code / largest code`, that is as **linear** values: white is 1, black
+/// is 0, without sRGB decoding. The picture must have the given `size`.
 ///
 /// # Errors
-/// The file cannot be read, is no PNG, or has another size.
+/// Fails if the file cannot be read, is not a PNG, or has another size.
 pub fn read_png_gray(path: &Path, size: [u32; 2]) -> Result<Vec<f32>> {
     decode_gray(path, &file::read(path, file::limit_bytes(size))?, size)
 }
@@ -47,7 +47,7 @@ pub fn read_png_gray(path: &Path, size: [u32; 2]) -> Result<Vec<f32>> {
 pub(super) fn decode_gray(path: &Path, bytes: &[u8], size: [u32; 2]) -> Result<Vec<f32>> {
     let wrong = |e: image::ImageError| file::wrong(path, "PNG", e.to_string());
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    // The size comes first: a small file can claim a picture that fills the memory.
+    // Check the size first: a small file can claim a picture that fills the memory.
     file::check_size(path, reader().into_dimensions().map_err(wrong)?.into(), size)?;
     let pixels = reader().decode().map_err(wrong)?.into_rgb32f();
     Ok(pixels.pixels().map(|p| p.0[0]).collect())

@@ -1,4 +1,4 @@
-//! Making pictures smaller and larger.
+//! Scaling of pictures.
 
 use rayon::prelude::*;
 
@@ -7,14 +7,15 @@ use super::{
     color::{linear_from_srgb, srgb_from_linear},
 };
 
-/// Every pixel becomes a block of `factor * factor`.
+/// Magnifies a rectangle: every pixel becomes a block of `factor * factor`.
 pub(super) fn magnify(source: &Picture, rect: [u32; 4], factor: u32) -> Picture {
     let size = [rect[2] * factor, rect[3] * factor];
     let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x / factor, y / factor)));
     Picture { size, rgb: pixels.map(|(x, y)| source.at(rect[0] + x, rect[1] + y)).collect() }
 }
 
-/// The mean of the covered area in linear light, exact for any ratio; `size` at most the source's.
+/// Shrinks a picture to the mean of the covered area in linear light, exact for any ratio. `size` must not exceed the
+/// source's.
 pub(super) fn shrink(source: &Picture, size: [u32; 2]) -> Picture {
     let decode: Vec<f32> = (0..=255).map(linear_from_srgb).collect();
     let columns: Vec<Vec<(u32, f64)>> = (0..size[0]).map(|i| covered(i, size[0], source.size[0])).collect();
@@ -38,7 +39,7 @@ pub(super) fn shrink(source: &Picture, size: [u32; 2]) -> Picture {
     Picture { size, rgb }
 }
 
-/// The source cells under cell `i` of `to`, with their shares.
+/// Returns the source cells that cell `i` of `to` covers, with their shares.
 fn covered(i: u32, to: u32, from: u32) -> Vec<(u32, f64)> {
     let ratio = f64::from(from) / f64::from(to);
     let (start, end) = (f64::from(i) * ratio, f64::from(i + 1) * ratio);

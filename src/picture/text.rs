@@ -8,14 +8,14 @@ use super::{
 };
 use crate::{Error, Result};
 
-/// A line of text never has more characters than this; the rest is cut off.
+/// Largest number of characters in a line of text; the rest is cut off.
 const MAX_CHARS: usize = 400;
 
-/// The two faces of the sheet.
+/// Typefaces of the sheet.
 pub(super) struct Fonts {
-    /// For titles and names.
+    /// Typeface for titles and names.
     pub(super) sans: FontRef<'static>,
-    /// For figures, which stay in columns.
+    /// Monospaced typeface for figures, which stay in columns.
     pub(super) mono: FontRef<'static>,
 }
 
@@ -26,19 +26,19 @@ impl Fonts {
     }
 }
 
-/// Text that has been made to fit a width.
+/// Text fitted to a width.
 pub(super) struct Fitted {
     lines: Vec<String>,
     size_px: f32,
 }
 
 impl Fitted {
-    /// Distance from one line to the next, in pixels.
+    /// Returns the line spacing, pixels.
     pub(super) fn line_px(&self) -> u32 {
         (self.size_px * 1.25).ceil() as u32
     }
 
-    /// Height of all lines, in pixels.
+    /// Returns the height of all lines, pixels.
     pub(super) fn height_px(&self) -> u32 {
         self.lines.len() as u32 * self.line_px()
     }
@@ -51,8 +51,8 @@ impl Fitted {
     }
 }
 
-/// Makes text fit: first it shrinks from `sizes_px[0]` down to `sizes_px[1]`, then it wraps, and
-/// after `max_lines` it ends in an ellipsis. Line breaks in the text are kept.
+/// Fits text to a width. First it shrinks from `sizes_px[0]` down to `sizes_px[1]`, then it wraps, and after
+/// `max_lines` it ends in an ellipsis. Line breaks in the text are kept.
 pub(super) fn fit(font: &FontRef, text: &str, sizes_px: [f32; 2], width_px: u32, max_lines: usize) -> Fitted {
     let paragraphs: Vec<String> = text.lines().take(max_lines).map(printable).collect();
     let fits = |size: f32| paragraphs.iter().all(|p| width(font, size, p) <= width_px as f32);
@@ -76,7 +76,7 @@ pub(super) fn fit(font: &FontRef, text: &str, sizes_px: [f32; 2], width_px: u32,
     Fitted { lines, size_px }
 }
 
-/// Width of a line in pixels.
+/// Returns the width of a line, pixels.
 pub(super) fn width(font: &FontRef, size_px: f32, line: &str) -> f32 {
     layout(font, size_px, line).1
 }
@@ -96,7 +96,7 @@ pub(super) fn draw_line(picture: &mut Picture, font: &FontRef, size_px: f32, at:
     }
 }
 
-/// Glyphs with their offsets, and the width.
+/// Returns the glyphs with their offsets, and the width.
 fn layout(font: &FontRef, size_px: f32, line: &str) -> (Vec<(GlyphId, f32)>, f32) {
     let scaled = font.as_scaled(size_px);
     let mut x = 0.0;
@@ -111,12 +111,12 @@ fn layout(font: &FontRef, size_px: f32, line: &str) -> (Vec<(GlyphId, f32)>, f32
     (glyphs, x)
 }
 
-/// Without characters that have no width or would break a line.
+/// Replaces characters that have no width or would break a line.
 fn printable(line: &str) -> String {
     line.chars().map(|c| if c.is_control() { ' ' } else { c }).take(MAX_CHARS).collect()
 }
 
-/// Breaks a line at spaces, and where one word is too long, within it.
+/// Breaks a line at spaces, and inside a word that is too long.
 fn wrap(font: &FontRef, size_px: f32, line: &str, width_px: f32, lines: &mut Vec<String>) {
     let mut current = String::new();
     for c in line.chars() {

@@ -1,7 +1,8 @@
-//! The CPU side of every claim: exact visibility by ray tracing, and a mirror in `f64` of each pass.
+//! CPU reference for every result: exact visibility by ray tracing, and a mirror in `f64` of each pass.
 //!
-//! Mirrors live in the rooms of their shaders: that of `glsl/<room>/<name>.comp` is `<room>::<name>`. Where a mirror covers
-//! more than the shader of its name, its own head or that of its room says so; `tests/mirrors_exist.rs` reads both.
+//! Mirrors live in the rooms of their shaders: `<room>::<name>` mirrors `glsl/<room>/<name>.comp`. Where a mirror
+//! covers more than the shader of its name, the head of its file or of its room says so; `tests/mirrors_exist.rs`
+//! reads both.
 
 pub mod caster_edges;
 pub mod common;

@@ -1,4 +1,4 @@
-//! A scene's opaque casters, grouped as solids.
+//! Opaque casters of a scene, grouped into solids.
 
 use super::{GpuScene, Mesh, Scene};
 use crate::casters::{CasterMesh, Casters, VertexBuffer, Vertices};
@@ -7,16 +7,17 @@ use glam::DAffine3;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Casters with where each of them stands.
+/// Casters with their transforms.
 #[derive(Clone, Debug)]
 pub struct SceneCasters {
-    /// For [`Setup::casters`](field@crate::technique::Setup::casters).
+    /// Casters for [`Setup::casters`](field@crate::technique::Setup::casters).
     pub casters: Arc<Casters>,
-    /// For [`crate::Inputs::casters`].
+    /// Transforms for [`crate::Inputs::casters`].
     pub transforms: Vec<DAffine3>,
 }
 
-/// Meshes that are one solid: the opaque parts of one glTF mesh, which stand one after the other and in one place.
+/// Groups meshes into solids. A solid is the opaque parts of one glTF mesh; its instances are consecutive and have the
+/// same transform.
 fn groups(scene: &Scene) -> (Vec<Vec<usize>>, Vec<(usize, DAffine3)>, bool) {
     let masked = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha_cutoff.is_some();
     let (mut known, mut meshes, mut placed) = (HashMap::new(), vec![], vec![]);
@@ -37,14 +38,14 @@ fn groups(scene: &Scene) -> (Vec<Vec<usize>>, Vec<(usize, DAffine3)>, bool) {
 }
 
 impl SceneCasters {
-    /// Builds the adjacency of the scene's solids; their positions are read where `gpu` has them.
+    /// Builds the adjacency of the scene's solids. The shaders read positions from the buffers of `gpu`.
     pub fn new(context: &Context, scene: &Scene, gpu: &GpuScene) -> Result<Self> {
         let (groups, placed, masked) = groups(scene);
         let mut first_vertex = vec![0u32];
         for mesh in &scene.meshes {
             first_vertex.push(first_vertex[first_vertex.len() - 1] + mesh.positions.len() as u32);
         }
-        // The parts of a group follow each other in the vertex buffer too.
+        // The parts of a group are consecutive in the vertex buffer too.
         let joined: Vec<(Vec<[f32; 3]>, Vec<u32>)> =
             groups.iter().map(|g| join(&scene.meshes, g, &first_vertex)).collect();
         let meshes: Vec<_> = (groups.iter().zip(&joined))
@@ -56,7 +57,7 @@ impl SceneCasters {
             })
             .collect();
         let positions = &gpu.positions;
-        // SAFETY: the buffer was made for that, filled before now, and its owner outlives the casters.
+        // SAFETY: the buffer has the needed usage, is already filled, and its owner outlives the casters.
         let vertices = Vertices::Buffer(unsafe { VertexBuffer::new(positions.handle(), positions.size(), 12) });
         let instances: Vec<_> = placed.iter().map(|p| p.0).collect();
         let casters = Arc::new(Casters::new(context, vertices, &meshes, &instances, masked)?);
@@ -64,7 +65,7 @@ impl SceneCasters {
     }
 }
 
-/// Positions of all meshes from the group's first to its last, and the indices of the group's own.
+/// Returns the positions of all meshes from the group's first to its last, and the indices of the group's own meshes.
 fn join(meshes: &[Mesh], group: &[usize], first_vertex: &[u32]) -> (Vec<[f32; 3]>, Vec<u32>) {
     let last = group[group.len() - 1];
     let positions = meshes[group[0]..=last].iter().flat_map(|m| m.positions.iter().copied()).collect();

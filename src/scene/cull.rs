@@ -1,11 +1,11 @@
-//! Which instances a view draws, and with which matrices.
+//! Culling: the instances that a view draws, with their matrices.
 
 use super::Scene;
 use crate::view::{CameraView, LightView};
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
-/// What a draw needs of an instance: `Instance` of `glsl/common/instance.glsl`, scalar layout.
+/// Data of an instance for a draw: `Instance` of `glsl/common/instance.glsl`, scalar layout.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct GpuInstance {
@@ -16,28 +16,28 @@ pub struct GpuInstance {
     first_triangle: u32,
 }
 
-/// One instanced draw of a mesh.
+/// Instanced draw of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DrawCall {
     /// Index into the scene's meshes.
     pub mesh: usize,
-    /// True if the transforms mirror: front faces then turn the other way.
+    /// `true` if the transforms mirror, which reverses the winding of front faces.
     pub mirrored: bool,
     /// Range in [`DrawList::instances`].
     pub instances: std::ops::Range<u32>,
 }
 
-/// What a view draws.
+/// Draws of a view.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
     /// Instances in draw order.
     pub instances: Vec<GpuInstance>,
-    /// Draws.
+    /// Draws of ranges of the instances.
     pub calls: Vec<DrawCall>,
 }
 
 impl DrawList {
-    /// What the camera sees.
+    /// Lists what the camera sees.
     pub fn for_camera(scene: &Scene, camera: &CameraView) -> Self {
         let viewer = |origin: DVec3| {
             if camera.is_orthographic() {
@@ -48,20 +48,20 @@ impl DrawList {
         Self::new(scene, |world_from_object| camera.clip_from_object(world_from_object), viewer)
     }
 
-    /// What the light's map needs.
+    /// Lists what the light's shadow map needs.
     pub fn for_light(scene: &Scene, light: &LightView) -> Self {
-        // The shadow map has no normals.
+        // The shadow map needs no normals.
         Self::new(scene, |world_from_object| light.clip_from_object(world_from_object), |_| DVec4::ZERO)
     }
 
-    /// `viewer` is that of [`GpuInstance`], of an object with the given origin.
+    /// Lists the visible instances; `viewer` returns [`GpuInstance`]'s `viewer` for an object with the given origin.
     fn new(scene: &Scene, clip_from_object: impl Fn(&DAffine3) -> DMat4, viewer: impl Fn(DVec3) -> DVec4) -> Self {
         let mut first_triangle = 0u32;
         let mut visible = vec![];
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh];
             let first = first_triangle;
-            // Ids are for the G-buffer only, whose renderer refuses a scene with too many.
+            // Only the G-buffer uses the ids; its renderer rejects a scene with too many triangles.
             first_triangle = first_triangle.wrapping_add(mesh.triangles() as u32);
             let clip_from_object = clip_from_object(&instance.world_from_object);
             if mesh.bounds.is_empty() || is_outside(&mesh.bounds.corners(), &clip_from_object) {
@@ -80,7 +80,7 @@ impl DrawList {
                 },
             ));
         }
-        // Stable: within a mesh the instances stay in scene order.
+        // The sort is stable: within a mesh the instances stay in scene order.
         visible.sort_by_key(|v| v.0);
         let mut list = Self::default();
         for (i, ((mesh, mirrored), instance)) in (0u32..).zip(visible) {
@@ -94,7 +94,7 @@ impl DrawList {
     }
 }
 
-/// Inverse transpose up to a positive factor; scaled so that tiny and huge objects stay within `f32`.
+/// Returns the inverse transpose up to a positive factor, scaled so that tiny and huge objects stay within `f32`.
 fn normal_matrix(m: &DMat3) -> DMat3 {
     let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     let largest = cofactors.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
@@ -102,9 +102,9 @@ fn normal_matrix(m: &DMat3) -> DMat3 {
     cofactors * if m.determinant() < 0.0 { -scale } else { scale }
 }
 
-/// True only if all corners lie outside one plane: a side, behind the viewer, or `z > w`, which is the far
-/// plane of a light and, depth being reversed, the near plane of a camera. What is nearer than a light's
-/// near plane still casts, and a camera's far plane is infinite.
+/// Returns `true` only if all corners lie outside one plane: a side, behind the viewer, or `z > w`. The latter is the
+/// far plane of a light and, since depth is reversed, the near plane of a camera. Objects nearer than a light's near
+/// plane still cast shadows, and a camera's far plane is infinite.
 fn is_outside(corners: &[DVec3; 8], clip_from_object: &DMat4) -> bool {
     let clip = corners.map(|c| *clip_from_object * c.extend(1.0));
     let all = |outside: fn(&DVec4) -> bool| clip.iter().all(outside);

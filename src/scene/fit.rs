@@ -1,40 +1,41 @@
-//! A camera and a light for scenes that have none, fitted to their bounds.
+//! Camera and light for scenes that have none, fitted to their bounds.
 //!
-//! Both are always finite: for an empty scene, a single point, a flat one, one of any size and place.
+//! Both are always finite, for any scene: an empty one, a single point, a flat one, one of any size and position.
 
 use super::{Bounds, Camera, Instance, Light, LightShape, Material, Mesh, Projection, Scene};
 use crate::view::look_along;
 use glam::{DAffine3, DMat3, DVec3, dvec3};
 
-/// Full vertical angle of the fitted camera, radians (40 degrees).
+/// Full vertical field of view of the fitted camera, radians (40 degrees).
 const FOV_Y: f64 = 40.0 * std::f64::consts::PI / 180.0;
-/// Towards the fitted camera: in front, to the right, from above. No axis is 0, so that a flat scene
-/// is never seen edge-on.
+/// Direction towards the fitted camera: from the front, the right and above. No component is 0, so a flat scene is
+/// never seen edge-on.
 const TOWARDS_CAMERA: DVec3 = dvec3(0.55, 0.5, 0.8);
-/// Towards the fitted sun: 55 degrees high, from the left, so that shadows fall across the view.
+/// Direction towards the fitted sun: 55 degrees high, from the left, so that shadows fall across the view.
 const TOWARDS_SUN: DVec3 = dvec3(-0.5, 1.0, 0.45);
 
-/// Corners of the ground, few enough for it to count as flat and convex where the light is fitted.
+/// Number of corners of the ground; few enough for the light's fit to treat it as flat and convex.
 const GROUND_CORNERS: u32 = 96;
-/// Radius of the ground in half diagonals of the scene.
+/// Radius of the ground, in half diagonals of the scene.
 const GROUND_RADIUS: f64 = 100.0;
 
-/// Largest height of a floor above the scene's lowest point, as a share of the scene's size.
+/// Largest height of a floor above the scene's lowest point, as a fraction of the scene's size.
 const FLOOR_RISE: f64 = 1e-3;
-/// Share of the ground below a scene that a floor covers at least.
+/// Smallest fraction of the scene's ground area that a floor covers.
 const FLOOR_SHARE: f64 = 0.5;
-/// Longest shadow that a fitted camera frames, diagonals of what casts it: that of a sun near the horizon has no end.
+/// Longest shadow that a fitted camera frames, in diagonals of its caster. The shadow of a sun near the horizon has no
+/// end.
 const LONGEST_SHADOW: f64 = 1.0;
 
-/// The floor that a scene brings along: what faces up at its lowest height, if that covers half of the ground below it.
+/// Floor of a scene: the upward-facing triangles at its lowest height, if they cover half of the ground area.
 struct Floor {
     /// Bounds of the scene without the floor.
     rest: Bounds,
-    /// The floor's own bounds.
+    /// Bounds of the floor.
     bounds: Bounds,
 }
 
-/// Every triangle in the world, once an instance.
+/// Returns every triangle in world space, once per instance.
 fn triangles(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
     scene.instances.iter().flat_map(|instance| {
         let mesh = &scene.meshes[instance.mesh];
@@ -42,7 +43,7 @@ fn triangles(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
             let p = glam::Vec3::from(mesh.positions[i as usize]).as_dvec3();
             instance.world_from_object.transform_point3(p)
         };
-        // A mirroring transform turns the winding round.
+        // A mirroring transform reverses the winding.
         let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
         mesh.indices.chunks_exact(3).map(move |t| {
             let [a, b, c] = [at(t[0]), at(t[1]), at(t[2])];
@@ -60,7 +61,7 @@ fn floor(scene: &Scene) -> Option<Floor> {
     for triangle in triangles(scene) {
         let [a, b, c] = triangle;
         let normal = (b - a).cross(c - a);
-        // Twice the area as seen from above; a floor is all but level.
+        // `normal` is twice the area as seen from above; a floor is almost level.
         let is_floor = triangle.iter().all(|p| p.y <= top) && normal.y > 0.99 * normal.length();
         let part = if is_floor { &mut floor.bounds } else { &mut floor.rest };
         triangle.iter().for_each(|&p| part.include(p));
@@ -69,12 +70,13 @@ fn floor(scene: &Scene) -> Option<Floor> {
     (area > 0.0 && area >= FLOOR_SHARE * size.x * size.z).then_some(floor)
 }
 
-/// True if the scene has a floor of its own to throw shadows on.
+/// Returns whether the scene has its own floor to receive shadows.
 pub fn has_floor(scene: &Scene) -> bool {
     floor(scene).is_some()
 }
 
-/// The points that a fitted camera shows: what casts, and its shadow on the ground; of a floor, only what lies under those.
+/// Returns the points that a fitted camera shows: the casters and their shadow on the ground. Of a floor, it shows
+/// only the part below these.
 fn framed(scene: &Scene, light: Option<&Light>) -> Vec<DVec3> {
     let floor = floor(scene).filter(|f| !f.rest.is_empty());
     let (bounds, _) = extent(scene);
@@ -102,15 +104,15 @@ fn framed(scene: &Scene, light: Option<&Light>) -> Vec<DVec3> {
     points
 }
 
-/// A three-quarter view that shows the whole scene and its shadow, but not all of a floor that reaches beyond them, in an
-/// image of the given size, under the scene's first light or else the fitted one.
+/// Returns a three-quarter view of the whole scene and its shadow in an image of the given size. It does not show all
+/// of a floor that reaches beyond them. The light is the scene's first one, or else the fitted one.
 ///
 /// The near plane lies in front of everything that is shown.
 pub fn camera(scene: &Scene, image: [u32; 2]) -> Camera {
     camera_under(scene, scene.lights.first(), image)
 }
 
-/// [`camera`] under a given light; `None` is the fitted one.
+/// Returns [`camera`] under a given light; `None` means the fitted one.
 pub fn camera_under(scene: &Scene, light: Option<&Light>, image: [u32; 2]) -> Camera {
     let points = framed(scene, light);
     let mut bounds = Bounds::EMPTY;
@@ -118,7 +120,7 @@ pub fn camera_under(scene: &Scene, light: Option<&Light>, image: [u32; 2]) -> Ca
     let size = resolvable_radius(&bounds);
     let center = bounds.center();
     let towards = TOWARDS_CAMERA.normalize();
-    // Turned first, then moved back until the last corner is inside: tighter than a bounding sphere.
+    // Turned first, then moved back until the last corner is inside; this is tighter than a bounding sphere.
     let turned = look_along(center, -towards);
     let slope = (0.5 * FOV_Y).tan();
     let aspect = f64::from(image[0].max(1)) / f64::from(image[1].max(1));
@@ -127,7 +129,7 @@ pub fn camera_under(scene: &Scene, light: Option<&Light>, image: [u32; 2]) -> Ca
         p.z + (p.x.abs() / aspect).max(p.y.abs()) / slope
     };
     let tight = points.into_iter().map(corner_distance).fold(size, f64::max);
-    // The margin also keeps the nearest corner at a twentieth of the distance or more, behind the near plane.
+    // The margin also keeps the nearest corner behind the near plane, at a twentieth of the distance or more.
     let distance = 1.1 * tight;
     Camera {
         name: "fitted".into(),
@@ -136,8 +138,8 @@ pub fn camera_under(scene: &Scene, light: Option<&Light>, image: [u32; 2]) -> Ca
     }
 }
 
-/// Lays a round floor under the scene, far beyond what a fitted camera sees of it: something for a lone
-/// object to throw its shadow on. Fit camera and light first. Nothing happens to an empty scene.
+/// Adds a round floor under the scene, far larger than a fitted camera shows, as a receiver for a lone object's
+/// shadow. Fit camera and light first. An empty scene stays unchanged.
 pub fn add_ground(scene: &mut Scene) {
     let (bounds, size) = extent(scene);
     if bounds.is_empty() || scene.instances.is_empty() {
@@ -173,10 +175,10 @@ pub fn add_ground(scene: &mut Scene) {
     });
 }
 
-/// A directional light, high and from the left of the fitted camera, at a distance from which it has
-/// the whole scene in front of it.
+/// Returns a directional light from high up on the fitted camera's left, far enough away to have the whole scene in
+/// front of it.
 ///
-/// Its angle is left open, as in a file that does not say.
+/// Its angle is unset, as in a file that does not give one.
 pub fn light(scene: &Scene) -> Light {
     let (bounds, size) = extent(scene);
     let center = bounds.center();
@@ -189,30 +191,31 @@ pub fn light(scene: &Scene) -> Light {
     }
 }
 
-/// Bounds of the scene, a point if it is empty, and half their diagonal; for a point some length that
-/// its coordinates can resolve.
+/// Returns the scene's bounds (a point if it is empty) and half their diagonal. For a point, the latter is a length
+/// that its coordinates can resolve.
 fn extent(scene: &Scene) -> (Bounds, f64) {
     let bounds = scene.bounds();
     let bounds = if bounds.is_empty() { Bounds { min: DVec3::ZERO, max: DVec3::ZERO } } else { bounds };
     (bounds, resolvable_radius(&bounds))
 }
 
-/// Half the diagonal of a box; for a point some length that its coordinates can resolve.
+/// Returns half the diagonal of a box; for a point, a length that its coordinates can resolve.
 fn resolvable_radius(bounds: &Bounds) -> f64 {
     let resolvable = 1e-13 * bounds.center().abs().max_element();
     let radius = bounds.radius();
-    // Below 1e-30 its square would be lost.
+    // The square of a radius below 1e-30 would underflow.
     if radius > resolvable.max(1e-30) { radius } else { resolvable.max(1.0) }
 }
 
-/// Nearest near plane of a perspective, as a share of the distance to the scene's end: depth stays a normal number.
+/// Smallest near plane of a perspective, as a fraction of the distance to the scene's end; it keeps depth a normal
+/// number.
 const LEAST_NEAR: f64 = 1e-12;
 
-/// Distance of clip planes beyond the scene, as a share of its size.
+/// Margin of clip planes beyond the scene, as a fraction of its size.
 const CLIP_AIR: f64 = 1e-3;
 
-/// The camera with its near and far planes moved to where the scene begins and ends along the view, where they lie
-/// beyond: depth between far planes is as fine as they are near each other, and exporters write any number.
+/// Returns the camera with near and far planes that lie outside the scene moved to its beginning and end along the
+/// view. Depth is finer the closer the planes are, and exporters write arbitrary planes.
 pub fn clamp_clip_planes(scene: &Scene, camera: &Camera) -> Camera {
     let bounds = scene.bounds();
     let mut out = camera.clone();
@@ -225,12 +228,12 @@ pub fn clamp_clip_planes(scene: &Scene, camera: &Camera) -> Camera {
     let first = depths.iter().copied().fold(f64::INFINITY, f64::min) - air;
     let last = depths.iter().copied().fold(f64::NEG_INFINITY, f64::max) + air;
     match &mut out.projection {
-        // Depth is reversed and has no far plane, so the near plane costs no precision down to the least number.
+        // Depth is reversed and has no far plane, so a small near plane costs no precision.
         Projection::Perspective { near, .. } => *near = near.max(LEAST_NEAR * last.max(0.0)),
         Projection::Orthographic { near, far, .. } if first < *far && last > *near => {
             (*near, *far) = (near.max(first), far.min(last));
         }
-        // Nothing is between them: nothing is seen.
+        // Nothing lies between the planes, so nothing is seen.
         Projection::Orthographic { .. } => {}
     }
     out

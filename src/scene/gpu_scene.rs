@@ -17,7 +17,7 @@ shader_struct! {
     }
 }
 
-/// A material, ready to draw with.
+/// Material, ready to draw with.
 pub struct GpuMaterial {
     pub(super) push: MaterialPush,
     /// Index into [`GpuScene::textures`].
@@ -26,13 +26,13 @@ pub struct GpuMaterial {
 }
 
 impl GpuMaterial {
-    /// True if it has holes.
+    /// Returns whether the material has holes.
     pub fn is_masked(&self) -> bool {
         self.push.alpha_cutoff >= 0.0
     }
 }
 
-/// All meshes in one set of buffers, all textures, all materials.
+/// All meshes in one set of buffers, all textures and all materials.
 pub struct GpuScene {
     pub(super) positions: Buffer,
     pub(super) normals: Buffer,
@@ -41,32 +41,34 @@ pub struct GpuScene {
     pub(super) indices: Buffer,
     /// Index range of each mesh.
     pub(super) ranges: Vec<std::ops::Range<u32>>,
-    /// Index into `materials` of each mesh.
+    /// Index into `materials` for each mesh.
     pub(super) mesh_materials: Vec<usize>,
     pub(super) materials: Vec<GpuMaterial>,
-    /// The scene's textures and, last, a white one.
+    /// Textures of the scene, and last a white one.
     pub(super) textures: Vec<Image>,
     memory_bytes: u64,
 }
 
 impl GpuScene {
-    /// Uploads.
+    /// Uploads the scene.
     ///
     /// # Errors
-    /// Beside those of the device: if the scene has more vertices or triangles than an index or an id can name.
+    /// Fails if the device does, or if the scene has more vertices or triangles than an index or an id can number.
     pub fn new(host: &Host, scene: &Scene) -> Result<Self> {
         let vertices = scene.meshes.iter().map(|m| m.positions.len()).sum();
         let largest_index = host.context().device().limits.max_draw_indexed_index_value;
         if vertices as u64 > u64::from(largest_index) {
-            let problem =
-                format!("scene {}: {vertices} vertices; this device draws {largest_index} at most", scene.name);
+            let problem = format!(
+                "scene {}: {vertices} vertices, but this device draws at most {largest_index}: split the scene",
+                scene.name
+            );
             return Err(Error::Usage(problem));
         }
         let indices: usize = scene.meshes.iter().map(|m| m.indices.len()).sum();
         // The last id stands for the sky.
         if scene.triangles() as u64 >= u64::from(u32::MAX) || indices as u64 > u64::from(u32::MAX) {
             let problem = format!(
-                "scene {}: {} triangles, instances counted; {} can be told apart: split the scene",
+                "scene {}: {} triangles over all instances, but at most {} can have ids: split the scene",
                 scene.name,
                 scene.triangles(),
                 u32::MAX - 1
@@ -110,7 +112,7 @@ impl GpuScene {
         let materials = materials.collect();
         let image_bytes: u64 = textures.iter().map(Image::memory_bytes).sum();
         let gpu = Self {
-            // Also read in place by the techniques that know the casters.
+            // The techniques that use the casters' geometry read this buffer too.
             positions: host.upload("positions", vertex | vk::BufferUsageFlags::STORAGE_BUFFER, &positions)?,
             normals: host.upload("normals", vertex, &normals)?,
             uvs: host.upload("uvs", vertex, &uvs)?,
@@ -125,12 +127,12 @@ impl GpuScene {
         Ok(gpu)
     }
 
-    /// The texture of what has none.
+    /// Returns the texture for materials without one.
     pub(super) fn white(&self) -> &Image {
         &self.textures[self.textures.len() - 1]
     }
 
-    /// Bytes of device memory.
+    /// Returns the size of the device memory, bytes.
     pub fn memory_bytes(&self) -> u64 {
         self.memory_bytes
     }

@@ -1,44 +1,45 @@
-//! From a light of the file to the view that its shadow map is rendered from.
+//! Fit of a shadow map's view to a light of the file.
 
 use super::{Bounds, Instance, Light, LightShape, Mesh, Scene};
 use crate::view::{CameraView, LightView};
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4, Vec3, dvec2, dvec3};
 
-/// Spot frusta wider than this waste most of the map; points beyond it count as lit.
+/// Largest field of view of a spot's shadow map, radians. Wider frusta waste most of the map; points outside count as
+/// lit.
 pub const MAX_SPOT_FOV: f64 = 160.0 * std::f64::consts::PI / 180.0;
-/// Smallest ratio of near to far: what lies nearer is clamped to the near plane and still casts.
+/// Smallest ratio of near to far plane. Nearer objects are clamped to the near plane and still cast shadows.
 const MIN_NEAR: f64 = 1e-3;
-/// Full angular width of a sun that does not say: 1.5 degrees, a hazy sun.
+/// Full angular width of a sun whose file gives none, radians: 1.5 degrees, a hazy sun.
 const DEFAULT_ANGLE: f64 = 1.5 * std::f64::consts::PI / 180.0;
-/// Full width of a spot that does not say, as a fraction of its distance to the scene's middle.
+/// Full width of a spot whose file gives none, as a fraction of its distance to the scene's middle.
 const DEFAULT_SIZE: f64 = 0.03;
-/// How far penumbrae beside a sun's casters widen its map at most, diagonals of all casters' box.
+/// Largest widening of a sun's map for penumbrae beside the casters, in diagonals of all casters' box.
 const MOST_PENUMBRA: f64 = 2.0;
-/// A map is cut to what a camera sees if that makes its longer side shorter than this share.
+/// Ratio of the longer sides, cut to uncut, below which a map is cut to what a camera sees.
 const WORTH_CUTTING: f64 = 0.5;
-/// Margin of a cut map around what is seen, as a share of the longer side.
+/// Margin of a cut map around what is seen, as a fraction of the longer side.
 const SEEN_MARGIN: f64 = 0.1;
-/// Meshes up to this many triangles are tested for convexity.
+/// Largest number of triangles of a mesh that is tested for convexity.
 const CONVEX_LIMIT: usize = 256;
 
-/// The shadow-map view of a light, as tight as the scene allows.
+/// Returns the shadow-map view of a light, as tight as the scene allows.
 ///
-/// A spot keeps its cone; its near and far planes enclose what of the scene lies in it. The depth of a map is as
-/// fine as its near plane is far: a ground that passes under the light must not pull the plane to the light. A directional light gets the box of
-/// everything that can cast a shadow on anything: the ground below all other things does not count,
-/// however far it reaches, and what lies beside the casters is lit without a look at the map. A sun with a size
-/// throws penumbrae beside its casters, so that its box is wider by as much as the farthest of them reaches.
+/// A spot keeps its cone; its near and far planes enclose the part of the scene inside the cone. The farther the near
+/// plane, the finer the map's depth, so a ground that passes under the light must not pull the plane to the light. A
+/// directional light gets the box of everything that can cast a shadow on anything. The ground below all other objects
+/// does not count, however far it reaches, and points beside the casters are lit without a lookup. A sun with a size
+/// casts penumbrae beside its casters, so its box is widened by the reach of the farthest of them.
 ///
-/// It holds for any camera; see [`light_view_for`] for one.
+/// The view is valid for any camera; see [`light_view_for`] for a given one.
 pub fn light_view(scene: &Scene, light: &Light) -> LightView {
     fit(scene, light, None)
 }
 
-/// [`light_view`], but where a camera sees so little of a sun's scene that the map would be wasted on the rest, the map
-/// holds what can shadow something that is seen, and no more.
+/// Returns [`light_view`], unless the camera sees so little of a sun's scene that most of the map would be wasted.
+/// Then the map covers only what can cast a shadow on something visible.
 ///
-/// A scene of which the camera sees half or more, along the longer side of the map, keeps the map that fits any camera, so
-/// that shadows stand still while the camera moves.
+/// If the camera sees half of the scene or more, along the longer side of the map, the map is the one for any camera.
+/// So shadows do not move while the camera does.
 pub fn light_view_for(scene: &Scene, light: &Light, camera: &CameraView) -> LightView {
     fit(scene, light, Some(camera))
 }
@@ -50,7 +51,7 @@ fn fit(scene: &Scene, light: &Light, camera: Option<&CameraView>) -> LightView {
             let distance = (bounds.center() - light.world_from_light.translation).length();
             let size = size.unwrap_or(DEFAULT_SIZE * distance);
             let fov = (2.0 * outer).min(MAX_SPOT_FOV);
-            // The sides, and what is behind the light: the light looks along its -Z.
+            // Planes of the sides, and one behind the light, which looks along its -Z.
             let slope = (0.5 * fov).tan();
             let side = |x: f64, y: f64| (dvec3(x, y, -slope), 0.5 * size);
             let planes = [side(1.0, 0.0), side(-1.0, 0.0), side(0.0, 1.0), side(0.0, -1.0), (DVec3::NEG_Z, 0.0)];
@@ -65,17 +66,18 @@ fn fit(scene: &Scene, light: &Light, camera: Option<&CameraView>) -> LightView {
     }
 }
 
-/// A plane: normal and offset, positive inside.
+/// Plane as normal and offset; positive inside.
 type Plane = (DVec3, f64);
 
-/// Smallest and largest distance along the light's axis of what lies inside all planes, these and the instances' transforms
-/// in a view that looks along -Z. `None` if nothing does.
+/// Returns the smallest and largest distance along the light's axis inside all planes; `None` if the scene has nothing
+/// there. Planes and the instances' transforms are in a view that looks along -Z.
 fn depth_range(scene: &Scene, view_from_object: impl Fn(&Instance) -> DAffine3, planes: &[Plane]) -> Option<[f64; 2]> {
     let inside = bounds_inside(scene, view_from_object, planes, &[2]);
     (!inside.is_empty()).then_some([-inside.max.z, -inside.min.z])
 }
 
-/// Bounds of what lies inside all planes, along the given axes; anything along the others. Empty if nothing does.
+/// Returns the bounds, along the given axes, of what lies inside all planes; other axes are arbitrary. Empty if
+/// nothing does.
 fn bounds_inside(
     scene: &Scene,
     view_from_object: impl Fn(&Instance) -> DAffine3,
@@ -117,7 +119,7 @@ fn bounds_inside(
     bounds
 }
 
-/// The part of a convex polygon where `inside` is not negative (Sutherland, Hodgman 1974).
+/// Clips a convex polygon to the part where `inside` is not negative (Sutherland, Hodgman 1974).
 fn clip(polygon: &[DVec3], inside: impl Fn(DVec3) -> f64, out: &mut Vec<DVec3>) {
     out.clear();
     for (i, &a) in polygon.iter().enumerate() {
@@ -135,7 +137,7 @@ fn clip(polygon: &[DVec3], inside: impl Fn(DVec3) -> f64, out: &mut Vec<DVec3>) 
 fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraView>) -> LightView {
     let mut world_from_view = light.world_from_light;
     let rotation = world_from_view.matrix3.transpose();
-    // Box in the light's axes but around the scene's own middle, so that it holds far from the origin.
+    // The box is in the light's axes but around the scene's own middle, so that it is precise far from the origin.
     let bounds = scene.bounds();
     let center = bounds.center();
     let axes = Axes { rotation, origin: center };
@@ -146,9 +148,10 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
         return LightView::directional(world_from_view, [1.0; 2], 0.0, 1.0, angle);
     }
     let towards = -light.world_from_light.transform_vector3(DVec3::NEG_Z);
-    // Once a mesh and once a scene: thousands of instances may share a mesh.
+    // Computed once per mesh, because thousands of instances may share one.
     let convex: Vec<bool> = scene.meshes.iter().map(is_convex).collect();
-    // The slack goes by the instance's own size: a scene may reach so far that a millionth of it is larger than what stands in it.
+    // The slack depends on the instance's own size: a scene may be so large that a millionth of it exceeds the objects
+    // in it.
     let slack = |i: &Instance| 1e-6 * scene.instance_bounds(i).radius();
     let casting = scene.instances.iter().filter(|i| !convex[i.mesh] || can_shadow(scene, i, towards, slack(i)));
     let casters: Vec<Bounds> = casting.map(around).filter(|b| !b.is_empty()).collect();
@@ -182,7 +185,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
     }
     let [lowest, highest] = depths;
     let size = if depths == [all.min.z, all.max.z] { all.radius() } else { sides.radius() };
-    // A little air: nothing lies exactly on the border, and a single point still has a box.
+    // A small margin: nothing lies exactly on the border, and a single point still has a box.
     let air = 1e-3 * (sides.max - sides.min).max_element() + 1e-6 * size.max(1e-30);
     let half = 0.5 * (sides.max - sides.min) + air;
     let depth_air = 1e-3 * (highest - lowest) + air;
@@ -192,7 +195,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
     LightView::directional(world_from_view, [half.x, half.y], 0.0, far, angle)
 }
 
-/// A frame of reference: its axes as the rows of a rotation, and the point of the world that is its origin.
+/// Frame of reference: its axes as the rows of a rotation, and its origin in the world.
 #[derive(Clone, Copy)]
 struct Axes {
     rotation: DMat3,
@@ -207,7 +210,7 @@ impl Axes {
         DAffine3 { matrix3: self.rotation, translation: DVec3::ZERO } * moved
     }
 
-    /// The planes of a view's frustum; a far plane at infinity is none.
+    /// Returns the planes of a view's frustum, without a far plane at infinity.
     fn frustum(&self, world_from_view: &DAffine3, clip_from_view: &DMat4) -> Vec<Plane> {
         let [x, y, z, w] = [0, 1, 2, 3].map(|i| clip_from_view.row(i));
         let eye = self.rotation * (world_from_view.translation - self.origin);
@@ -221,8 +224,8 @@ impl Axes {
     }
 }
 
-/// Width of a texel of a light's map in pixels of the camera's image, in the middle of what both see: above a few pixels
-/// shadows are coarse. `None` if they see nothing in common.
+/// Returns the width of a shadow-map texel in pixels of the camera's image, in the middle of what both see; `None` if
+/// they see nothing in common. Above a few pixels, shadows look coarse.
 pub fn texel_in_pixels(
     scene: &Scene,
     camera: &CameraView,
@@ -237,7 +240,7 @@ pub fn texel_in_pixels(
     if common.is_empty() {
         return None;
     }
-    // World width of one of `n` units across a view, at the middle.
+    // World width, at the middle, of one of `n` units across a view.
     let width = |world_from_view: &DAffine3, clip_from_view: &DMat4, n: u32| {
         let distance = -world_from_view.inverse().transform_point3(axes.origin + common.center()).z;
         let w = clip_from_view.row(3).dot(dvec3(0.0, 0.0, -distance).extend(1.0));
@@ -248,15 +251,16 @@ pub fn texel_in_pixels(
     (pixel > 0.0).then_some(texel / pixel)
 }
 
-/// Part of a sun's map that the receivers seen need, in the light's axes: where the casters above them lie, or their
-/// penumbrae. The ground below the lowest receiver casts nothing on them. `None` if nothing that is seen can be shadowed.
+/// Returns the part of a sun's map that the visible receivers need, in the light's axes: it contains the casters above
+/// them and their penumbrae. The ground below the lowest receiver casts nothing on them. `None` if nothing visible can
+/// be shadowed.
 fn needed(casters: &[Bounds], seen: &Bounds, angle: f64) -> Option<Bounds> {
     if seen.is_empty() {
         return None;
     }
     let slope = (0.5 * angle).tan();
     let highest = casters.iter().fold(f64::NEG_INFINITY, |h, c| h.max(c.max.z));
-    // Filters read beside their receivers, and the camera may move a little.
+    // Filters read texels beside their receivers, and the camera may move a little.
     let reach = slope * (highest - seen.min.z).max(0.0);
     let most = MOST_PENUMBRA * (seen.max - seen.min).length();
     let margin = DVec2::splat(reach.min(most)) + SEEN_MARGIN * (seen.max - seen.min).truncate().max_element();
@@ -269,21 +273,22 @@ fn needed(casters: &[Bounds], seen: &Bounds, angle: f64) -> Option<Bounds> {
             needed = needed.union(part);
         }
     }
-    // Height: from the lowest receiver up.
+    // Height: from the lowest receiver upwards.
     needed.min.z = seen.min.z;
     needed.max.z = highest;
     (!needed.is_empty()).then_some(needed)
 }
 
-/// What encloses the casters, in a sun's axes, and across them the penumbrae that they throw: one of a point at height `z` is
-/// wider by `tan(angle / 2)` on each side for each unit that the receiver lies below. `depths` is [`depth_range`].
+/// Returns the box of the casters in a sun's axes, widened by the penumbrae that they cast. The penumbra of a point at
+/// height `z` widens on each side by `tan(angle / 2)` per unit of height down to the receiver. `depths` is
+/// [`depth_range`].
 fn with_penumbrae(casters: &[Bounds], angle: f64, depths: impl Fn(&[Plane]) -> Option<[f64; 2]>) -> Bounds {
     let bare = casters.iter().copied().fold(Bounds::EMPTY, Bounds::union);
     let slope = (0.5 * angle).tan();
     if slope <= 0.0 {
         return bare;
     }
-    // Receivers in a penumbra lie within the casters' box as it widens away from the sun.
+    // Receivers in a penumbra lie within the casters' box, widened away from the sun.
     let top = slope * bare.max.z;
     let planes = [
         (dvec3(-1.0, 0.0, -slope), bare.max.x + top),
@@ -297,7 +302,7 @@ fn with_penumbrae(casters: &[Bounds], angle: f64, depths: impl Fn(&[Plane]) -> O
         let reach = DVec2::splat((slope * (caster.max.z - lowest)).max(0.0)).extend(0.0);
         wide = wide.union(Bounds { min: caster.min - reach, max: caster.max + reach });
     }
-    // A sun that is setting throws them over all of the ground.
+    // A sun near the horizon would cast them over the whole ground.
     let most = MOST_PENUMBRA * (bare.max - bare.min).length();
     let clamped = |w: f64, b: f64| w.clamp(b - most, b + most);
     Bounds {
@@ -306,8 +311,8 @@ fn with_penumbrae(casters: &[Bounds], angle: f64, depths: impl Fn(&[Plane]) -> O
     }
 }
 
-/// False only where an instance of a convex mesh surely casts no shadow on anything: all other instances lie
-/// beyond one face of its box that looks towards the light, up to `slack`.
+/// Returns `false` only if an instance of a convex mesh surely casts no shadow on anything: all other instances lie
+/// beyond one face of its box that faces the light, up to `slack`.
 fn can_shadow(scene: &Scene, instance: &Instance, towards: DVec3, slack: f64) -> bool {
     let b = &scene.meshes[instance.mesh].bounds;
     if b.is_empty() {
@@ -319,7 +324,7 @@ fn can_shadow(scene: &Scene, instance: &Instance, towards: DVec3, slack: f64) ->
     (0..6).all(|face| {
         let (axis, up) = (face / 2, face % 2 == 1);
         let mut normal = cofactors[axis] * if up { mirrored } else { -mirrored };
-        // A flat box has two faces in one plane and no volume: its cofactors still give the normal.
+        // A flat box has two faces in one plane and no volume; its cofactors still give the normal.
         normal = normal.normalize_or_zero();
         if normal.dot(towards) <= 0.0 {
             return true;
@@ -330,14 +335,15 @@ fn can_shadow(scene: &Scene, instance: &Instance, towards: DVec3, slack: f64) ->
     })
 }
 
-/// Smallest signed distance of an instance's box to a plane.
+/// Returns the smallest signed distance of an instance's box from a plane.
 fn lowest(scene: &Scene, instance: &Instance, normal: DVec3, on_plane: DVec3) -> f64 {
     let corners = scene.meshes[instance.mesh].bounds.corners();
     let distance = |c| normal.dot(instance.world_from_object.transform_point3(c) - on_plane);
     corners.into_iter().map(distance).fold(f64::INFINITY, f64::min)
 }
 
-/// True if no vertex lies in front of any triangle's plane. Small meshes only; affine maps keep it.
+/// Returns whether no vertex lies in front of any triangle's plane; `false` for a large mesh. Affine maps preserve
+/// convexity.
 fn is_convex(mesh: &Mesh) -> bool {
     if mesh.triangles() > CONVEX_LIMIT {
         return false;
@@ -363,7 +369,8 @@ mod tests {
         [p.w_axis.z / p.z_axis.z, p.w_axis.z / (1.0 + p.z_axis.z)]
     }
 
-    /// A ground of half width 50 at y = 0, a light at height 4 that looks down at 45 degrees, 20 degrees each way.
+    /// Returns a ground of half width 50 at y = 0, and a spot at height 4 that looks down at 45 degrees with a half
+    /// angle of 20 degrees.
     fn ground() -> (Scene, Light) {
         let positions = vec![[-50.0, 0.0, -50.0], [-50.0, 0.0, 50.0], [50.0, 0.0, 50.0], [50.0, 0.0, -50.0]];
         let mut mesh = Mesh { positions, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() };
@@ -383,7 +390,7 @@ mod tests {
     fn a_spot_encloses_what_it_lights() {
         let (scene, light) = ground();
         let [near, far] = planes(&light_view(&scene, &light));
-        // The rays 25 and 65 degrees below the horizon meet the ground first and last.
+        // The rays 25 and 65 degrees below the horizon meet the ground last and first.
         let along = |degrees: f64| 4.0 / degrees.to_radians().sin() * 20f64.to_radians().cos();
         assert!((near / along(65.0) - 1.0).abs() < 2e-3, "{near}, expected {}", along(65.0));
         assert!((far / along(25.0) - 1.0).abs() < 2e-3, "{far}, expected {}", along(25.0));
@@ -414,7 +421,7 @@ mod tests {
         }
     }
 
-    /// A square of half width `half` at height `y`, front up.
+    /// Returns a square of half width `half` at height `y`, facing up.
     fn square(half: f32, y: f32) -> Mesh {
         let positions = vec![[-half, y, -half], [-half, y, half], [half, y, half], [half, y, -half]];
         let mut mesh = Mesh { positions, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() };
@@ -422,7 +429,8 @@ mod tests {
         mesh
     }
 
-    /// A square of half width 1 at height 4 over a ground of half width `ground`, under a sun at an elevation, radians.
+    /// Returns a square of half width 1 at height 4 over a ground of half width `ground`, under a sun at an elevation
+    /// in radians.
     fn floating(ground: f32, elevation: f64, angle: f64) -> (Scene, Light) {
         let meshes = vec![square(ground, 0.0), square(1.0, 4.0)];
         let instances = (0..2).map(|mesh| Instance { mesh, world_from_object: DAffine3::IDENTITY }).collect();
@@ -436,7 +444,7 @@ mod tests {
         (scene, light)
     }
 
-    /// Half extents of a parallel light's map.
+    /// Returns the half extents of a directional light's map.
     fn half(view: &LightView) -> DVec2 {
         dvec2(view.clip_from_view.x_axis.x, view.clip_from_view.y_axis.y).abs().recip()
     }
@@ -448,7 +456,7 @@ mod tests {
                 let (scene, light) = floating(40.0, elevation, angle);
                 let view = light_view(&scene, &light);
                 let bare = half(&light_view(&scene, &floating(40.0, elevation, 0.0).1));
-                // Through the square's corners along all directions of the sun's square, onto the ground.
+                // Rays through the square's corners, along the corners of the sun's square, onto the ground.
                 let axes = light.world_from_light.matrix3;
                 let (mut outside, mut reach) = (0, DVec2::ZERO);
                 for corner in
@@ -464,15 +472,16 @@ mod tests {
                     }
                 }
                 assert_eq!(outside, 0, "elevation {elevation}, angle {angle}");
-                // No wider than that needs, but for the air and that all sides are moved as far as the farthest.
+                // The map is no wider than that needs, except for the margin and because all sides move as far as the
+                // farthest.
                 let needed = reach + 2.0 * (reach - bare).max(DVec2::ZERO) + 0.01;
                 let got = half(&view);
                 assert!(got.cmple(needed).all(), "elevation {elevation}, angle {angle}: {got} for {reach}");
-                // The map of the casters alone does not hold them.
+                // A map of the casters alone does not contain them.
                 assert_eq!(angle > 0.0, reach.cmpgt(bare).any(), "elevation {elevation}, angle {angle}");
             }
         }
-        // A sun that is half set over a wide plain.
+        // A sun that has half set, over a wide plain.
         let (scene, light) = floating(1e5, 1f64.to_radians(), 0.1);
         let bare = half(&light_view(&scene, &floating(1e5, 1f64.to_radians(), 0.0).1));
         assert!(half(&light_view(&scene, &light)).max_element() < bare.max_element() + 6.0);

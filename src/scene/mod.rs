@@ -1,4 +1,4 @@
-//! Scenes: what stands where (no Vulkan), how it comes from a file, and how it is rasterised.
+//! Scenes: their content (without Vulkan), loading them from files, and rasterising them.
 
 mod casters;
 pub mod cull;

@@ -1,9 +1,9 @@
-//! A scene in memory: what a glTF file holds of it that shadows need, and nothing of Vulkan.
+//! Scene in memory: the parts of a glTF file that shadows need, without Vulkan.
 
 use crate::view::CameraView;
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Triangles, materials, where they stand, and who looks and shines.
+/// Scene: meshes, materials, instances, cameras and lights.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Name of the shipped scene, or the file's stem.
@@ -14,7 +14,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Decoded base-colour images.
     pub textures: Vec<Texture>,
-    /// What stands where.
+    /// Placed meshes.
     pub instances: Vec<Instance>,
     /// Cameras of the file in file order (none if it has none: see [`crate::scene::fit`]).
     pub cameras: Vec<Camera>,
@@ -24,15 +24,15 @@ pub struct Scene {
     pub broken_cameras: Vec<Broken>,
     /// Lights of the file that cannot be used, in file order.
     pub broken_lights: Vec<Broken>,
-    /// What was dropped or approximated on loading, one sentence each.
+    /// Descriptions of what was dropped or approximated on loading, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// An indexed triangle list in object space. Every array of vertices has the same length, every
-/// index is below it, every position is finite.
+/// Indexed triangle list in object space. Every array of vertices is empty or has the same length, every index is
+/// below it, and every position is finite.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// For error messages and debug labels.
+    /// Name for error messages and debug labels.
     pub name: String,
     /// Object-space positions.
     pub positions: Vec<[f32; 3]>,
@@ -42,7 +42,7 @@ pub struct Mesh {
     pub uvs: Vec<[f32; 2]>,
     /// Linear vertex colours, or empty for white.
     pub colors: Vec<[f32; 4]>,
-    /// Three indices a triangle.
+    /// Three indices per triangle.
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: usize,
@@ -50,10 +50,10 @@ pub struct Mesh {
     pub bounds: Bounds,
 }
 
-/// How a surface looks and whether light passes through its holes.
+/// Appearance of a surface, and whether light passes through its holes.
 #[derive(Clone, Debug)]
 pub struct Material {
-    /// For error messages and debug labels.
+    /// Name for error messages and debug labels.
     pub name: String,
     /// Linear RGB factor and alpha factor.
     pub base_color: [f32; 4],
@@ -61,7 +61,7 @@ pub struct Material {
     pub texture: Option<usize>,
     /// `Some(cutoff)` for alpha mode MASK: a texel whose alpha is below the cutoff is a hole.
     pub alpha_cutoff: Option<f32>,
-    /// Visible from both sides.
+    /// `true` if the surface is visible from both sides.
     pub double_sided: bool,
 }
 
@@ -77,10 +77,10 @@ impl Default for Material {
     }
 }
 
-/// What becomes of alpha-masked surfaces.
+/// Treatment of alpha-masked surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Masked {
-    /// Light passes their holes.
+    /// Light passes through their holes.
     #[default]
     Keep,
     /// They are left out.
@@ -89,61 +89,61 @@ pub enum Masked {
     Solid,
 }
 
-/// How texture coordinates outside `[0, 1]` are read.
+/// Mode of reading texture coordinates outside `[0, 1]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
     /// The image repeats.
     #[default]
     Repeat,
-    /// The image repeats, every other time mirrored.
+    /// The image repeats, with every other copy mirrored.
     MirroredRepeat,
-    /// The border texel goes on.
+    /// The border texels repeat.
     ClampToEdge,
 }
 
-/// An image with its sampler: 8-bit sRGB colour, linear alpha, rows from top to bottom.
+/// Image with its sampler: 8-bit sRGB colour, linear alpha, rows from top to bottom.
 #[derive(Clone, Debug, Default)]
 pub struct Texture {
-    /// For error messages and debug labels.
+    /// Name for error messages and debug labels.
     pub name: String,
-    /// Texels, at least 1 x 1.
+    /// Width and height in texels, at least 1 x 1.
     pub size: [u32; 2],
     /// `size[0] * size[1]` texels, RGBA.
     pub rgba: Vec<[u8; 4]>,
     /// Wrap modes of u and v.
     pub wrap: [Wrap; 2],
-    /// True for nearest magnification.
+    /// `true` for nearest magnification, `false` for linear.
     pub nearest: bool,
 }
 
-/// A mesh placed in the world.
+/// Mesh placed in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Instance {
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
-    /// Any affine transform: negative and non-uniform scale included.
+    /// Any affine transform, including negative and non-uniform scale.
     pub world_from_object: DAffine3,
 }
 
-/// A camera of the file.
+/// Camera of the file.
 #[derive(Clone, Debug)]
 pub struct Camera {
     /// Name of the camera, or of its node.
     pub name: String,
-    /// Rigid (scale removed).
+    /// Rigid transform (scale removed).
     pub world_from_camera: DAffine3,
-    /// How it projects.
+    /// Projection of the camera.
     pub projection: Projection,
 }
 
-/// A camera or light of the file that cannot be used. Others of the file can.
+/// Camera or light of the file that cannot be used; others of the file can.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Broken {
-    /// Number of sound ones of its kind before it in the file.
+    /// Number of usable ones of its kind before it in the file.
     pub number: usize,
-    /// Its name, or that of its node.
+    /// Name of the camera or light, or of its node.
     pub name: String,
-    /// Its place in the file: `cameras[1].perspective.znear`.
+    /// Place in the file, such as `cameras[1].perspective.znear`.
     pub place: String,
     /// Description of the fault, and of what would be right.
     pub problem: String,
@@ -152,14 +152,14 @@ pub struct Broken {
 /// Projection of a [`Camera`]; the aspect ratio is the image's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Full vertical angle in radians; near plane in world units. The far plane is infinite.
+    /// Perspective projection; the far plane is infinite.
     Perspective {
         /// Full vertical angle, radians.
         fov_y: f64,
         /// Near plane, world units.
         near: f64,
     },
-    /// Half height and planes in world units; the half width follows from the aspect ratio.
+    /// Parallel projection; the half width follows from the aspect ratio.
     Orthographic {
         /// Half the height of the view, world units.
         half_height: f64,
@@ -171,7 +171,7 @@ pub enum Projection {
 }
 
 impl Camera {
-    /// The view for an image of the given size.
+    /// Returns the view for an image of the given size.
     pub fn view(&self, size: [u32; 2]) -> CameraView {
         let aspect = f64::from(size[0].max(1)) / f64::from(size[1].max(1));
         match self.projection {
@@ -185,39 +185,38 @@ impl Camera {
     }
 }
 
-/// A light of the file.
+/// Light of the file.
 #[derive(Clone, Debug)]
 pub struct Light {
     /// Name of the light, or of its node.
     pub name: String,
-    /// Rigid (scale removed); it shines along its own `-Z`.
+    /// Rigid transform (scale removed); the light shines along its own `-Z`.
     pub world_from_light: DAffine3,
-    /// Spot or directional.
+    /// Shape: spot or directional.
     pub shape: LightShape,
-    /// Linear RGB, without intensity: the picture's exposure is set by the renderer.
+    /// Linear RGB without intensity; the renderer sets the picture's exposure.
     pub color: [f32; 3],
 }
 
-/// What a [`Light`] lights, and how large it is.
+/// Shape and size of a [`Light`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightShape {
-    /// A cone; `outer` is the half angle in radians. `size` is the full width of the square area
-    /// light in world units, `None` where the file does not say (glTF has no such field; we read and
-    /// write `extras.edgeshade.size`).
+    /// Cone with a square area light. glTF has no field for the size; it is read from and written to
+    /// `extras.edgeshade.size`.
     Spot {
         /// Half angle at which the light ends, radians.
         outer: f64,
-        /// Full width of the square light, world units.
+        /// Full width of the square light, world units; `None` if the file does not give one.
         size: Option<f64>,
     },
-    /// Parallel rays; `angle` is the full angular width in radians (`extras.edgeshade.angle`).
+    /// Parallel rays. The angle is read from and written to `extras.edgeshade.angle`.
     Directional {
-        /// Full angular width, radians.
+        /// Full angular width, radians; `None` if the file does not give one.
         angle: Option<f64>,
     },
 }
 
-/// An axis-aligned box; empty where `min > max`.
+/// Axis-aligned box; empty if `min > max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// Smallest corner.
@@ -233,36 +232,36 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    /// The box of nothing.
+    /// Empty box.
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
-    /// True if the box holds no point.
+    /// Returns whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())
     }
 
-    /// The smallest box with `p` in it.
+    /// Enlarges the box to contain `p`.
     pub fn include(&mut self, p: DVec3) {
         self.min = self.min.min(p);
         self.max = self.max.max(p);
     }
 
-    /// The smallest box around both.
+    /// Returns the smallest box around both.
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Middle of the box; the origin if it is empty.
+    /// Returns the middle of the box; the origin if it is empty.
     pub fn center(&self) -> DVec3 {
         if self.is_empty() { DVec3::ZERO } else { 0.5 * (self.min + self.max) }
     }
 
-    /// Half the diagonal; 0 if the box is empty.
+    /// Returns half the diagonal; 0 if the box is empty.
     pub fn radius(&self) -> f64 {
         if self.is_empty() { 0.0 } else { 0.5 * (self.max - self.min).length() }
     }
 
-    /// The eight corners.
+    /// Returns the eight corners.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|i| {
             let pick = |bit: usize, axis: usize| if i >> bit & 1 == 1 { self.max[axis] } else { self.min[axis] };
@@ -270,7 +269,7 @@ impl Bounds {
         })
     }
 
-    /// The box around this box after an affine transform; exact about emptiness.
+    /// Returns the box around this box after an affine transform; an empty box stays empty.
     pub fn transformed(&self, t: &DAffine3) -> Self {
         if self.is_empty() {
             return Self::EMPTY;
@@ -284,7 +283,7 @@ impl Bounds {
 }
 
 impl Mesh {
-    /// Number of triangles.
+    /// Returns the number of triangles.
     pub fn triangles(&self) -> usize {
         self.indices.len() / 3
     }
@@ -299,23 +298,23 @@ impl Mesh {
 }
 
 impl Scene {
-    /// Bounds of one instance in the world.
+    /// Returns the bounds of one instance in the world.
     pub fn instance_bounds(&self, instance: &Instance) -> Bounds {
         self.meshes[instance.mesh].bounds.transformed(&instance.world_from_object)
     }
 
-    /// Bounds of everything in the world.
+    /// Returns the bounds of everything in the world.
     pub fn bounds(&self) -> Bounds {
         self.instances.iter().fold(Bounds::EMPTY, |b, i| b.union(self.instance_bounds(i)))
     }
 
-    /// Number of triangles, instances counted.
+    /// Returns the number of triangles over all instances.
     pub fn triangles(&self) -> usize {
         self.instances.iter().map(|i| self.meshes[i.mesh].triangles()).sum()
     }
 
-    /// Makes alpha-masked surfaces solid, or takes the instances that have one out, for comparing techniques that cannot
-    /// cut shadows by a mask: their masked casters then err in no one's figures.
+    /// Makes alpha-masked surfaces solid, or removes the instances that have one. Use it to compare techniques that
+    /// cannot cut shadows by a mask, so that masked casters do not affect their figures.
     pub fn set_masked(&mut self, masked: Masked) {
         let Self { meshes, materials, instances, .. } = self;
         match masked {
@@ -325,7 +324,7 @@ impl Scene {
         }
     }
 
-    /// Moves and scales the whole scene, cameras and lights along with it (`t` must scale uniformly).
+    /// Moves and scales the whole scene with its cameras and lights; `t` must scale uniformly.
     ///
     /// Near planes, parallel views and light sizes scale too, so the picture stays the same.
     pub fn transform(&mut self, t: &DAffine3) {

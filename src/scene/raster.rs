@@ -8,37 +8,37 @@ use crate::host::Host;
 use crate::{Bind, Error, Frame, Result};
 use ash::vk;
 
-/// How casters are drawn into the shadow map.
+/// Options for drawing casters into the shadow map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CasterOptions {
-    /// Which faces cast.
+    /// Faces that cast shadows.
     pub faces: CasterFaces,
     /// Constant depth bias, in the units of `vkCmdSetDepthBias`.
     pub constant_bias: f32,
-    /// Depth bias times the polygon's slope.
+    /// Depth bias per slope of the polygon.
     pub slope_bias: f32,
 }
 
 impl Default for CasterOptions {
-    /// Both faces, no bias: the map is the same for all techniques, which bias on the receiver's side.
+    /// Returns both faces without bias. The map is the same for all techniques, which bias the receiver instead.
     fn default() -> Self {
         Self { faces: CasterFaces::Both, constant_bias: 0.0, slope_bias: 0.0 }
     }
 }
 
-/// Which faces cast; double-sided materials always cast with both.
+/// Faces that cast shadows. Double-sided materials always cast with both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CasterFaces {
-    /// Everything casts, as in the ray-traced truth.
+    /// Both faces, as in the ray-traced truth.
     #[default]
     Both,
-    /// Faces towards the light only.
+    /// Only faces towards the light.
     Front,
-    /// Faces away from the light only: no acne on closed bodies, light leaks at thin ones.
+    /// Only faces away from the light: no acne on closed bodies, but light leaking at thin ones.
     Back,
 }
 
-/// The shadow map: D32, an array of one layer.
+/// Shadow map: D32, an array of one layer.
 pub struct ShadowMap {
     depth: Image,
     instances: InstanceBuffer,
@@ -47,7 +47,7 @@ pub struct ShadowMap {
     faces: CasterFaces,
 }
 
-/// What the camera sees: depth, normals, albedo and triangle ids.
+/// G-buffer of the camera: depth, normals, albedo and triangle ids.
 pub struct GBuffer {
     /// Reversed-Z D32.
     pub depth: Image,
@@ -64,7 +64,7 @@ pub struct GBuffer {
     masked: RasterPipeline,
 }
 
-/// Instances of one view, written by the CPU each frame. One frame is in flight: the host waits.
+/// Instances of one view, written by the CPU each frame. Only one frame is in flight, because the host waits.
 struct InstanceBuffer {
     buffer: Buffer,
 }
@@ -74,7 +74,9 @@ impl InstanceBuffer {
         let each = size_of::<GpuInstance>() as u64;
         let most = u64::from(host.context().device().limits.max_storage_buffer_range) / each;
         if capacity as u64 > most {
-            let problem = format!("{name}: the scene has {capacity} instances; this device takes {most}");
+            let problem = format!(
+                "{name}: the scene has {capacity} instances, but this device takes at most {most}: split the scene"
+            );
             return Err(Error::Usage(problem));
         }
         let desc = BufferDesc {
@@ -129,7 +131,7 @@ impl ShadowMap {
         })
     }
 
-    /// The map: a 2D array view in `GENERAL`.
+    /// Returns the map: a 2D array view in `GENERAL`.
     pub fn image(&self) -> &Image {
         &self.depth
     }
@@ -172,7 +174,7 @@ impl GBuffer {
     pub fn new(host: &Host, size: [u32; 2], instances: usize) -> Result<Self> {
         let device = host.context().device();
         let target = |name, format| Image::new(device, &ImageDesc::attachment(name, format, size));
-        // Signed normalised targets are optional in Vulkan.
+        // Signed normalised render targets are optional in Vulkan.
         let snorm = vk::Format::R16G16_SNORM;
         let attachable = device.format_features(snorm).contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT);
         let normal = if attachable { snorm } else { vk::Format::R32G32_SFLOAT };
@@ -233,7 +235,7 @@ impl GBuffer {
         })
     }
 
-    /// Bytes of device memory.
+    /// Returns the size of the device memory, bytes.
     pub fn memory_bytes(&self) -> u64 {
         [&self.depth, &self.geometric_normal, &self.shading_normal, &self.albedo, &self.triangle]
             .map(Image::memory_bytes)
@@ -242,7 +244,7 @@ impl GBuffer {
     }
 }
 
-/// Draws the meshes whose material is, or is not, masked, with the pass's second or first pipeline.
+/// Draws the meshes whose material is masked with the pass's second pipeline, or the others with its first.
 #[allow(clippy::too_many_arguments)]
 fn draw_all(
     draw: &mut Draw<'_, '_>,

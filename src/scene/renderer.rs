@@ -1,4 +1,4 @@
-//! A scene, a camera, a light and a technique: rendered off screen, with the time of every pass.
+//! Renderer of a scene, a camera, a light and a technique: off screen, with the time of every pass.
 
 use super::cull::DrawList;
 use super::{
@@ -14,31 +14,32 @@ use crate::timing::{FrameTiming, Timings};
 use crate::view::{CameraView, DepthRange, LightKind, LightView, look_along};
 use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
 
-/// Largest side of an image or a map.
+/// Largest side of an image or a map, pixels or texels.
 pub const MAX_SIZE: u32 = 16384;
 
-/// What to render, apart from the scene.
+/// Options of a renderer, apart from the scene.
 #[derive(Clone, Debug)]
 pub struct RenderDesc {
     /// Image size, pixels.
     pub size: [u32; 2],
-    /// Shadow-map side, texels.
+    /// Side of the shadow map, texels.
     pub map_size: u32,
-    /// How casters are drawn.
+    /// Options for drawing casters.
     pub casters: CasterOptions,
     /// Format of the visibility image.
     pub output: OutputFormat,
-    /// How the picture is lit.
+    /// Lighting of the picture.
     pub shade: ShadeOptions,
-    /// Hand the G-buffer's normals to the technique; without, it derives them from depth.
+    /// Passes the G-buffer's normals to the technique; otherwise it derives them from depth.
     pub normals: bool,
-    /// Draw the shadow map anew every frame, as for a light that moves.
+    /// Draws the shadow map again every frame, as for a moving light.
     pub dynamic_light: bool,
-    /// Have techniques make their intermediate images too.
+    /// Makes techniques produce their intermediate images too.
     pub intermediates: bool,
-    /// Count what every pass sends through the pipeline (needs [`crate::DeviceFeatures::pipeline_statistics`]).
+    /// Counts the work that every pass sends through the pipeline (needs
+    /// [`crate::DeviceFeatures::pipeline_statistics`]).
     pub statistics: bool,
-    /// Build the adjacency of the casters' triangles, for the techniques that need it.
+    /// Builds the adjacency of the casters' triangles, for the techniques that need it.
     pub adjacency: bool,
 }
 
@@ -59,7 +60,7 @@ impl Default for RenderDesc {
     }
 }
 
-/// One scene from one camera under one light; techniques come and go.
+/// Renderer of one scene from one camera under one light, with any technique.
 pub struct Renderer<'h> {
     host: &'h Host,
     desc: RenderDesc,
@@ -73,15 +74,15 @@ pub struct Renderer<'h> {
     shade: Shade,
     timings: Timings,
     map_is_current: bool,
-    /// The light that the map is fitted to; none if the caller gave a view.
+    /// Light that the map is fitted to; `None` if the caller set a view.
     fitted: Option<Light>,
 }
 
-/// Who looks and who shines.
+/// Views of camera and light.
 struct View {
     camera: CameraView,
     light: LightView,
-    /// Counts changes of the shadow map.
+    /// Number of changes of the shadow map.
     light_version: u64,
     normals: bool,
 }
@@ -101,7 +102,7 @@ impl View {
     }
 }
 
-/// The parts of a renderer that draw a frame.
+/// Parts of a renderer that draw a frame.
 struct Drawn<'a> {
     view: &'a mut View,
     gpu: &'a GpuScene,
@@ -118,7 +119,7 @@ impl Drawn<'_> {
     fn record(&mut self, mut frame: Frame<'_>, technique: &mut dyn Technique, draw_map: bool) -> Result<()> {
         if draw_map {
             self.view.light_version += 1;
-            // A light that reaches nothing visible costs nothing: the map is cleared, nothing is drawn.
+            // If nothing is visible, the map is only cleared, so the light costs nothing.
             let nothing = DrawList::default();
             let list = if self.camera_list.calls.is_empty() { &nothing } else { self.light_list };
             self.map.record(&mut frame, self.gpu, list)?;
@@ -137,7 +138,7 @@ impl<'h> Renderer<'h> {
     pub fn new(host: &'h Host, scene: &Scene, camera: CameraView, light: &Light, desc: RenderDesc) -> Result<Self> {
         for (what, n) in [("image", desc.size[0]), ("image", desc.size[1]), ("shadow map", desc.map_size)] {
             if n == 0 || n > MAX_SIZE {
-                let problem = format!("a side of {n} is not possible for the {what}: 1 to {MAX_SIZE}");
+                let problem = format!("a side of {n} is not possible for the {what}: choose 1 to {MAX_SIZE}");
                 return Err(Error::Usage(problem));
             }
         }
@@ -190,17 +191,17 @@ impl<'h> Renderer<'h> {
         Ok(timing)
     }
 
-    /// The clock of a frame, and what the frame draws.
+    /// Returns the frame's timings and the parts that draw the frame.
     fn split(&mut self) -> (&mut Timings, Drawn<'_>) {
         let Self { view, gpu, casters, camera_list, light_list, map, gbuffer, shade, timings, .. } = self;
         (timings, Drawn { view, gpu, casters: casters.as_ref(), camera_list, light_list, map, gbuffer, shade })
     }
 
-    /// Visibility as the average of `samples` (rounded to a square number) hard shadows, each from its own
-    /// shadow map seen from a point of the area light: the ground truth of Macedo et al. It carries the
-    /// aliasing and the bias of shadow mapping; a light without size gives plain shadow mapping.
+    /// Returns visibility as the average of `samples` (rounded to a square number) hard shadows. Each uses its own
+    /// shadow map from a point of the area light. This is the ground truth of Macedo et al. It has the aliasing and
+    /// bias of shadow mapping. A light without size gives plain shadow mapping.
     ///
-    /// `done` is told after each sample how many there are so far.
+    /// After each sample, `done` is called with the number of samples so far and in all.
     pub fn area_samples(
         &mut self,
         scene: &Scene,
@@ -213,7 +214,7 @@ impl<'h> Renderer<'h> {
         let count = grid * grid;
         let params = Params::new(technique::find("sm")?);
         let mut hard = self.prepare("sm", &params)?;
-        // Once for the G-buffer.
+        // One frame for the G-buffer.
         self.frame(&mut *hard)?;
         let accumulate = Accumulate::new(context, self.desc.size)?;
         let average = ImageDesc::storage("area samples", OutputFormat::R32.format(), self.desc.size);
@@ -224,7 +225,7 @@ impl<'h> Renderer<'h> {
             let view = light_view_for(scene, &sample, &self.view.camera);
             let list = DrawList::for_light(scene, &view);
             self.host.run(|cmd| {
-                // SAFETY: `cmd` is recording, all work goes to the host's one queue and is waited for.
+                // SAFETY: `cmd` is recording; all work goes to the host's one queue, and the host waits for it.
                 let mut frame = unsafe { Frame::begin(context, cmd, Handoff::default(), None) };
                 self.map.record(&mut frame, &self.gpu, &list)?;
                 let inputs = Inputs {
@@ -242,11 +243,11 @@ impl<'h> Renderer<'h> {
         self.host.read_values(&average)
     }
 
-    /// Draws the G-buffer and shades it with a visibility from elsewhere, row by row, instead of a technique's.
-    /// Then [`Renderer::picture`] and [`Renderer::gbuffer`] are of this frame.
+    /// Draws the G-buffer and shades it with the given visibility, row by row, instead of a technique's. Afterwards
+    /// [`Renderer::picture`] and [`Renderer::gbuffer`] belong to this frame.
     ///
     /// # Errors
-    /// [`Error::Usage`] if there is not one value a pixel.
+    /// Fails with [`Error::Usage`] if there is not one value per pixel.
     pub fn shade_with(&mut self, visibility: &[f32]) -> Result<()> {
         let [width, height] = self.desc.size;
         if visibility.len() as u64 != u64::from(width) * u64::from(height) {
@@ -267,17 +268,17 @@ impl<'h> Renderer<'h> {
         })
     }
 
-    /// The light's view, as fitted to the scene.
+    /// Returns the light's view, as fitted to the scene.
     pub fn light(&self) -> &LightView {
         &self.view.light
     }
 
-    /// The camera's view.
+    /// Returns the camera's view.
     pub fn camera(&self) -> &CameraView {
         &self.view.camera
     }
 
-    /// Moves or replaces the light's view: the next frame draws the map anew, and later cameras leave the view alone.
+    /// Sets the light's view. The next frame draws the map again, and later cameras keep this view.
     pub fn set_light(&mut self, scene: &Scene, view: LightView) {
         self.fitted = None;
         self.light_list = DrawList::for_light(scene, &view);
@@ -285,10 +286,10 @@ impl<'h> Renderer<'h> {
         self.map_is_current = false;
     }
 
-    /// Moves or replaces the camera's view. The light's view is fitted anew, unless it was set by [`Renderer::set_light`].
+    /// Sets the camera's view. The light's view is fitted again, unless [`Renderer::set_light`] has set it.
     ///
     /// # Errors
-    /// [`Error::Usage`] if its depth is not reversed.
+    /// Fails with [`Error::Usage`] if the camera's depth is not reversed.
     pub fn set_camera(&mut self, scene: &Scene, view: CameraView) -> Result<()> {
         check_camera(&view)?;
         self.camera_list = DrawList::for_camera(scene, &view);
@@ -305,37 +306,37 @@ impl<'h> Renderer<'h> {
         Ok(())
     }
 
-    /// The G-buffer of the last frame.
+    /// Returns the G-buffer of the last frame.
     pub fn gbuffer(&self) -> &GBuffer {
         &self.gbuffer
     }
 
-    /// The shadow map of the last frame.
+    /// Returns the shadow map of the last frame.
     pub fn shadow_map(&self) -> &Image {
         self.map.image()
     }
 
-    /// The picture of the last frame.
+    /// Returns the picture of the last frame.
     pub fn picture(&self) -> &Image {
         self.shade.picture()
     }
 
-    /// Visibility of the last frame in `f32`, row by row.
+    /// Returns the visibility of the last frame as `f32`, row by row.
     pub fn visibility(&self, technique: &dyn Technique) -> Result<Vec<f32>> {
         self.host.read_values(technique.output())
     }
 
-    /// The casters with where they stand, unless [`RenderDesc::adjacency`] is off.
+    /// Returns the casters with their transforms; `None` if [`RenderDesc::adjacency`] is off.
     pub fn casters(&self) -> Option<&SceneCasters> {
         self.casters.as_ref()
     }
 
-    /// What a technique gets: of the last frame.
+    /// Returns a technique's inputs in the last frame.
     pub fn inputs(&self) -> Inputs<'_> {
         self.view.inputs(&self.gbuffer, &self.map, self.casters.as_ref())
     }
 
-    /// Bytes of the scene, the targets and the shadow map; a technique's own come on top.
+    /// Returns the size of the scene, the targets and the shadow map in bytes, without the technique's own memory.
     pub fn memory_bytes(&self) -> u64 {
         self.gpu.memory_bytes()
             + self.gbuffer.memory_bytes()
@@ -353,7 +354,7 @@ fn check_camera(camera: &CameraView) -> Result<()> {
     Err(Error::Usage(problem.into()))
 }
 
-/// The light as seen from one point of its area; `point` is in the unit square.
+/// Returns the light reduced to one point of its area; `point` is in the unit square.
 fn light_sample(light: &Light, view: &LightView, point: [f64; 2]) -> Light {
     let mut sample = light.clone();
     let axes = light.world_from_light.matrix3;
@@ -363,7 +364,7 @@ fn light_sample(light: &Light, view: &LightView, point: [f64; 2]) -> Light {
         LightKind::Spot { size } => sample.world_from_light.translation += on_square(0.5 * size),
         LightKind::Directional { angle } => {
             let towards = axes.z_axis + on_square((0.5 * angle).tan());
-            // Of a point there is no penumbra to make room for.
+            // A point light has no penumbra to make room for.
             sample.shape = LightShape::Directional { angle: Some(0.0) };
             sample.world_from_light = look_along(light.world_from_light.translation, -towards.normalize());
         }
@@ -381,7 +382,7 @@ mod tests {
     use crate::technique::{Info, Kind, ParamKind};
     use ash::vk;
 
-    /// A command buffer that is recorded and thrown away: what is asked here does not need the GPU's work.
+    /// Records a command buffer and discards it: these tests do not need the GPU's work.
     fn record_only(host: &Host, record: impl FnOnce(vk::CommandBuffer) -> Result<()>) -> Result<()> {
         let done = "recorded";
         match host.run(|cmd| record(cmd).and_then(|()| Err::<(), _>(Error::Usage(done.into())))) {
@@ -395,8 +396,8 @@ mod tests {
         names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)).map(|(_, name)| name)
     }
 
-    /// The defaults, and the defaults with one parameter at another value: all words, both states of a switch, both
-    /// ends of a range.
+    /// Returns the default settings, and variants of them with one parameter changed: to each word, to both states of
+    /// a switch, or to both ends of a range.
     fn variants(info: &Info) -> Vec<Vec<(&'static str, String)>> {
         let values = |kind: ParamKind| match kind {
             ParamKind::Choice(words) => words.iter().map(|w| (*w).to_owned()).collect(),
@@ -432,7 +433,7 @@ mod tests {
                         }
                         made => made.unwrap(),
                     };
-                    // Casters and light move from each frame to the next.
+                    // Casters and light move from frame to frame.
                     for _ in 0..2 {
                         record_only(&host, |cmd| {
                             let (timings, mut drawn) = renderer.split();

@@ -1,4 +1,4 @@
-//! The picture: light, shadow, albedo and sky.
+//! Picture: light, shadow, albedo and sky.
 
 use super::{GBuffer, Light, LightShape, Scene};
 use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
@@ -19,7 +19,7 @@ shader_struct! {
     }
 }
 
-/// How the picture is lit.
+/// Lighting of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadeOptions {
     /// Brightness of the key light.
@@ -35,7 +35,7 @@ impl Default for ShadeOptions {
 }
 
 impl ShadePush {
-    /// The constants for a scene and a light.
+    /// Returns the constants for a scene and a light.
     pub fn new(scene: &Scene, light: &Light, options: &ShadeOptions) -> Self {
         let (reference_distance, outer) = match light.shape {
             LightShape::Directional { .. } => (0.0, 0.0),
@@ -48,13 +48,13 @@ impl ShadePush {
             ambient: options.ambient,
             reference_distance: reference_distance as f32,
             cos_outer: outer.cos() as f32,
-            // The two ends of a smoothstep must differ, however narrow the cone.
+            // The two ends of a smoothstep must differ, however narrow the cone is.
             cos_inner: ((0.85 * outer).cos() as f32).max(outer.cos() as f32 + 1e-6),
         }
     }
 }
 
-/// The pass with its picture.
+/// Shading pass with its picture.
 pub struct Shade {
     pipeline: Arc<ComputePipeline>,
     view: ViewBuffer,
@@ -63,7 +63,7 @@ pub struct Shade {
 }
 
 impl Shade {
-    /// Allocates for a scene and a light.
+    /// Allocates the pass for a scene and a light.
     pub fn new(host: &Host, size: [u32; 2], scene: &Scene, light: &Light, options: &ShadeOptions) -> Result<Self> {
         let context = host.context();
         let pipeline = context.pipeline::<ShadePush>("common/shade.comp", &[])?;
@@ -105,7 +105,7 @@ impl Shade {
         })
     }
 
-    /// The picture, 8-bit sRGB codes.
+    /// Returns the picture, in 8-bit sRGB codes.
     pub fn picture(&self) -> &Image {
         &self.picture
     }

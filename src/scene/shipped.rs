@@ -1,23 +1,23 @@
-//! The scenes that come with Edgeshade, as `.glb` files; `examples/make_scenes` makes them.
+//! Scenes that come with Edgeshade, as `.glb` files made by `examples/make_scenes`.
 //!
-//! Lengths are metres, `+Y` is up. Every scene has a camera and one light with a size, so that the same
-//! file serves hard and soft shadows.
+//! Lengths are metres, `+Y` is up. Every scene has a camera and one light with a size, so that the same file serves
+//! hard and soft shadows.
 
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// A scene that comes with Edgeshade.
+/// Scene that comes with Edgeshade.
 #[derive(Clone, Copy, Debug)]
 pub struct Shipped {
-    /// The name that stands for it on the command line, and the stem of its file.
+    /// Name on the command line, and stem of the file.
     pub name: &'static str,
-    /// One line: what it is and what it is hard for.
+    /// Description of the scene and its difficulty, in one line.
     pub about: &'static str,
-    /// The `.glb` file.
+    /// Content of the `.glb` file.
     pub bytes: &'static [u8],
 }
 
-/// The scene that is meant where none is named.
+/// Name of the default scene.
 pub const DEFAULT: &str = "courtyard";
 
 macro_rules! shipped {
@@ -45,15 +45,15 @@ pub const ALL: &[Shipped] = &[
     shipped!(robot, "a four-legged walker with joints, pipes and antennae: mixed scales of one machine"),
 ];
 
-/// The shipped scene of that name.
+/// Returns the shipped scene of that name.
 pub fn find(name: &str) -> Option<&'static Shipped> {
     ALL.iter().find(|s| s.name == name)
 }
 
-/// Writes every scene as `<name>.glb` into a folder, which is created if need be.
+/// Writes every scene as `<name>.glb` into a folder, which is created if necessary.
 ///
 /// # Errors
-/// [`Error::Io`] names the file that could not be written.
+/// Fails with [`Error::Io`], which names the file that could not be written.
 pub fn write_all(dir: impl AsRef<Path>) -> Result<Vec<PathBuf>> {
     let dir = dir.as_ref();
     let io = |path: &Path, source| Error::Io { path: path.into(), source };

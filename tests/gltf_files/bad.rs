@@ -1,4 +1,4 @@
-//! Broken files, one row each, with what the error must say.
+//! Broken files, one per row, with the expected error.
 
 use super::builder::{File, TRIANGLE, U8, U32, glb, png};
 use edgeshade::scene::load_bytes;
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 type Row = (&'static str, fn(&mut File), &'static str);
 
-/// Changes to a sound file of one textured, indexed triangle, and the error each must give.
+/// Changes to a valid file of one textured, indexed triangle, and the error that each must cause.
 const ROWS: &[Row] = &[
     // Indices into the file's own lists.
     ("mesh", |f| f.json["nodes"][0]["mesh"] = 7.into(), "nodes[0].mesh: is 7, but the file has 1 meshes: 0 to 0"),
@@ -152,7 +152,7 @@ const ROWS: &[Row] = &[
     ("deep JSON", |f| f.json["extensions"] = deep(), "JSON: recursion limit exceeded"),
 ];
 
-/// Changes that leave the texture without an image: an error if the material has holes, a warning if it has none.
+/// Changes that leave the texture without an image: an error if the material is alpha-masked, otherwise a warning.
 const IMAGES: &[Row] = &[
     ("image view", |f| f.json["images"][0]["bufferView"] = 99.into(), "images[0].bufferView: is 99"),
     ("not an image", |f| image(f, b"BM this is no PNG"), "images[0]: is neither PNG nor JPEG"),
@@ -169,7 +169,7 @@ const IMAGES: &[Row] = &[
     ),
 ];
 
-/// Changes that leave a camera or light unusable: the rest of the file can be used.
+/// Changes that make a camera or light unusable, while the rest of the file stays usable.
 const VIEWS: &[Row] = &[
     (
         "fov",
@@ -224,7 +224,7 @@ const VIEWS: &[Row] = &[
     ),
 ];
 
-/// A sound file of one textured, indexed triangle with every attribute but normals.
+/// A valid file of one textured, indexed triangle with all attributes except normals.
 fn sound() -> File {
     let mut file = File::triangle();
     let indices = file.indices(&[0, 1, 2]);
@@ -292,7 +292,7 @@ fn chain(scale: Value) -> Value {
     json!([{ "children": [1], "scale": scale }, { "children": [2], "scale": scale }, { "mesh": 0 }])
 }
 
-/// Every node has the next one as child twice: 2^60 paths.
+/// Every node has the next one as a child twice, which makes 2^60 paths.
 fn doubling(file: &mut File) {
     let mut nodes: Vec<_> = (0..60).map(|i| json!({ "children": [i + 1, i + 1] })).collect();
     nodes.push(json!({ "mesh": 0 }));
@@ -364,7 +364,7 @@ fn deep() -> Value {
 fn the_unbroken_file_loads() {
     let scene = sound().load();
     assert_eq!((scene.triangles(), scene.textures.len(), scene.warnings.len()), (1, 1, 0));
-    // The checksum that `claiming` writes is right, or its rows would test nothing.
+    // The checksum that `claiming` writes must be right, or its rows would test nothing.
     let mut file = sound();
     image(&mut file, &claiming(1, 1));
     assert_eq!(file.load().textures[0].size, [1, 1]);

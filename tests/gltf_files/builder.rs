@@ -1,10 +1,10 @@
-//! glTF files in memory.
+//! Builder of glTF files in memory.
 
 use edgeshade::scene::{self, Scene};
 use glam::DVec3;
 use serde_json::{Value, json};
 
-/// `componentType` of glTF.
+/// Values of glTF's `componentType`.
 pub const I8: u32 = 5120;
 pub const U8: u32 = 5121;
 pub const I16: u32 = 5122;
@@ -15,14 +15,14 @@ pub const F32: u32 = 5126;
 /// A triangle in the plane `z = 0`.
 pub const TRIANGLE: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
-/// A file in the making: its JSON, free to be changed, and its binary chunk.
+/// A file under construction: its JSON, which tests may change, and its binary chunk.
 pub struct File {
     pub json: Value,
     pub bin: Vec<u8>,
 }
 
 impl File {
-    /// A file with nothing in it.
+    /// A file without content.
     pub fn empty() -> Self {
         Self { json: json!({ "asset": { "version": "2.0" } }), bin: Vec::new() }
     }
@@ -36,7 +36,7 @@ impl File {
         file
     }
 
-    /// Appends to a top-level array; returns the index.
+    /// Appends a value to a top-level array and returns its index.
     pub fn push(&mut self, list: &str, value: Value) -> usize {
         let root = self.json.as_object_mut().unwrap();
         let list = root.entry(list).or_insert_with(|| json!([])).as_array_mut().unwrap();
@@ -52,7 +52,7 @@ impl File {
         self.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
     }
 
-    /// Appends an accessor over bytes of its own.
+    /// Appends an accessor with its own bytes.
     pub fn accessor(&mut self, bytes: &[u8], component: u32, kind: &str, count: usize, normalized: bool) -> usize {
         let view = self.view(bytes);
         let accessor = json!({
@@ -78,18 +78,18 @@ impl File {
         self.floats(values, "VEC4")
     }
 
-    /// 16-bit indices.
+    /// Appends 16-bit indices.
     pub fn indices(&mut self, values: &[u16]) -> usize {
         let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         self.accessor(&bytes, U16, "SCALAR", values.len(), false)
     }
 
-    /// A mesh of one primitive.
+    /// Appends a mesh of one primitive.
     pub fn mesh(&mut self, primitive: Value) -> usize {
         self.push("meshes", json!({ "primitives": [primitive] }))
     }
 
-    /// A node, which becomes a root of scene 0.
+    /// Appends a node, which becomes a root of scene 0.
     pub fn node(&mut self, node: Value) -> usize {
         let index = self.push("nodes", node);
         if self.json.get("scenes").is_none() {
@@ -99,7 +99,7 @@ impl File {
         index
     }
 
-    /// An image of a PNG or JPEG file in a buffer view, its texture, and a material with it.
+    /// Appends a PNG or JPEG image in a buffer view, its texture, and a material that uses it.
     pub fn textured_material(&mut self, encoded: &[u8]) -> usize {
         let view = self.view(encoded);
         let image = self.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));
@@ -108,7 +108,7 @@ impl File {
         self.push("materials", json!({ "pbrMetallicRoughness": pbr }))
     }
 
-    /// The JSON text, with a buffer for the binary chunk if there is one.
+    /// JSON text of the file, with a buffer for the binary chunk if there is one.
     pub fn text(&self) -> Vec<u8> {
         let mut json = self.json.clone();
         if !self.bin.is_empty() && json.get("buffers").is_none() {
@@ -117,7 +117,7 @@ impl File {
         serde_json::to_vec(&json).unwrap()
     }
 
-    /// The binary file.
+    /// Bytes of the binary file.
     pub fn glb(&self) -> Vec<u8> {
         glb(&self.text(), &self.bin)
     }
@@ -126,13 +126,13 @@ impl File {
         scene::load_bytes("test", &self.glb()).unwrap()
     }
 
-    /// The message of the error that loading gives.
+    /// Message of the error that loading causes.
     pub fn error(&self) -> String {
         scene::load_bytes("test", &self.glb()).err().map_or_else(|| "no error".into(), |e| e.to_string())
     }
 }
 
-/// A binary file from its chunks.
+/// Joins chunks to a binary file.
 pub fn glb(json: &[u8], bin: &[u8]) -> Vec<u8> {
     let mut chunks = Vec::new();
     for (kind, data, pad) in [(b"JSON", json, b' '), (b"BIN\0", bin, 0)] {
@@ -152,7 +152,7 @@ pub fn glb(json: &[u8], bin: &[u8]) -> Vec<u8> {
     file
 }
 
-/// A PNG of the given texels.
+/// Encodes texels as a PNG file.
 pub fn png(width: u32, height: u32, rgba: &[u8]) -> Vec<u8> {
     let image = image::RgbaImage::from_raw(width, height, rgba.to_vec()).unwrap();
     let mut bytes = std::io::Cursor::new(Vec::new());
@@ -160,7 +160,7 @@ pub fn png(width: u32, height: u32, rgba: &[u8]) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// The corners of all triangles in the world, in order.
+/// World-space corners of all triangles, in order.
 pub fn world(scene: &Scene) -> Vec<DVec3> {
     let corners = |i: &scene::Instance| {
         let (mesh, place) = (&scene.meshes[i.mesh], i.world_from_object);
@@ -170,7 +170,7 @@ pub fn world(scene: &Scene) -> Vec<DVec3> {
     scene.instances.iter().flat_map(corners).collect()
 }
 
-/// Fails unless the world corners are the expected ones to within `tolerance`.
+/// Fails unless the world-space corners equal the expected ones to within `tolerance`.
 #[track_caller]
 pub fn assert_world(scene: &Scene, expected: &[[f64; 3]], tolerance: f64) {
     let found = world(scene);
@@ -180,7 +180,7 @@ pub fn assert_world(scene: &Scene, expected: &[[f64; 3]], tolerance: f64) {
     }
 }
 
-/// What every loaded scene promises.
+/// Checks the properties that every loaded scene has.
 #[track_caller]
 pub fn assert_sound(scene: &Scene) {
     for mesh in &scene.meshes {

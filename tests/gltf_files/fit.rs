@@ -1,4 +1,4 @@
-//! The fitted camera and light.
+//! Tests of the fitted camera and light.
 
 use super::builder::assert_sound;
 use edgeshade::scene::{Bounds, Instance, LightShape, Mesh, Scene, fit};
@@ -23,11 +23,11 @@ fn check(scene: &Scene) {
         for corner in bounds.corners() {
             let clip = view.clip_from_view * view.world_from_view.inverse().transform_point3(corner).extend(1.0);
             let ndc = clip.truncate() / clip.w;
-            // In front of the near plane, and inside the picture.
+            // In front of the near plane and inside the picture.
             assert!(clip.w > 0.0 && ndc.x.abs() < 1.0 && ndc.y.abs() < 1.0 && ndc.z > 0.0 && ndc.z < 1.0, "{ndc}");
             inside |= ndc.truncate().abs().max_element() > 0.5;
         }
-        // Not a dot in the middle of the picture either.
+        // The scene is not a mere dot in the middle of the picture.
         assert!(inside || bounds.radius() == 0.0);
     }
     let LightShape::Directional { angle: None } = light.shape else { panic!("{light:?}") };

@@ -1,4 +1,4 @@
-//! Mutants of sound files: whatever they hold, loading returns, soon, and what it returns is sound.
+//! Mutants of valid files: loading always returns quickly, and either fails or returns a valid scene.
 
 use super::builder::{File, I8, TRIANGLE, U8, assert_sound, glb, png};
 use edgeshade::scene::load_bytes;
@@ -7,12 +7,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 const MUTANTS: u64 = 20_000;
-/// For all of them together; a slow machine tries fewer.
+/// Time for all mutants together; a slow machine tries fewer.
 const BUDGET: Duration = Duration::from_secs(30);
-/// For one of them.
+/// Time limit for one mutant.
 const LIMIT: Duration = Duration::from_secs(2);
 
-/// Numbers that break what does not check them.
+/// Numbers that break code which does not check them.
 const HOSTILE: [&str; 22] = [
     "0",
     "1",
@@ -40,7 +40,7 @@ const HOSTILE: [&str; 22] = [
 
 const FLOATS: [f32; 8] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN_POSITIVE, -0.0, 0.0, 1e17];
 
-/// `splitmix64`: small, and the same everywhere.
+/// The `splitmix64` generator: small, and the same everywhere.
 struct Random(u64);
 
 impl Random {
@@ -56,7 +56,7 @@ impl Random {
     }
 }
 
-/// Something of everything that the loader reads.
+/// A file that uses every feature the loader reads.
 fn rich() -> File {
     let mut file = File::triangle();
     let indices = file.accessor(&[0, 1, 2, 2, 1, 0], U8, "SCALAR", 6, false);
@@ -109,7 +109,7 @@ fn rich() -> File {
     file
 }
 
-/// Replaces numbers of the JSON by hostile ones.
+/// Replaces numbers in the JSON by hostile ones.
 fn splice(text: &[u8], random: &mut Random) -> Vec<u8> {
     let is_number = |b: u8| b.is_ascii_digit() || b"+-.eE".contains(&b);
     let starts: Vec<usize> =
@@ -122,7 +122,7 @@ fn splice(text: &[u8], random: &mut Random) -> Vec<u8> {
 fn mutant(file: &File, random: &mut Random) -> Vec<u8> {
     let (mut text, mut bin) = (file.text(), file.bin.clone());
     match random.below(5) {
-        // Numbers, one or several.
+        // One or several numbers.
         0..=2 => {
             for _ in 0..=random.below(2) {
                 text = splice(&text, random);
@@ -140,7 +140,7 @@ fn mutant(file: &File, random: &mut Random) -> Vec<u8> {
             }
             glb(&text, &bin)
         }
-        // The whole file: bytes flipped, or cut, or a piece of it somewhere else.
+        // The whole file: bytes flipped, the file cut, or a piece moved elsewhere.
         _ => {
             let mut whole = glb(&text, &bin);
             match random.below(3) {
@@ -189,7 +189,7 @@ fn mutants_neither_panic_nor_hang() {
         tried += 1;
         assert!(took < LIMIT, "the mutant of seed {seed} took {took:?}");
     }
-    // Otherwise the mutants are too broken, or not broken enough, to test anything.
+    // If too few or too many load, the mutants are too broken or too intact to test anything.
     println!("{tried} mutants tried, {sound} of them load");
     assert!(tried >= 500 && sound * 20 > tried && sound * 20 < tried * 19, "{sound} of {tried} mutants load");
 }

@@ -1,4 +1,4 @@
-//! Accessors, topology, normals.
+//! Tests of accessors, topology and normals.
 
 use super::builder::{F32, File, I8, I16, TRIANGLE, U8, U16, U32, assert_sound, assert_world};
 use serde_json::json;
@@ -6,7 +6,7 @@ use serde_json::json;
 const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
 const NORMALS: [[f32; 3]; 4] = [[0.0, 0.0, 1.0]; 4];
 
-/// A square with normals, so that vertices stay shared, and some way to draw it.
+/// A square with normals, so that vertices stay shared, drawn with the given mode.
 fn square(mode: u32, indices: Option<&[u16]>) -> File {
     let mut file = File::empty();
     let (positions, normals) = (file.vec3(&SQUARE), file.vec3(&NORMALS));
@@ -23,11 +23,11 @@ fn square(mode: u32, indices: Option<&[u16]>) -> File {
 fn strips_fans_and_lists() {
     let indices = |mode, indices| square(mode, indices).load().meshes[0].indices.clone();
     assert_eq!(indices(4, Some(&[0, 1, 2, 2, 1, 3][..])), [0, 1, 2, 2, 1, 3]);
-    // Without indices, and one corner too many.
+    // Without indices, and with one corner too many.
     assert_eq!(indices(4, None), [0, 1, 2]);
-    // The second triangle of a strip turns round, so that both face the same way.
+    // The second triangle of a strip is reversed, so that both face the same way.
     assert_eq!(indices(5, None), [0, 1, 2, 1, 3, 2]);
-    // Joined strips: the repeated corners draw nothing.
+    // Joined strips: repeated corners draw nothing.
     assert_eq!(indices(5, Some(&[0, 1, 2, 2, 1, 1, 2, 3])), [0, 1, 2, 1, 3, 2]);
     assert_eq!(indices(6, Some(&[0, 1, 3, 2])), [1, 3, 0, 3, 2, 0]);
     assert_eq!(square(4, None).load().warnings.len(), 1);
@@ -180,7 +180,7 @@ fn triangles_with_nan_or_infinite_positions_are_dropped() {
     assert_sound(&scene);
     assert_eq!(scene.bounds().max.to_array(), [1.0, 1.0, 0.0]);
 
-    // With shared vertices the broken positions stay in the array, but as zeros.
+    // With shared vertices the broken positions stay in the array, replaced by zeros.
     let mut file = square(5, None);
     let mut positions = SQUARE;
     positions[3] = [f32::NEG_INFINITY; 3];
@@ -190,7 +190,7 @@ fn triangles_with_nan_or_infinite_positions_are_dropped() {
     assert_eq!(scene.meshes[0].indices, [0, 1, 2]);
     assert_sound(&scene);
 
-    // Nothing left: no mesh, no instance, no error.
+    // Nothing is left: no mesh, no instance, and no error.
     let mut file = File::triangle();
     let positions = file.vec3(&[[f32::NAN; 3]; 3]);
     file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = positions.into();

@@ -1,4 +1,4 @@
-//! Node transforms, scenes, and who is placed where.
+//! Tests of node transforms, scenes and placement.
 
 use super::builder::{File, assert_sound, assert_world};
 use edgeshade::scene::{load_bytes, load_scene};
@@ -7,7 +7,7 @@ use serde_json::json;
 #[test]
 fn transforms_compose_from_root_to_leaf() {
     let mut file = File::triangle();
-    // Scale (2, 3, 4), then a quarter turn about z (x to y), then moved; the child moves by (1, 0, 0) first.
+    // Scale (2, 3, 4), then a quarter turn about z (x to y), then a translation; the child moves by (1, 0, 0) first.
     let half = 0.5_f64.sqrt();
     file.json["nodes"] = json!([
         { "children": [1], "translation": [10, 20, 30], "rotation": [0, 0, half, half], "scale": [2, 3, 4] },
@@ -128,7 +128,7 @@ fn hidden_objects_are_left_out_and_flattened_ones_stay() {
 fn gpu_instances_are_placed() {
     let mut file = File::triangle();
     let translation = file.vec3(&[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
-    // Normalized: the second is a half turn about z, as near as 8 bits come.
+    // The second normalized rotation is a half turn about z, as precise as 8 bits allow.
     let rotation = file.accessor(&[0, 0, 0, 127, 0, 0, 127, 0], super::builder::I8, "VEC4", 2, true);
     let scale = file.vec3(&[[1.0, 1.0, 1.0], [3.0, 3.0, 3.0]]);
     file.json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);

@@ -1,4 +1,4 @@
-//! Tests of the loader, one module a part; `builder` makes the files.
+//! Tests of the loader, one module for each part; `builder` makes the files.
 
 mod bad;
 mod builder;

@@ -1,4 +1,4 @@
-//! Files next to the scene file, and what must not be read.
+//! Tests of files next to the scene file, and of files that must not be read.
 
 use super::builder::{File, TRIANGLE, assert_world, png};
 use edgeshade::scene::{Scene, load, load_bytes};
@@ -85,7 +85,7 @@ fn nothing_outside_the_folder_is_read() {
             let error = load_in(&folder, &external(uri)).unwrap_err();
             assert!(error.contains("only files inside"), "{uri}: {error}");
         }
-        // A link that stays inside is fine.
+        // A link that stays inside the folder is allowed.
         std::fs::write(folder.join("sub/real.bin"), &File::triangle().bin).unwrap();
         std::os::unix::fs::symlink("sub/real.bin", folder.join("inner.bin")).unwrap();
         assert!(load_in(&folder, &external("inner.bin")).is_ok());
@@ -111,7 +111,7 @@ fn missing_short_and_odd_files() {
     assert!(error.contains("is not a regular file"), "{error}");
     let error = load_bytes("embedded", &external("none.bin").text()).unwrap_err().to_string();
     assert!(error.contains("this scene has no folder"), "{error}");
-    // A byte that is no character, and one that ends a name in C.
+    // An invalid UTF-8 byte, and a NUL byte, which would end a name in C.
     for uri in ["%ff.bin", "a%00.bin"] {
         let error = load_in(folder.path(), &external(uri)).unwrap_err();
         assert!(error.contains("buffers[0].uri"), "{uri}: {error}");

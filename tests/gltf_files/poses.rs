@@ -1,4 +1,4 @@
-//! Morph targets and skins.
+//! Tests of morph targets and skins.
 
 use super::builder::{File, TRIANGLE, U8, U16, assert_sound, assert_world};
 use serde_json::{Value, json};
@@ -44,7 +44,7 @@ fn morphed_normals_are_unit() {
     }
 }
 
-/// A triangle whose corners follow joint 0, joint 1, and half each; joint 1 is a child of joint 0.
+/// A triangle whose corners follow joint 0, joint 1, and both in equal parts; joint 1 is a child of joint 0.
 fn skinned(joint_component: u32) -> File {
     let mut file = File::triangle();
     let ids: [u16; 12] = [0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0];
@@ -53,14 +53,14 @@ fn skinned(joint_component: u32) -> File {
         _ => ids.iter().flat_map(|v| v.to_le_bytes()).collect(),
     };
     let joints = file.accessor(&bytes, joint_component, "VEC4", 3, false);
-    // The last vertex has weights that do not add up to 1, as exporters write them.
+    // The last vertex has weights that do not add up to 1, as some exporters write them.
     let weights = file.vec4(&[[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.25, 0.25, 0.0, 0.0]]);
     let attributes = &mut file.json["meshes"][0]["primitives"][0]["attributes"];
     attributes["JOINTS_0"] = joints.into();
     attributes["WEIGHTS_0"] = weights.into();
     let normals = file.vec3(&[[0.0, 0.0, 1.0]; 3]);
     file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = normals.into();
-    // Joint 1 was bound at (0, 2, 0).
+    // The bind position of joint 1 is (0, 2, 0).
     let mut bind = [[0.0_f32; 16]; 2];
     for (b, y) in bind.iter_mut().zip([0.0, -2.0]) {
         (b[0], b[5], b[10], b[15], b[13]) = (1.0, 1.0, 1.0, 1.0, y);
@@ -77,7 +77,7 @@ fn skinned(joint_component: u32) -> File {
 fn a_skin_follows_its_joints_and_not_its_node() {
     for component in [U8, U16] {
         let scene = skinned(component).load();
-        // Joint 0 moves by (10, 0, 0); joint 1 by (10, 0, 5) from where it was bound.
+        // Joint 0 moves by (10, 0, 0), and joint 1 by (10, 0, 5) from its bind position.
         assert_world(&scene, &[[10.0, 0.0, 0.0], [11.0, 0.0, 5.0], [10.0, 1.0, 2.5]], 1e-6);
         assert_sound(&scene);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);

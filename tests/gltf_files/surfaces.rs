@@ -1,4 +1,4 @@
-//! Materials, textures, images.
+//! Tests of materials, textures and images.
 
 use super::builder::{File, U8, assert_sound, png};
 use edgeshade::scene::{Texture, Wrap};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 const RED: [u8; 4] = [255, 0, 0, 255];
 
-/// A textured triangle with its corners' coordinates.
+/// A textured triangle with texture coordinates.
 fn textured(encoded: &[u8]) -> File {
     let mut file = File::triangle();
     let uvs = file.vec2(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
@@ -60,7 +60,7 @@ fn base_colour_mask_and_sides() {
     assert_eq!((&*m.name, m.double_sided, m.alpha_cutoff), ("leaf", true, Some(0.25)));
     assert_eq!(m.base_color, [0.1, 0.2, 0.3, 0.4]);
     assert_eq!(with_material(json!({ "alphaMode": "MASK" })).load().materials[0].alpha_cutoff, Some(0.5));
-    // A cutoff means nothing elsewhere.
+    // A cutoff has no meaning for other alpha modes.
     assert_eq!(with_material(json!({ "alphaCutoff": 0.3 })).load().materials[0].alpha_cutoff, None);
 }
 
@@ -74,7 +74,7 @@ fn blended_surfaces_are_opaque_but_glass_is_left_out() {
     let scene = with_material(blend(0.4)).load();
     assert_eq!((scene.instances.len(), scene.meshes.len()), (0, 0));
     assert!(scene.warnings[0].contains("taken for glass"), "{:?}", scene.warnings);
-    // With a texture the alpha of the factor says little.
+    // With a texture the alpha of the factor tells little.
     let mut file = textured(&png(1, 1, &RED));
     file.json["materials"][0]["alphaMode"] = "BLEND".into();
     file.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([1, 1, 1, 0.1]);
@@ -109,7 +109,7 @@ fn jpeg_images() {
     let image = image::RgbImage::from_pixel(16, 8, image::Rgb([200, 100, 50]));
     let mut bytes = std::io::Cursor::new(Vec::new());
     image.write_to(&mut bytes, image::ImageFormat::Jpeg).unwrap();
-    // The content decides, not the type that the file claims.
+    // The content decides, not the type that the file states.
     let scene = textured(&bytes.into_inner()).load();
     let texture = &scene.textures[0];
     assert_eq!(texture.size, [16, 8]);
@@ -163,7 +163,7 @@ fn texture_transforms() {
         }
     };
     close(&file.load().meshes[0].uvs, [[0.0, 1.0], [0.0, 0.5], [0.5, 1.0]]);
-    // Another set, and a scale that is not the same both ways: scaled before it is turned.
+    // Another set of coordinates, and a non-uniform scale: scaling comes before rotation.
     let transform = json!({ "rotation": std::f64::consts::FRAC_PI_2, "scale": [2, 3], "texCoord": 1 });
     let info = &mut file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
     info["extensions"] = json!({ "KHR_texture_transform": transform });

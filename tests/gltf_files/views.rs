@@ -1,4 +1,4 @@
-//! Cameras and lights.
+//! Tests of cameras and lights.
 
 use super::builder::{File, assert_sound};
 use edgeshade::scene::{LightShape, Projection};
@@ -46,7 +46,7 @@ fn orthographic_cameras() {
 fn cameras_lose_their_scale_but_keep_their_direction() {
     let mut file = with_camera(json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 1 } }));
     let half = 0.5_f64.sqrt();
-    // A parent that mirrors and stretches; the camera looks along -x before that.
+    // A parent that mirrors and stretches; before that the camera looks along -x.
     file.json["nodes"][1]["rotation"] = json!([0, half, 0, half]);
     file.node(json!({ "children": [1], "scale": [-3, 5, 7], "translation": [1, 2, 3] }));
     file.json["scenes"][0]["nodes"] = json!([0, 2]);
@@ -65,7 +65,7 @@ fn a_camera_scaled_to_nothing_is_left_out() {
     let scene = file.load();
     assert!(scene.cameras.is_empty());
     assert!(scene.warnings[0].contains("leaves it no direction"), "{:?}", scene.warnings);
-    // Flattened along its up axis, it still looks somewhere.
+    // Flattened along its up axis, the camera still has a direction.
     file.json["nodes"][1]["scale"] = json!([1, 0, 1]);
     let scene = file.load();
     assert_eq!(scene.cameras.len(), 1);

@@ -1,4 +1,5 @@
-//! The bias at its defaults: no false shadow on what is lit. And that it takes the plane: with the fixed depth there is.
+//! The default bias gives no false shadow on lit surfaces. It needs the receiver plane: with a fixed depth there is
+//! false shadow.
 
 use crate::common::{desc, renderer, visibility, with_gpu};
 use crate::made::{self, perspective, plane, spot, sun};
@@ -25,7 +26,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("ssabss", &[]),
 ];
 
-/// Lights of the given tilt against a plane's normal.
+/// Lights at the given tilt from a plane's normal.
 fn lights(degrees: f64, turn: f64) -> [Light; 2] {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let towards = dvec3(sin * turn.cos(), cos, sin * turn.sin());
@@ -37,7 +38,7 @@ fn a_tilted_plane_is_lit_everywhere() {
     with_gpu(|host| {
         let mut worst = vec![];
         for degrees in [0.0, 10.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0] {
-            // Along the map's axes and across them.
+            // Along the map's axes and oblique to them.
             for (turn, map) in [(0.0, 1024), (0.6, 128)] {
                 for light in lights(degrees, turn) {
                     let name = light.name.clone();
@@ -62,8 +63,9 @@ fn has_receiver(id: &str) -> bool {
     find(id).unwrap().params.iter().any(|p| p.name == "receiver")
 }
 
-/// The papers' form compares texels with the fragment's own depth, and the plane shadows itself; without the normal
-/// offset, which on steep planes under a fitted sun hides most of it. With the plane nothing else is changed.
+/// The papers compare texels with the fragment's own depth, so a tilted plane shadows itself. The normal offset is
+/// off, because on steep planes under a fitted sun it hides most of that. Only the receiver setting differs between
+/// the two runs.
 #[test]
 fn a_fixed_depth_shadows_a_tilted_plane_falsely() {
     with_gpu(|host| {
@@ -112,7 +114,7 @@ fn a_sphere_has_no_false_shadow_away_from_its_terminator() {
                 let texel = 2.0 * distance / (scale * f64::from(map));
                 for (id, settings) in MODES {
                     let seen = visibility(&mut r, id, settings);
-                    // Distance, in the light's view, from the sphere's outline: where false shadows may begin.
+                    // Distance, in the light's view, from the sphere's outline, where false shadow may begin.
                     let (mut false_shadow, mut deepest) = (0, 0.0f64);
                     for i in 0..seen.len() {
                         let Some(hit) = hits[i] else { continue };

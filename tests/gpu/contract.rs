@@ -1,4 +1,4 @@
-//! The contract with an engine: what is refused and in which words, and what never gives a wrong picture.
+//! Contract with an engine: what is rejected and with which words, and what never gives a wrong picture.
 
 mod kept;
 mod refused;
@@ -7,8 +7,7 @@ mod times;
 
 use edgeshade::technique::{ALL, Kind};
 
-/// Settings under which a technique keeps something of the light that it does not keep at its defaults, or makes it
-/// otherwise.
+/// Settings with which a technique keeps more data of the light than by default, or makes it differently.
 const KEEPERS: &[(&str, &[(&str, &str)])] = &[
     ("pcf", &[("width", "15"), ("skip", "tiles")]),
     ("pcf", &[("width", "31")]),
@@ -19,7 +18,7 @@ const KEEPERS: &[(&str, &[(&str, &str)])] = &[
     ("shadow-volumes", &[("path", "geometry"), ("robust", "always")]),
 ];
 
-/// Every technique of the registry at its defaults, and what keeps more.
+/// Returns every technique of the registry with its defaults, and the settings of [`KEEPERS`].
 fn every_technique() -> impl Iterator<Item = (&'static str, &'static [(&'static str, &'static str)])> {
     let real_time = ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_)));
     real_time.map(|t| (t.id, &[][..])).chain(KEEPERS.iter().copied())

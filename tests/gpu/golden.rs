@@ -1,14 +1,15 @@
-//! Pictures that were once looked at and found good.
+//! Pictures that were once inspected and found good.
 //!
-//! On the software rasteriser that made them they must be the same but for rounding; another GPU places
-//! triangle edges and rounds differently, so there more pixels may differ. `EDGESHADE_BLESS=1` rewrites them.
+//! On the software rasteriser that made them, results must be the same except for rounding. Other GPUs place triangle
+//! edges differently and round differently, so more pixels may differ there. `EDGESHADE_BLESS=1` rewrites the
+//! pictures.
 
 use crate::common::{desc, is_llvmpipe, prepare, renderer, shipped_scene, with_gpu};
 use edgeshade::picture::{Picture, write_png};
 use std::path::{Path, PathBuf};
 
 const SIZE: [u32; 2] = [256, 144];
-/// Scene, technique, settings.
+/// Scene, technique and settings.
 type Golden = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 const GOLDEN: &[Golden] = &[
     ("courtyard", "pcf", &[("width", "3")]),
@@ -33,7 +34,7 @@ fn path(scene: &str, technique: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(format!("{scene}-{technique}.png"))
 }
 
-/// Share of pixels with a channel that is off by more than `codes`.
+/// Returns the fraction of pixels with a channel that is off by more than `codes`.
 fn share_off(a: &[[u8; 3]], b: &[[u8; 3]], codes: u8) -> f64 {
     assert_eq!(a.len(), b.len());
     let off = |(p, q): (&[u8; 3], &[u8; 3])| (0..3).any(|k| p[k].abs_diff(q[k]) > codes);
@@ -69,7 +70,7 @@ fn golden_pictures() {
                 100.0 * most
             );
             assert!(off <= most, "{}: {:.3} % of pixels differ", path.display(), 100.0 * off);
-            // A patch of 16 x 16 pixels a little darker is noticed, on llvmpipe.
+            // A slightly darker patch of 16 x 16 pixels is noticed, on llvmpipe.
             let mut planted = golden.clone();
             for i in 0..256 {
                 let p = &mut planted[(60 + i / 16) * SIZE[0] as usize + 100 + i % 16];

@@ -1,10 +1,10 @@
-//! Small scenes made here, with nothing of the crate's generators.
+//! Small scenes made here, independent of the crate's generators.
 
 use edgeshade::scene::{Camera, Instance, Light, LightShape, Material, Mesh, Projection, Scene};
 use edgeshade::view::look_at;
 use glam::{DAffine3, DVec3, Vec3, dvec3};
 
-/// A mesh with flat normals: three vertices a triangle.
+/// Returns a mesh with flat normals: three vertices per triangle.
 pub fn mesh(triangles: &[[DVec3; 3]]) -> Mesh {
     let mut mesh = Mesh { name: "made".into(), ..Mesh::default() };
     for t in triangles {
@@ -20,14 +20,14 @@ pub fn mesh(triangles: &[[DVec3; 3]]) -> Mesh {
     mesh
 }
 
-/// A square in the plane y = 0, its front up.
+/// Returns a square in the plane y = 0, facing up.
 pub fn plane(half: f64) -> Mesh {
     let p = |x: f64, z: f64| dvec3(half * x, 0.0, half * z);
     let (a, b, c, d) = (p(-1.0, -1.0), p(-1.0, 1.0), p(1.0, 1.0), p(1.0, -1.0));
     mesh(&[[a, b, c], [a, c, d]])
 }
 
-/// A box around the origin, its fronts outwards.
+/// Returns a box around the origin, facing outwards.
 pub fn cuboid(half: DVec3) -> Mesh {
     let mut triangles = vec![];
     for axis in 0..3 {
@@ -46,7 +46,7 @@ pub fn cuboid(half: DVec3) -> Mesh {
     mesh(&triangles)
 }
 
-/// A sphere of radius 1 around the origin, its front outwards.
+/// Returns a sphere of radius 1 around the origin, facing outwards.
 pub fn sphere(rings: u32, sectors: u32) -> Mesh {
     let at = |i: u32, j: u32| {
         let theta = std::f64::consts::PI * f64::from(i) / f64::from(rings);
@@ -87,7 +87,7 @@ pub fn spot(eye: DVec3, target: DVec3, outer: f64) -> Light {
     Light { name: "spot".into(), world_from_light: look_at(eye, target), shape, color: [1.0; 3] }
 }
 
-/// Each mesh at its place, in the default material, seen from both sides.
+/// Returns a scene with each mesh at its place, in the default material, double-sided.
 pub fn scene(parts: Vec<(Mesh, DAffine3)>, camera: Camera, light: Light) -> Scene {
     let mut scene = Scene {
         name: "made".into(),
@@ -103,7 +103,7 @@ pub fn scene(parts: Vec<(Mesh, DAffine3)>, camera: Camera, light: Light) -> Scen
     scene
 }
 
-/// A box, a ball and a fence post over a ground: something of everything, at most 20 units away.
+/// Returns a box, a ball and a fence post over a ground, at most 20 units away.
 pub fn still_life(light: Light) -> Scene {
     let parts = vec![
         (plane(8.0), DAffine3::IDENTITY),
@@ -114,7 +114,7 @@ pub fn still_life(light: Light) -> Scene {
     scene(parts, perspective(dvec3(1.0, 5.0, 9.0), dvec3(0.0, 0.8, 0.0), 0.1), light)
 }
 
-/// A point of `f32`.
+/// Converts a point of `f32`.
 pub fn point(p: [f32; 3]) -> DVec3 {
     Vec3::from(p).as_dvec3()
 }

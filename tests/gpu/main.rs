@@ -1,9 +1,9 @@
-//! Everything that needs a GPU, in one binary: its tests take turns on the device.
+//! All tests that need a GPU, in one binary: they take turns on the device.
 //!
 //! Validation and synchronization validation are on, and any message fails the test that caused it. Run with
 //! `--nocapture` to see the figures.
 //!
-//! Tests of one room of `src/technique` are in the folder of its name; those here hold for all techniques.
+//! Tests of one room of `src/technique` are in the folder of its name; those here apply to all techniques.
 #![cfg(feature = "app")]
 
 mod bias;

@@ -1,4 +1,4 @@
-//! How a pass is compared with its mirror in `f64`, pixel by pixel.
+//! Comparison of a pass with its mirror in `f64`, pixel by pixel.
 
 use crate::common::{desc, renderer};
 use edgeshade::host::Host;
@@ -6,16 +6,16 @@ use edgeshade::reference::Mirror;
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
 use edgeshade::technique::find;
 
-/// How a pass's output agrees with its mirror.
+/// Agreement of a pass's output with its mirror.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Agreement {
     pub pixels: usize,
-    /// Pixels whose value rounding may change by more than the tolerance, and in how many it shows: by 1 % or more.
+    /// Pixels whose value rounding may change by more than the tolerance, and how many of them differ by 1 % or more.
     pub ties: usize,
     pub ties_differing: usize,
     /// Pixels beyond the tolerance and beyond what rounding explains: errors.
     pub wrong: usize,
-    /// Largest difference among the pixels that are no ties, and among those that are.
+    /// Largest difference among the pixels that are not ties, and among those that are.
     largest: f64,
     largest_tie: f64,
 }

@@ -1,4 +1,4 @@
-//! Binary shadow maps of noise over a flat receiver, and the shapes of the edges in them.
+//! Binary shadow maps of noise over a flat receiver, and the shapes of the discontinuities in them.
 
 use ash::vk;
 use edgeshade::gpu::{Image, ImageDesc};
@@ -13,18 +13,18 @@ use glam::{DAffine3, DVec2, DVec4, dvec2, dvec3};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 
-/// Texels: odd, and wider than high.
+/// Size of the map in texels: odd, and wider than high.
 pub const MAP: [u32; 2] = [101, 67];
-/// Pixels a texel along each axis.
+/// Pixels per texel along each axis.
 pub const ZOOM: u32 = 4;
 pub const IMAGE: [u32; 2] = [MAP[0] * ZOOM, MAP[1] * ZOOM];
 
-/// True where a texel is lit. Outside it counts as lit, as for the shaders.
+/// Noise map; `true` where a texel is lit. Texels outside count as lit, as in the shaders.
 #[derive(Clone)]
 pub struct Noise(Vec<bool>);
 
 impl Noise {
-    /// Each block of texels is lit or not, by a coin; then every tenth texel is by its own.
+    /// Makes each block of texels lit or not at random, then flips about one texel in twenty.
     pub fn new(seed: u64, block: [u32; 2]) -> Self {
         let mut random = Pcg32::seed_from_u64(seed);
         let across = MAP[0].div_ceil(block[0]);
@@ -38,7 +38,7 @@ impl Noise {
         !inside || self.0[(x + y * i64::from(MAP[0])) as usize]
     }
 
-    /// Depth 0 where it blocks, 1 where it does not.
+    /// Uploads the map as depth: 0 where it blocks, 1 where it does not.
     pub fn upload(&self, host: &Host, array: bool) -> Image {
         let depths: Vec<f32> = self.0.iter().map(|&lit| f32::from(u8::from(lit))).collect();
         let usage = vk::ImageUsageFlags::SAMPLED;
@@ -47,15 +47,15 @@ impl Noise {
     }
 }
 
-/// A point of the map at an edge, with all that the listings know of it.
+/// Point of the map at a discontinuity, with the values of the listings there.
 pub struct EdgePoint {
     pub d: Discontinuity,
-    /// Steps to the ends, left, right, +v, -v: positive where an end was found.
+    /// Steps to the ends: left, right, +v, -v; positive where an end was found.
     pub ends: [i64; 4],
     pub nrd: DVec4,
 }
 
-/// `None` where the point's texel has no discontinuity.
+/// Returns the values at a point; `None` where its texel has no discontinuity.
 pub fn edge_point(noise: &Noise, place: DVec2, max_distance: u32) -> Option<EdgePoint> {
     let first = place.floor();
     let texel = [first.x as i64, first.y as i64];
@@ -68,14 +68,14 @@ pub fn edge_point(noise: &Noise, place: DVec2, max_distance: u32) -> Option<Edge
     Some(EdgePoint { d, ends, nrd: normalized(distance_to_edge(place - first, ends), ends) })
 }
 
-/// Place in the map of a pixel's centre, texels.
+/// Returns the position of a pixel's centre in the map, texels.
 pub fn place(pixel: usize) -> DVec2 {
     let (x, y) = (pixel as u32 % IMAGE[0], pixel as u32 / IMAGE[0]);
     (dvec2(f64::from(x), f64::from(y)) + 0.5) / f64::from(ZOOM)
 }
 
-/// Camera and light side by side, looking straight at a plane that fills both views, an image pixel exactly on every
-/// `1 / ZOOM` of a texel.
+/// Camera and light side by side, looking straight at a plane that fills both views. There is an image pixel at
+/// exactly every `1 / ZOOM` of a texel.
 pub struct FlatReceiver {
     camera: CameraView,
     light: [LightView; 1],
@@ -111,7 +111,7 @@ impl FlatReceiver {
     }
 }
 
-/// Visibility from inputs that lie ready.
+/// Returns the visibility from prepared inputs.
 pub fn visibility_of(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>) -> Vec<f32> {
     host.run(|cmd| {
         // SAFETY: `cmd` is recording and is waited for.

@@ -1,4 +1,4 @@
-//! What holds for every technique, whatever the scene.
+//! Properties of every technique, for any scene.
 
 use crate::common::{assert_in_range, assert_same_bits, desc, differing, prepare, renderer, shipped_scene, visibility};
 use crate::common::{every_nth, every_shipped, is_full_sweep, with_gpu};
@@ -38,8 +38,8 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("edsm-x", &[("border", "1")]),
 ];
 
-/// The fixed depth of the papers shadows falsely whatever is not parallel to the map, and soft borders from a map of distances
-/// know no depth of the edges: only their range can be checked.
+/// Modes of which only the range can be checked. The papers' fixed depth gives false shadow on everything that is not
+/// parallel to the map, and soft borders from a map of distances have no depth of the edges.
 const FIXED: &[(&str, &[(&str, &str)])] = &[
     ("edsm", &[("border", "4")]),
     ("rbsm-filtered", &[("receiver", "fixed"), ("max_distance", "1"), ("skip", "off")]),
@@ -52,7 +52,7 @@ fn fixed_stays_in_range(renderer: &mut Renderer<'_>, what: &str) {
     }
 }
 
-/// Runs every mode, checks the range, and hands visibility to `check` with the mode's description.
+/// Runs every mode, checks the range, and passes visibility to `check` with the mode's description.
 fn every_mode(renderer: &mut Renderer<'_>, what: &str, mut check: impl FnMut(&[f32], &str)) {
     for (id, settings) in MODES {
         let values = visibility(renderer, id, settings);
@@ -73,7 +73,7 @@ fn all_equal(value: f32) -> impl FnMut(&[f32], &str) {
     }
 }
 
-/// What each pixel's ray meets: position and normal; none for the sky.
+/// Returns the hit of each pixel's ray; `None` for the sky.
 pub fn hits(
     scene: &Scene,
     renderer: &Renderer<'_>,
@@ -165,7 +165,8 @@ fn a_light_shut_into_a_box_lights_nothing_outside() {
         let inside = |p: DVec3| {
             let l = r.light();
             let c = l.clip_from_view * l.world_from_view.inverse().transform_point3(p).extend(1.0);
-            // Within the map by more than 20 texels, half of the widest kernel and more: beyond the map all is lit.
+            // Inside the map by more than 20 texels, which is at least half of the widest kernel, because everything
+            // outside the map is lit.
             c.w > 0.0 && c.x.abs().max(c.y.abs()) < (1.0 - 40.0 / 512.0) * c.w
         };
         let on_ground: Vec<bool> =
@@ -181,7 +182,7 @@ fn a_light_shut_into_a_box_lights_nothing_outside() {
 #[test]
 fn a_light_that_looks_away_shadows_only_what_faces_away() {
     with_gpu(|host| {
-        // Above the scene and looking up: everything is behind it.
+        // The light is above the scene and looks up, so everything is behind it.
         let light = spot(dvec3(0.0, 6.0, 0.0), dvec3(0.0, 12.0, 0.1), 0.6);
         let scene = still_life(light);
         let mut r = renderer(host, &scene, desc(SIZE, 128));
@@ -191,11 +192,13 @@ fn a_light_that_looks_away_shadows_only_what_faces_away() {
             .map(|h| h.map_or(1.0, |h| h.normal.dot((light - h.position).normalize())))
             .collect();
         every_mode(&mut r, "light looks away", |values, what| {
-            // Where bodies turn from the light is an edge too, and penumbrae of a fixed width lie around it.
-            let edge = if what.contains("edtsm") { 0.2 } else { 1e-2 };
-            let wrong =
-                values.iter().zip(&facing).filter(|(v, f)| f.abs() > edge && **v != if **f > 0.0 { 1.0 } else { 0.0 });
-            // Edge pixels may show the other of two surfaces.
+            // Where bodies turn away from the light there is an edge too, with penumbrae of a fixed width around it.
+            let terminator = if what.contains("edtsm") { 0.2 } else { 1e-2 };
+            let wrong = values
+                .iter()
+                .zip(&facing)
+                .filter(|(v, f)| f.abs() > terminator && **v != if **f > 0.0 { 1.0 } else { 0.0 });
+            // Pixels at edges may show the other of two surfaces.
             let wrong = wrong.count();
             assert!(wrong * 500 <= values.len(), "{what}: {wrong} pixels");
         });
@@ -225,7 +228,7 @@ fn nothing_to_see_is_lit() {
 #[test]
 fn far_ranges_hold() {
     with_gpu(|host| {
-        // A ground a thousand away under a hanging plate.
+        // A ground a thousand units away under a hanging plate.
         let camera = perspective(dvec3(0.0, 800.0, 600.0), DVec3::ZERO, 1e-3);
         let parts = || vec![(plane(300.0), DAffine3::IDENTITY), (plane(60.0), moved(dvec3(0.0, 40.0, 0.0)))];
         let scene = made::scene(parts(), camera.clone(), sun(dvec3(0.4, 1.0, 0.2)));
@@ -235,7 +238,7 @@ fn far_ranges_hold() {
             assert!(dark > 20 && dark < values.len() / 4, "{what}: {dark} dark pixels");
         });
 
-        // The light's own range; the plate hangs where a 1e6 range still tells it from the ground.
+        // The light's own range. The plate hangs where a 1e6 range can still separate it from the ground.
         let eye = dvec3(0.0, 900.0, 0.0);
         let mut parts = parts();
         parts[1] = (plane(0.2), moved(dvec3(0.0, 897.0, 0.0)));
@@ -247,7 +250,8 @@ fn far_ranges_hold() {
             let (mut dark, mut lit) = (0, 0);
             for (v, hit) in values.iter().zip(&hits) {
                 let Some(hit) = hit.filter(|h| h.triangle < 2) else { continue };
-                // The plate's shadow is a square of half width 60, a texel 1.5 wide: the widest kernel reaches 25 units.
+                // The plate's shadow is a square of half width 60, and a texel is 1.5 wide: the widest kernel reaches
+                // 25 units.
                 let p = hit.position.abs();
                 let (inside, outside) = (p.x.max(p.z) < 35.0, p.x.max(p.z) > 85.0);
                 dark += usize::from(inside && *v > 0.0);
@@ -258,7 +262,7 @@ fn far_ranges_hold() {
     });
 }
 
-/// What depends only on the shadow map is kept while the light stands still, and is the same as made anew.
+/// Data that depends only on the shadow map is kept while the light stands still, and equals newly made data.
 #[test]
 fn a_kept_light_equals_a_new_one() {
     with_gpu(|host| {
@@ -293,7 +297,7 @@ fn a_kept_light_equals_a_new_one() {
     });
 }
 
-/// The scene, its cameras and lights mirrored at the plane x = 0, all transforms of views staying rigid.
+/// Returns the scene with its cameras and lights mirrored at the plane x = 0; transforms of views stay rigid.
 fn mirrored(scene: &Scene) -> Scene {
     let flip = DAffine3::from_mat3(DMat3::from_diagonal(dvec3(-1.0, 1.0, 1.0)));
     let mut out = scene.clone();
@@ -319,11 +323,12 @@ fn a_mirrored_scene_gives_the_mirror_image() {
                 let straight = visibility(&mut a, id, settings);
                 let turned = visibility(&mut b, id, settings);
                 let back: Vec<f32> = turned.chunks(SIZE[0] as usize).flat_map(|r| r.iter().rev().copied()).collect();
-                // Pixel and texel centres on an edge fall to the other side. On concave receivers a wide kernel's
+                // Pixel and texel centres on an edge fall to the other side. On concave receivers, a wide kernel's
                 // plane touches the surface in many texels, where the map's precision decides single taps.
                 let off = differing(&straight, &back, 0.05);
                 println!("mirrored {:10} {id:4} {off:4} of {} pixels differ", scene.name, straight.len());
-                // The search for edges is not exact where many surfaces meet, and its blocks of pixels lie otherwise.
+                // The search for edges is not exact where many surfaces meet, and its blocks of pixels lie
+                // differently.
                 let most = if id.starts_with("edtsm") { straight.len() / 80 } else { straight.len() / 200 };
                 assert!(off <= most, "{}: {id} {settings:?}: {off} pixels", scene.name);
                 assert!(differing(&straight, &turned, 0.5) > straight.len() / 50, "the image is its own mirror image");
@@ -332,7 +337,7 @@ fn a_mirrored_scene_gives_the_mirror_image() {
     });
 }
 
-/// A negative scale turns triangles inside out and must not show.
+/// A negative scale turns triangles inside out, which must not be visible.
 #[test]
 fn a_mirrored_instance_equals_its_explicit_geometry() {
     with_gpu(|host| {
@@ -350,7 +355,7 @@ fn a_mirrored_instance_equals_its_explicit_geometry() {
             let parts = vec![(plane(5.0), DAffine3::IDENTITY), (part, place)];
             let camera = perspective(dvec3(1.0, 4.0, 6.0), dvec3(0.0, 0.6, 0.0), 0.1);
             let mut scene = made::scene(parts, camera, sun(dvec3(1.0, 1.5, 0.4)));
-            // Back faces are culled: a wrong winding would show the inside.
+            // Back faces are culled, so a wrong winding would show the inside.
             scene.materials[0].double_sided = false;
             scene
         };

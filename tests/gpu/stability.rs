@@ -1,4 +1,4 @@
-//! A scene moved and scaled gives the same image.
+//! A scene that is moved and scaled gives the same image.
 
 use crate::common::{desc, differing, every_nth, every_shipped, is_full_sweep, renderer, visibility, with_gpu};
 use edgeshade::scene::Scene;
@@ -7,13 +7,14 @@ use glam::{DAffine3, DVec3, dvec3};
 const SIZE: [u32; 2] = [320, 180];
 const FAR: DVec3 = dvec3(1e5, 1e5, -1e5);
 
-/// Scenes for all techniques, those that rounding shows most in; the others for the first.
+/// Scenes for all techniques, chosen because rounding is most visible in them; other scenes run only the first
+/// technique.
 const CLOSER: [&str; 4] = ["courtyard", "fence", "knot", "ripples"];
 
 type Mode = (&'static str, &'static [(&'static str, &'static str)], f32);
 
-/// Techniques, and how far a pixel may be off that counts as the same: nothing where it is lit or not, a code of 8 bits
-/// where it is a ramp.
+/// Techniques, and the largest difference of a pixel that counts as equal: none for binary results, one 8-bit code for
+/// ramps.
 const MODES: &[Mode] = &[
     ("sm", &[], 0.0),
     ("rbsm", &[], 0.0),
@@ -83,7 +84,7 @@ fn scaled_and_moved_scenes_give_the_same_image() {
     });
 }
 
-/// The comparison is worth something only if it can fail: a light turned by half a degree is another image.
+/// The comparison can fail: a light rotated by half a degree gives another image.
 #[test]
 fn a_turned_light_is_noticed() {
     with_gpu(|host| {

@@ -1,4 +1,4 @@
-//! Pipeline statistics of whole frames: what the passes of the host draw is what the scene has.
+//! Pipeline statistics of whole frames: the host's passes draw what the scene contains.
 
 use crate::common::{desc, prepare, renderer, shipped_scene, with_gpu};
 use edgeshade::scene::cull::DrawList;

@@ -1,4 +1,4 @@
-//! Constants shared with the shaders: checked when a pipeline is made.
+//! Constants shared with the shaders, checked when a pipeline is made.
 
 use crate::common::with_gpu;
 use edgeshade::Context;
@@ -23,17 +23,17 @@ use edgeshade::technique::soft::classified::SoftPush;
 use edgeshade::technique::soft::penumbra_width::WidthPush;
 use edgeshade::technique::soft::screen_filter::ScreenFilterPush;
 
-/// Makes the pipelines of one shader.
+/// Function that makes the pipelines of one shader.
 type Make = fn(&Context) -> edgeshade::Result<()>;
 
-/// A pass of the penumbrae with several constants.
+/// Makes a pass of the penumbra room with several sets of constants.
 fn penumbra(c: &Context, shader: &str, constants: &[&[u32]]) -> edgeshade::Result<()> {
     constants
         .iter()
         .try_for_each(|constants| c.pipeline::<PenumbraPush>(shader, constants)?.check_uniform::<ViewConstants>("view"))
 }
 
-/// Every compute shader with the structs that the host hands to it.
+/// Every compute shader with the structs that the host passes to it.
 const SHADERS: &[(&str, Make)] = &[
     ("caster_edges/edge_ids.comp", |c| c.pipeline::<EdgeIdsPush>("caster_edges/edge_ids.comp", &[]).map(drop)),
     ("caster_edges/edge_map.comp", |c| {
@@ -213,7 +213,7 @@ fn a_struct_that_does_not_fit_is_refused() {
             Ok(()) => panic!("a wrong struct is accepted"),
             Err(e) => e.to_string(),
         };
-        // Other members, none, some where the shader has none, another block.
+        // Other members, no struct, a struct that the shader does not have, another block.
         let text = problem(c.pipeline::<SmPush>("common/depth_bounds.comp", &[]).map(drop));
         assert!(text.contains("depth_bounds.comp") && text.contains("map_size"), "{text}");
         assert!(problem(c.pipeline::<()>("filtering/sm.comp", &[]).map(drop)).contains("sm.comp"));

@@ -1,4 +1,4 @@
-//! Frames that are cut into a submission a pass, as the host's clock needs them.
+//! Frames split into one submission per pass, as the host's clock needs them.
 
 use crate::common::{assert_same_bits, desc, messages_of_host, prepare, renderer, shipped_scene};
 use edgeshade::host::{HostDesc, Timing};
@@ -8,10 +8,12 @@ use edgeshade::timing::{FrameTiming, Timings};
 
 const SIZE: [u32; 2] = [96, 64];
 
-/// Dispatches, indirect ones, fills, tile counts; raster passes with stencil; geometry and 64-bit atomics.
+/// Techniques that cover dispatches, indirect dispatches, fills and tile counts; raster passes with stencil; geometry
+/// shaders and 64-bit atomics.
 const TECHNIQUES: [&str; 4] = ["pcf", "rbsm-star", "shadow-volumes", "edsm-x"];
 
-/// Visibility and figures of two frames of every technique that the device has what it takes for; validation is silent.
+/// Returns visibility and figures of two frames of every technique that the device supports. Validation must be
+/// silent.
 fn frames(timing: Timing) -> Vec<(&'static str, Vec<f32>, FrameTiming)> {
     let mut found = vec![];
     let messages = messages_of_host(HostDesc { timing: Some(timing), ..HostDesc::default() }, |host| {

@@ -1,4 +1,4 @@
-//! The validation layer listens: a test without messages means something.
+//! The validation layer is active, so a test without messages means something.
 
 use crate::common::messages_of;
 use ash::vk;
@@ -9,7 +9,7 @@ fn wrong_use_is_reported() {
     let messages = messages_of(|host| {
         let info = vk::BufferCreateInfo::default().size(4);
         let raw = &host.context().device().raw;
-        // SAFETY: wrong on purpose (a buffer without a use), which drivers bear.
+        // SAFETY: wrong on purpose (a buffer without a use); drivers tolerate it.
         unsafe {
             if let Ok(buffer) = raw.create_buffer(&info, None) {
                 raw.destroy_buffer(buffer, None);
@@ -45,7 +45,7 @@ fn a_missing_barrier_is_reported() {
 #[test]
 fn what_is_left_behind_is_reported() {
     let messages = messages_of(|host| {
-        // SAFETY: leaked on purpose; the device goes right after.
+        // SAFETY: leaked on purpose; the device is destroyed right after.
         let fence = unsafe { host.context().device().raw.create_fence(&vk::FenceCreateInfo::default(), None) };
         fence.unwrap();
     });
@@ -81,7 +81,7 @@ fn a_slow_way_is_reported() {
                     vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1),
                 )
                 .image_extent(vk::Extent3D { width: 4, height: 4, depth: 1 });
-            // SAFETY: image and buffer outlive the submission; GENERAL is allowed for the copy, only not the best.
+            // SAFETY: image and buffer outlive the submission; GENERAL is allowed for the copy, but not optimal.
             unsafe {
                 let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
                 device.raw.cmd_pipeline_barrier2(cmd, &info);

@@ -1,13 +1,13 @@
-//! Checks that docs/json.md describes all that the tool writes as JSON.
+//! Checks that docs/json.md describes everything that the tool writes as JSON.
 
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// Objects with names from elsewhere: parameters of techniques, what passes count, classes of shapes.
+/// Objects whose field names are not fixed: parameters of techniques, counts of passes, classes of shapes.
 const NAMES_OF_THEIR_OWN: [&str; 3] = ["params", "counts", "classes"];
 
-/// Panics unless the page describes every field that the subcommand has written, in the section of the subcommand or in
-/// one of the sections for objects that several share.
+/// Panics unless the page describes every field that the subcommand has written, either in the subcommand's section
+/// or in one of the sections for shared objects.
 pub fn check(subcommand: &str, written: &Value) {
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/json.md")).unwrap();
     let sections = page.split("\n## ").skip(1);
@@ -25,7 +25,7 @@ pub fn check(subcommand: &str, written: &Value) {
     let mut found = BTreeSet::new();
     collect(written, &mut found);
     let missing: Vec<_> = found.iter().filter(|name| !described.contains(name.as_str())).collect();
-    assert!(missing.is_empty(), "docs/json.md, `{subcommand}`: no word of {missing:?}");
+    assert!(missing.is_empty(), "docs/json.md, `{subcommand}`: does not describe {missing:?}");
 }
 
 fn collect(value: &Value, found: &mut BTreeSet<String>) {
@@ -34,7 +34,7 @@ fn collect(value: &Value, found: &mut BTreeSet<String>) {
         Value::Object(fields) => {
             for (name, value) in fields {
                 found.insert(name.clone());
-                // Of techniques `list` writes an array of parameters, which are described.
+                // `list` writes a technique's parameters as an array of objects, whose fields are described.
                 if value.is_array() || !NAMES_OF_THEIR_OWN.contains(&name.as_str()) {
                     collect(value, found);
                 }

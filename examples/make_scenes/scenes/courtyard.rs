@@ -1,4 +1,4 @@
-//! A courtyard: arcade, stairs to a gallery, pergola, gate, furniture and plants down a long passage.
+//! A courtyard: arcade, stairs to a gallery, pergola, gate, furniture and plants along a passage.
 
 use super::kit::{PI, Rng, Stage, TAU, align_y, at, circle, rot_x, rot_y, rot_z, scaled, sin};
 use super::mesh_builder::{
@@ -9,19 +9,19 @@ use super::texture::{self, leaf};
 use edgeshade::scene::Scene;
 use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
 
-/// The arcade's middle plane, its bays, and where the arches spring.
+/// Middle plane of the arcade, width and number of its bays, its end, and the height where the arches spring.
 const ARCADE_X: f64 = -3.6;
 const BAY: f64 = 3.2;
 const BAYS: usize = 8;
 const ARCADE_END: f64 = 4.6;
 const SPRING: f64 = 2.3;
-/// Face of the house on the right, and the gallery along it.
+/// Face of the house on the right, edge and height of the gallery along it, and place of the gate.
 const HOUSE_X: f64 = 3.7;
 const GALLERY_X: f64 = 2.5;
 const GALLERY_Y: f64 = 3.06;
 const GATE_Z: f64 = -21.4;
 
-/// Materials by what they are used for.
+/// Materials by their use.
 struct Palette {
     paving: usize,
     plaster: usize,
@@ -85,7 +85,7 @@ fn palette(stage: &mut Stage) -> Palette {
     }
 }
 
-/// Texture coordinates of masonry: metres times 0.4 on whichever face it is.
+/// Texture coordinates of masonry: metres times 0.4 in the plane of the face.
 fn masonry(p: DVec3, n: DVec3) -> DVec2 {
     let q = if n.y.abs() > 0.6 {
         dvec2(p.x, p.z)
@@ -107,7 +107,7 @@ fn ground(stage: &mut Stage, m: &Palette) {
     stage.add("outer walls", &walls.map_uv(masonry), m.plaster);
 }
 
-/// Half circle of the given radius about `(0, SPRING)`, from left to right over the top.
+/// Points of a half circle about `(0, SPRING)`, from left to right over the top.
 fn arch(radius: f64, steps: usize) -> impl Iterator<Item = DVec2> {
     (0..=steps).map(move |i| {
         let (c, s) = circle(PI * (1.0 - i as f64 / steps as f64));
@@ -143,7 +143,7 @@ fn arcade(stage: &mut Stage, m: &Palette) {
     }
     cornice.add(&block(0.5, 0.08, length, 0.02), at(ARCADE_X, 3.75, z));
     stage.add("cornice", &cornice.map_uv(masonry), m.stone);
-    // A lantern hangs in every other arch.
+    // Every other arch has a lantern.
     let lantern = stage.mesh("lantern", &lantern(), m.iron);
     for i in (0..BAYS).step_by(2) {
         stage.place(lantern, at(ARCADE_X, SPRING + open, ARCADE_END - (i as f64 + 0.5) * BAY));
@@ -555,7 +555,7 @@ fn furniture(stage: &mut Stage, m: &Palette) {
     stage.add("bulbs", &bulbs, m.cloth);
 }
 
-/// Seat slats and iron frame of a chair whose sitter looks along +z.
+/// Seat slats and iron frame of a chair that faces +z.
 fn chair() -> (MeshBuilder, MeshBuilder) {
     let (mut seat, mut frame) = (MeshBuilder::new(), MeshBuilder::new());
     let here = DAffine3::IDENTITY;
@@ -705,7 +705,7 @@ fn bush(count: usize, radius: f64, rng: &mut Rng) -> MeshBuilder {
     bush_of(leaf::BROAD, count, radius, 0.12, rng)
 }
 
-/// Leaves all over a ball that rests a little above the origin.
+/// Leaves on a ball that rests a little above the origin.
 fn bush_of(cell: (f64, f64), count: usize, radius: f64, size: f64, rng: &mut Rng) -> MeshBuilder {
     let mut out = MeshBuilder::new();
     let leaf = plants::card(cell, 0.7 * size, size, 0.3);

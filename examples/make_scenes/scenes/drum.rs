@@ -98,7 +98,7 @@ fn stick() -> MeshBuilder {
     .moved(rot_z(0.5 * PI))
 }
 
-/// A thick half sphere, open upward, its lowest point `0.8` below the origin's rim plane.
+/// A thick hemisphere, open upward, whose lowest point is `0.8` below the plane of the rim.
 fn bowl() -> MeshBuilder {
     let (outer, inner) = (0.8, 0.74);
     let arc = |r: f64, i: usize, n: usize| {
@@ -112,11 +112,11 @@ fn bowl() -> MeshBuilder {
         (0.77 + 0.03 * c, 0.03 * s)
     }));
     profile.extend((0..=24).rev().map(|i| arc(inner, i, 24)));
-    // In its own space the bowl's centre of curvature stays at the origin: tilting keeps it on the ground.
+    // The centre of curvature stays at the bowl's own origin, so tilting keeps the bowl on the ground.
     lathe(&profile, 80).moved(at(0.0, 0.295, 0.0))
 }
 
-/// A hyperbolic paraboloid with thickness on a small foot.
+/// A hyperbolic paraboloid with some thickness, on a small foot.
 fn saddle() -> MeshBuilder {
     let (half, thickness) = (0.78, 0.035);
     let height = |x: f64, z: f64| 0.5 + 0.52 * (x * x - z * z);

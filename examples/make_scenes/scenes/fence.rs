@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, dvec2, dvec3};
 
 const PANEL: f64 = 2.1;
 const PLINTH: f64 = 0.32;
-/// Where the fence runs and where the wall stands.
+/// Places of the fence and of the wall.
 const FENCE_X: f64 = -1.6;
 const WALL_X: f64 = 1.5;
 
@@ -72,7 +72,7 @@ pub(super) fn stage() -> Scene {
     stage.scene
 }
 
-/// A spear that ends a bar.
+/// A spear at the top of a bar.
 fn spear() -> MeshBuilder {
     lathe(
         &[
@@ -89,7 +89,7 @@ fn spear() -> MeshBuilder {
     )
 }
 
-/// One panel along x, standing on `y = 0`: bars, rails, rings and scrolls.
+/// One panel along x that stands on `y = 0`: bars, rails, rings and scrolls.
 fn panel() -> MeshBuilder {
     let mut out = MeshBuilder::new();
     let half = 0.5 * PANEL - 0.04;

@@ -1,4 +1,4 @@
-//! A small tree, ferns and grass out of cut-out leaves, before a garden wall that catches their shadow.
+//! A small tree, ferns and grass made of cut-out leaves, in front of a garden wall that receives their shadow.
 
 use super::kit::{Rng, Stage, TAU, at, circle, rot_x, rot_y, smoothstep};
 use super::mesh_builder::{MeshBuilder, block, floor, lathe_shaped, surface};
@@ -22,7 +22,7 @@ pub(super) fn stage() -> Scene {
     let fern = stage.leaves("fern", 0x5f8455, atlas);
     let rust = stage.leaves("red leaves", 0xb9603c, atlas);
 
-    // Ground with a low mound for the tree; farther out it is flat.
+    // Ground with a low mound under the tree; farther away it is flat.
     let ground = surface(42, 40, |u, v| {
         let (x, z) = (14.0 * (u - 0.5), 7.0 - 12.0 * v);
         dvec3(x, rise(x, z), z)
@@ -62,11 +62,11 @@ pub(super) fn stage() -> Scene {
     let tufts = [plants::tuft(leaf::GRASS, 0.42, 0.34), plants::tuft(leaf::GRASS, 0.3, 0.5)]
         .map(|t| stage.mesh("grass", &t, grass));
     for _ in 0..620 {
-        // Dense around the tree and along the wall, sparse between.
+        // Dense around the tree and along the wall, sparse in between.
         let p = if rng.below(5) < 3 {
             let angle = rng.range(0.0, TAU);
             let (c, s) = circle(angle);
-            // An uneven edge that thins out.
+            // An uneven outline that thins out.
             let edge = 1.5 + 0.2 * libm::sin(3.0 * angle + 1.0) + 0.14 * libm::sin(7.0 * angle) + rng.spread(0.2);
             let r = edge * rng.range(0.05, 1.0).sqrt();
             dvec3(foot.x + 1.25 * r * c, 0.0, foot.z + r * s)

@@ -1,8 +1,8 @@
 //! Writes a [`Scene`] as binary glTF 2.0.
 //!
-//! Large meshes are quantised (`KHR_mesh_quantization`), a mesh that stands in many places is placed by
-//! `EXT_mesh_gpu_instancing`, the light is `KHR_lights_punctual` with its size in `extras.edgeshade`, and
-//! equal data is stored once.
+//! Large meshes are quantised (`KHR_mesh_quantization`). A mesh with many instances is placed by
+//! `EXT_mesh_gpu_instancing`. The light is a `KHR_lights_punctual` light with its size in `extras.edgeshade`. Equal
+//! data is stored only once.
 
 use super::texture::png;
 use edgeshade::scene::{Instance, LightShape, Mesh, Projection, Scene, Texture, Wrap};
@@ -10,9 +10,9 @@ use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// Meshes of more vertices than this are quantised: below it the saving is not worth the rounding.
+/// Number of vertices above which a mesh is quantised; smaller meshes are not worth the rounding.
 const QUANTIZE_ABOVE: usize = 600;
-/// Fewer places than this are written as plain nodes.
+/// Number of instances from which on a mesh is instanced; fewer are written as plain nodes.
 const INSTANCES_FROM: usize = 5;
 
 const FLOAT: u32 = 5126;
@@ -22,7 +22,7 @@ const I8: u32 = 5120;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
-/// The scene as the bytes of a `.glb` file; the same bytes for the same scene on every platform.
+/// Encodes the scene as a `.glb` file. The bytes are the same on every platform.
 pub fn encode(scene: &Scene) -> Vec<u8> {
     let mut file = Writer::default();
     let mut meshes = Vec::new();
@@ -77,7 +77,7 @@ pub fn encode(scene: &Scene) -> Vec<u8> {
         "bufferViews": file.views,
         "buffers": [{ "byteLength": file.bin.len() }],
     });
-    // glTF forbids empty arrays.
+    // glTF does not allow empty arrays.
     if !required.is_empty() {
         root["extensionsRequired"] = json!(required);
     }
@@ -95,7 +95,7 @@ struct Writer {
     views: Vec<Value>,
     accessors: Vec<Value>,
     nodes: Vec<Value>,
-    /// What is already stored: the accessor without its view, and the bytes.
+    /// Indices of the accessors already stored, by accessor without its view and bytes.
     known: BTreeMap<(String, Vec<u8>), usize>,
     instanced: bool,
     quantized: bool,
@@ -134,7 +134,7 @@ impl Writer {
         self.accessor(json, bytes, None, target)
     }
 
-    /// The mesh, and the transform from its stored to its own space.
+    /// Stores a mesh. Returns the mesh and the transform from its stored space to its own.
     fn mesh(&mut self, mesh: &Mesh, textured: bool) -> (Value, DAffine3) {
         let quantized = mesh.positions.len() > QUANTIZE_ABOVE;
         self.quantized |= quantized;
@@ -150,7 +150,7 @@ impl Writer {
                 .iter()
                 .map(|&p| ((Vec3::from(p).as_dvec3() - low) / step).to_array().map(|x| x.round() as u16))
                 .collect();
-            // The position is read as 0 to 1; one scale for all axes keeps the normals right.
+            // Stored positions are read as 0 to 1. One scale for all axes keeps the normals right.
             from_stored = DAffine3 { matrix3: DMat3::from_diagonal(DVec3::splat(step * 65535.0)), translation: low };
             corners = distinct(&corners, &stored);
             self.positions_u16(&stored)
@@ -264,7 +264,7 @@ impl Writer {
 
 const UPRIGHT: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// Translation, rotation (x, y, z, w) and scale of an affine transform that has no shear and no mirror.
+/// Translation, rotation (x, y, z, w) and scale of an affine transform without shear or mirroring.
 #[derive(Clone, Copy)]
 struct Trs {
     translation: [f32; 3],
@@ -282,7 +282,7 @@ impl Trs {
             return None;
         }
         let mut q = DQuat::from_mat3(&r).normalize();
-        // One of the two signs, so that equal rotations have equal bytes.
+        // Chooses one of the two signs, so that equal rotations have equal bytes.
         if q.w < 0.0 {
             q = -q;
         }
@@ -313,12 +313,12 @@ fn pose(rigid: &DAffine3) -> Map<String, Value> {
     Trs::of(rigid).map(|t| t.json()).unwrap_or_default()
 }
 
-/// The shortest decimal that reads back as the same `f32`.
+/// Shortest decimal number that reads back as the same `f32`.
 fn number(x: f32) -> Value {
     (x + 0.0).to_string().parse::<f64>().map_or(Value::Null, |x| json!(x))
 }
 
-/// The triangles whose corners are still three points.
+/// Triangles whose corners are still three different points.
 fn distinct(indices: &[u32], points: &[[u16; 3]]) -> Vec<u32> {
     let mut out = Vec::with_capacity(indices.len());
     for t in indices.chunks_exact(3) {
@@ -359,7 +359,7 @@ fn sampler(texture: &Texture) -> Value {
         Wrap::MirroredRepeat => 33648,
         Wrap::ClampToEdge => 33071,
     };
-    // Magnification linear or nearest; minification linear over mip maps.
+    // Magnification linear or nearest; minification linear with mip maps.
     let magnify = if texture.nearest { 9728 } else { 9729 };
     json!({ "magFilter": magnify, "minFilter": 9987, "wrapS": wrap(texture.wrap[0]), "wrapT": wrap(texture.wrap[1]) })
 }
@@ -370,7 +370,7 @@ fn cameras(scene: &Scene) -> Vec<Value> {
             "type": "perspective",
             "perspective": { "yfov": number(fov_y as f32), "znear": number(near as f32) },
         }),
-        // The aspect ratio is the image's; the file has to name one.
+        // The aspect ratio is that of the image, but the file must name one.
         Projection::Orthographic { half_height, near, far } => json!({
             "type": "orthographic",
             "orthographic": {
@@ -392,7 +392,7 @@ fn lights(scene: &Scene) -> Vec<Value> {
                 out["spot"] = json!({
                     "innerConeAngle": number((0.9 * outer) as f32), "outerConeAngle": number(outer as f32),
                 });
-                // Candela that light the middle of the scene about as brightly as the suns do.
+                // Intensity in candela that lights the middle of the scene about as brightly as the suns do.
                 let distance = l.world_from_light.translation.distance_squared(center);
                 out["intensity"] = json!((3.0 * distance).round());
                 out["extras"] = size.map_or(json!({}), |s| json!({ "edgeshade": { "size": number(s as f32) } }));
@@ -408,7 +408,7 @@ fn lights(scene: &Scene) -> Vec<Value> {
     scene.lights.iter().map(one).collect()
 }
 
-/// Header and the two chunks, padded to four bytes as the format asks.
+/// Joins header and the two chunks, padded to four bytes as the format requires.
 fn container(mut json: Vec<u8>, mut bin: Vec<u8>) -> Vec<u8> {
     json.resize(json.len().next_multiple_of(4), b' ');
     bin.resize(bin.len().next_multiple_of(4), 0);

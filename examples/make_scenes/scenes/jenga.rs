@@ -10,10 +10,10 @@ const LENGTH: f64 = 0.75;
 const WIDTH: f64 = 0.25;
 const HEIGHT: f64 = 0.15;
 const LAYERS: usize = 17;
-/// Taken out: layer from below, and which of its three blocks.
+/// Blocks taken out: layer from below, and index within its three blocks.
 const TAKEN: [(usize, usize); 13] =
     [(2, 1), (3, 0), (5, 1), (6, 2), (7, 1), (8, 0), (9, 1), (11, 2), (12, 1), (13, 0), (14, 1), (16, 0), (16, 1)];
-/// Half pulled out: layer, block, metres along the block.
+/// Blocks pulled half out: layer, block, metres along the block.
 const PULLED: [(usize, usize, f64); 5] = [(3, 2, 0.16), (6, 0, -0.22), (9, 2, 0.30), (12, 0, -0.12), (15, 1, 0.26)];
 
 pub(super) fn stage() -> Scene {
@@ -28,7 +28,7 @@ pub(super) fn stage() -> Scene {
         .enumerate()
         .map(|(i, &hex)| {
             let material = stage.textured(&format!("wood {i}"), hex, wood);
-            // Each shade takes its grain from another part of the image.
+            // Each shade of wood uses another part of the texture.
             let k = i as f64;
             let shape = block(LENGTH, HEIGHT, WIDTH, 0.014).map_uv(|p, n| {
                 let across = if n.y.abs() > 0.5 { p.z } else { p.y };
@@ -57,7 +57,7 @@ pub(super) fn stage() -> Scene {
 
 fn tower(stage: &mut Stage, shades: &[usize], red: usize) {
     let mut rng = Rng(1958);
-    // Play has left the tower a little twisted and leaning.
+    // Playing has left the tower a little twisted and leaning.
     let (mut x, mut z, mut twist) = (-0.55, -0.35, 0.5);
     for layer in 0..LAYERS {
         x += rng.spread(0.008) + 0.003;
@@ -99,7 +99,7 @@ fn fallen(stage: &mut Stage, shades: &[usize], red: usize) {
     for (shade, place) in lying {
         stage.place(shades[shade], place);
     }
-    // One leans on another: its lower edge on the table, its underside on the other's upper edge.
+    // One block leans on another: its lower edge on the table, its underside on the other's upper edge.
     let (base, reach) = (at(0.55, 0.0, 0.3) * rot_y(-0.25), 0.5);
     let tilt = libm::atan2(HEIGHT, reach);
     stage.place(shades[1], base * at(reach + 0.5 * WIDTH, 0.5 * HEIGHT, 0.0) * rot_y(0.5 * PI));

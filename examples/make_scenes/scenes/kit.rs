@@ -1,8 +1,8 @@
-//! What every generator needs: trigonometry that gives the same bits on every platform, a seeded
-//! random stream, placements, and the stage on which a scene is set up.
+//! Tools for all generators: trigonometry that gives the same bits on every platform, seeded random numbers,
+//! placements, and the stage on which a scene is built.
 //!
-//! The platform's own `sin` and `pow` differ in the last bit between systems, so everything here goes
-//! through the `libm` crate; `sqrt` and plain arithmetic are exact by IEEE 754.
+//! The platforms' own `sin` and `pow` differ in the last bit, so everything here uses the `libm` crate. `sqrt` and
+//! plain arithmetic are exact by IEEE 754.
 
 use super::mesh_builder::MeshBuilder;
 use edgeshade::scene::{Camera, Instance, Light, LightShape, Material, Projection, Scene, Texture};
@@ -18,12 +18,12 @@ pub(super) fn cos(x: f64) -> f64 {
     libm::cos(x)
 }
 
-/// A point on the unit circle.
+/// Cosine and sine of an angle in radians.
 pub(super) fn circle(angle: f64) -> (f64, f64) {
     (cos(angle), sin(angle))
 }
 
-/// Rotation about an axis by the right-hand rule, radians.
+/// Rotation about an axis by the right-hand rule; the angle is in radians.
 pub(super) fn rotation(axis: DVec3, angle: f64) -> DMat3 {
     let (c, s) = circle(angle);
     let a = axis.normalize();
@@ -34,7 +34,7 @@ pub(super) fn rotation(axis: DVec3, angle: f64) -> DMat3 {
     )
 }
 
-/// Rodrigues' formula.
+/// Rotates a vector about an axis by Rodrigues' formula, given cosine and sine of the angle.
 fn turned(v: DVec3, axis: DVec3, c: f64, s: f64) -> DVec3 {
     v * c + axis.cross(v) * s + axis * (axis.dot(v) * (1.0 - c))
 }
@@ -59,7 +59,7 @@ pub(super) fn scaled(s: f64) -> DAffine3 {
     DAffine3::from_scale(DVec3::splat(s))
 }
 
-/// Turns `+Y` into `direction`, and nothing more than needed.
+/// Smallest rotation that turns `+Y` into `direction`.
 pub(super) fn align_y(direction: DVec3) -> DAffine3 {
     let d = direction.normalize();
     let z = if d.x.abs() < 0.9 { d.cross(DVec3::X) } else { d.cross(DVec3::Z) }.normalize();
@@ -67,7 +67,7 @@ pub(super) fn align_y(direction: DVec3) -> DAffine3 {
     DAffine3::from_mat3(DMat3::from_cols(x, d, z))
 }
 
-/// The frame of a viewer at `eye` who looks at `target` along its own `-Z`.
+/// Frame of a viewer at `eye` who looks at `target` along its own `-Z`.
 pub(super) fn look_at(eye: DVec3, target: DVec3) -> DAffine3 {
     let z = (eye - target).normalize();
     let up = if z.y.abs() > 0.999 { DVec3::X } else { DVec3::Y };
@@ -75,13 +75,13 @@ pub(super) fn look_at(eye: DVec3, target: DVec3) -> DAffine3 {
     DAffine3 { matrix3: DMat3::from_cols(x, z.cross(x), z), translation: eye }
 }
 
-/// 0 below `a`, 1 above `b`, smooth between.
+/// 0 below `a`, 1 above `b`, smooth in between.
 pub(super) fn smoothstep(a: f64, b: f64, x: f64) -> f64 {
     let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A seeded stream of random numbers (splitmix64): the same on every platform.
+/// A seeded generator of random numbers (splitmix64), the same on every platform.
 pub(super) struct Rng(pub u64);
 
 impl Rng {
@@ -109,7 +109,7 @@ impl Rng {
     }
 }
 
-/// sRGB `0xrrggbb` as linear RGB.
+/// Converts sRGB `0xrrggbb` to linear RGB.
 pub(super) fn linear(hex: u32) -> [f32; 3] {
     [16, 8, 0].map(|shift| {
         let c = f64::from(hex >> shift & 0xff) / 255.0;
@@ -117,7 +117,7 @@ pub(super) fn linear(hex: u32) -> [f32; 3] {
     })
 }
 
-/// A scene while it is being set up.
+/// A scene under construction.
 pub(super) struct Stage {
     pub scene: Scene,
 }
@@ -127,17 +127,17 @@ impl Stage {
         Self { scene: Scene { name: name.into(), ..Scene::default() } }
     }
 
-    /// A plain material of an sRGB colour.
+    /// Adds a material of one sRGB colour.
     pub fn paint(&mut self, name: &str, hex: u32) -> usize {
         self.material(name, hex, None, None)
     }
 
-    /// A material whose texture is multiplied by an sRGB colour.
+    /// Adds a material whose texture is multiplied by an sRGB colour.
     pub fn textured(&mut self, name: &str, hex: u32, texture: usize) -> usize {
         self.material(name, hex, Some(texture), None)
     }
 
-    /// A double-sided cut-out material.
+    /// Adds a double-sided, alpha-masked material.
     pub fn leaves(&mut self, name: &str, hex: u32, texture: usize) -> usize {
         self.material(name, hex, Some(texture), Some(0.5))
     }
@@ -154,7 +154,7 @@ impl Stage {
         self.scene.materials.len() - 1
     }
 
-    /// Shows a material from both sides (open surfaces).
+    /// Makes a material visible from both sides, for open surfaces.
     pub fn both_sides(&mut self, material: usize) {
         self.scene.materials[material].double_sided = true;
     }
@@ -164,7 +164,7 @@ impl Stage {
         self.scene.textures.len() - 1
     }
 
-    /// A mesh that is yet to be placed.
+    /// Adds a mesh that is placed later.
     pub fn mesh(&mut self, name: &str, shape: &MeshBuilder, material: usize) -> usize {
         let textured = self.scene.materials[material].texture.is_some();
         self.scene.meshes.push(shape.build(name, material, textured));
@@ -175,13 +175,13 @@ impl Stage {
         self.scene.instances.push(Instance { mesh, world_from_object });
     }
 
-    /// A mesh that stands where it was built.
+    /// Adds a mesh and places it where it was built.
     pub fn add(&mut self, name: &str, shape: &MeshBuilder, material: usize) {
         let mesh = self.mesh(name, shape, material);
         self.place(mesh, DAffine3::IDENTITY);
     }
 
-    /// Camera at `eye`; `fov_y` is the full vertical angle in degrees.
+    /// Sets a camera at `eye`; `fov_y` is the full vertical angle in degrees.
     pub fn camera(&mut self, eye: [f64; 3], target: [f64; 3], fov_y: f64) {
         self.scene.cameras.push(Camera {
             name: "camera".into(),
@@ -190,13 +190,14 @@ impl Stage {
         });
     }
 
-    /// Spot light; `outer` is the half angle in degrees, `size` the width of its square in metres.
+    /// Sets a spot light; `outer` is the half angle in degrees, `size` the width of its square in metres.
     pub fn spot(&mut self, eye: [f64; 3], target: [f64; 3], outer: f64, size: f64, hex: u32) {
         let shape = LightShape::Spot { outer: outer.to_radians(), size: Some(size) };
         self.light("lamp", look_at(eye.into(), target.into()), shape, hex);
     }
 
-    /// Sun that shines from azimuth `turn` (degrees from `+Z` towards `+X`) and height `elevation`.
+    /// Sets a sun; `turn` is its azimuth from `+Z` towards `+X` and `elevation` its height, both in degrees; `angle` is its
+    /// full angular width in radians.
     pub fn sun(&mut self, target: [f64; 3], turn: f64, elevation: f64, angle: f64, hex: u32) {
         let (c, s) = circle(elevation.to_radians());
         let (tc, ts) = circle(turn.to_radians());
@@ -235,7 +236,7 @@ mod tests {
 
     #[test]
     fn random_numbers_are_the_published_sequence() {
-        // The reference values of splitmix64 for seed 1234567.
+        // Reference values of splitmix64 for the seed 1234567.
         let mut rng = Rng(1_234_567);
         assert_eq!(rng.next(), 6_457_827_717_110_365_317);
         assert_eq!(rng.next(), 3_203_168_211_198_807_973);

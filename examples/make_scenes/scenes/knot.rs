@@ -1,7 +1,7 @@
-//! A woven ball: rings on two spheres and twisted struts between them, grown together into one surface.
+//! A woven ball: rings on two spheres with twisted struts between them, merged into one surface.
 //!
-//! The surface is where a field of rounded, blended distances to the rings vanishes, meshed by surface
-//! nets. Three half turns map the ball onto itself, so a quarter of it is stored and placed four times.
+//! The surface is the zero set of a field of rounded, blended distances to the rods, meshed by surface nets. Three
+//! half turns map the ball onto itself, so only a quarter of it is stored and placed four times.
 
 use super::kit::{PI, Stage, TAU, at, circle, rot_x, rot_y, rot_z, rotation, sin};
 use super::mesh_builder::{MeshBuilder, cylinder, studio};
@@ -10,11 +10,11 @@ use edgeshade::scene::Scene;
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use std::collections::BTreeMap;
 
-/// Side of a cell of the mesh, in units of the ball's radius.
+/// Side of a mesh cell in units of the ball's radius.
 const CELL: f64 = 0.015;
-/// How far apart two rods may be and still grow together.
+/// Largest distance between two rods at which they still merge.
 const BLEND: f64 = 0.028;
-/// The ball's radius in metres.
+/// Radius of the ball in metres.
 const RADIUS: f64 = 1.35;
 
 pub(super) fn stage() -> Scene {
@@ -50,7 +50,7 @@ struct Piece {
     radius: f64,
 }
 
-/// The pieces near a point, found by the cube of space that it lies in.
+/// Pieces near a point, found by the cube of space that contains it.
 struct Field {
     pieces: Vec<Piece>,
     cubes: BTreeMap<[i32; 3], Vec<usize>>,
@@ -84,7 +84,7 @@ impl Field {
         out
     }
 
-    /// Below 0 inside. Points that a half turn maps onto each other have exactly the same value.
+    /// Value of the field, negative inside. Points that a half turn maps onto each other have exactly the same value.
     fn at(&self, p: DVec3) -> f64 {
         let p = match (p.x < 0.0, p.y < 0.0) {
             (false, false) => p,
@@ -94,7 +94,7 @@ impl Field {
         };
         let far = 2.0 * BLEND;
         let Some(near) = self.cubes.get(&cube_of(p)) else { return far };
-        // The distance to each rod, nearest first: blending depends on the order.
+        // Distances to the rods, nearest first, because blending depends on the order.
         let mut rods: Vec<f64> = Vec::new();
         let mut curve = usize::MAX;
         for &i in near {
@@ -125,11 +125,11 @@ fn blended(a: f64, b: f64) -> f64 {
     a.min(b) - 0.25 * h * h * BLEND
 }
 
-/// The rods: outer rings that weave over and under each other, inner rings, struts between the two.
+/// The rods: outer rings that weave over and under each other, inner rings, and struts between the two.
 fn curves() -> Vec<(Vec<DVec3>, bool, f64)> {
     let mut out = Vec::new();
     let (corners, middles) = icosahedron();
-    // Every ring starts towards the corner nearest to its axis, so that the whole keeps the icosahedron's rotations.
+    // Every ring starts towards the corner nearest to its axis, which preserves the icosahedron's rotations.
     let toward = |axis: DVec3| -> DVec3 {
         let others = corners.iter().filter(|c| c.dot(axis) < 0.9);
         let neighbour = others.fold(-axis, |best, &c| if c.dot(axis) > best.dot(axis) { c } else { best });
@@ -147,7 +147,7 @@ fn curves() -> Vec<(Vec<DVec3>, bool, f64)> {
             })
             .collect()
     };
-    // The number of pieces of a ring is a multiple of its axis's fold.
+    // The number of pieces of a ring is a multiple of the order of its axis.
     for &axis in &corners {
         out.push((ring(axis, 0.97, 0.36, 0.045, 5.0, 40), true, 0.028));
         out.push((ring(axis, 1.0, 0.19, 0.0, 1.0, 30), true, 0.017));
@@ -156,7 +156,7 @@ fn curves() -> Vec<(Vec<DVec3>, bool, f64)> {
     for &axis in &middles {
         out.push((ring(axis, 0.97, 0.37, 0.045, 6.0, 40), true, 0.028));
     }
-    // Struts climb from the inner to the outer sphere, turning about the ball's middle as they go.
+    // Struts climb from the inner to the outer sphere while they turn about the ball's middle.
     for &axis in &corners {
         for k in 0..5 {
             let side = rotation(axis, TAU * k as f64 / 5.0) * toward(axis);
@@ -194,7 +194,7 @@ fn icosahedron() -> (Vec<DVec3>, Vec<DVec3>) {
     (corners.into_iter().map(DVec3::normalize).collect(), middles)
 }
 
-/// The part of the ball with `x > 0` and `y > 0`, of the two planes themselves the half with `z > 0`.
+/// The part of the ball with `x > 0` and `y > 0`; of the two bounding planes, the half with `z > 0`.
 fn quarter() -> MeshBuilder {
     let field = Field::new(&curves());
     let n = (1.12 / CELL) as i32;
@@ -213,7 +213,7 @@ fn quarter() -> MeshBuilder {
     let value = |i: [i32; 3]| values[index(i)];
 
     let mut out = MeshBuilder::new();
-    // The vertex of a patch, named by its cell's lowest node and its smallest edge.
+    // Vertex of each patch; its key is the lowest node of its cell and its smallest edge.
     let mut vertices: BTreeMap<([i32; 3], usize), u32> = BTreeMap::new();
     let mut vertex = |out: &mut MeshBuilder, cell: [i32; 3], through: usize| -> u32 {
         let corner = |k: usize| std::array::from_fn(|axis| cell[axis] + (k >> axis & 1) as i32);
@@ -230,7 +230,7 @@ fn quarter() -> MeshBuilder {
                     }
                 }
             }
-            // One step along the gradient puts the mean of the crossings onto the surface.
+            // One step along the gradient moves the mean of the crossings onto the surface.
             let p: DVec3 = sum / count;
             let normal = field.normal(p);
             let p = p - normal * field.at(p).clamp(-0.15 * CELL, 0.15 * CELL);
@@ -244,7 +244,7 @@ fn quarter() -> MeshBuilder {
                     let (a, mut b) = ([x, y, z], [x, y, z]);
                     b[axis] += 1;
                     let (inside_a, inside_b) = (value(a) < 0.0, value(b) < 0.0);
-                    // Twice the middle of the edge, in cells: whose quarter it belongs to.
+                    // Twice the middle of the edge in cells, which decides the quarter that the edge belongs to.
                     let twice: [i32; 3] = std::array::from_fn(|k| a[k] + b[k] + 1);
                     let own = match (twice[0].signum(), twice[1].signum()) {
                         (1, 1) => true,
@@ -272,7 +272,8 @@ fn quarter() -> MeshBuilder {
     out
 }
 
-/// Where the field bends within a cell its gradient may point against a face: there the faces decide.
+/// Corrects normals. Where the field bends within a cell, its gradient may point against a face; there the faces
+/// decide.
 fn mend_normals(out: &mut MeshBuilder) {
     let mut doubtful = vec![false; out.positions.len()];
     let mut sums = vec![DVec3::ZERO; out.positions.len()];
@@ -293,14 +294,14 @@ fn mend_normals(out: &mut MeshBuilder) {
     }
 }
 
-/// An edge of a cell: along `axis` from the corner whose bits (1 = x, 2 = y, 4 = z) are `corner`.
+/// Index of a cell's edge along `axis` from the corner whose bits (1 = x, 2 = y, 4 = z) are `corner`.
 fn edge(axis: usize, corner: usize) -> usize {
     8 * axis + corner
 }
 
-/// Which crossed edges of a cell belong to the same patch of surface: each gets the patch's smallest edge.
+/// Groups the crossed edges of a cell into patches of the surface: each gets the smallest edge of its patch.
 ///
-/// Where two rods nearly touch, a cell holds two patches, and one common vertex would fold the mesh.
+/// Where two rods nearly touch, a cell holds two patches; one common vertex would fold the mesh.
 fn patches(inside: [bool; 8]) -> [usize; 24] {
     let mut patch: [usize; 24] = std::array::from_fn(|i| i);
     let mut join = |a: usize, b: usize| {
@@ -317,7 +318,7 @@ fn patches(inside: [bool; 8]) -> [usize; 24] {
             if let [a, b] = crossed[..] {
                 join(a, b);
             } else if crossed.len() == 4 {
-                // Both neighbours see the same four corners, so cutting off the inner ones suits both.
+                // Both neighbouring cells see the same four corners, so cutting off the inner ones is consistent.
                 for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     if inside[corner(i, j)] {
                         join(edge(u, corner(0, j)), edge(v, corner(i, 0)));
@@ -329,7 +330,7 @@ fn patches(inside: [bool; 8]) -> [usize; 24] {
     patch
 }
 
-/// Adds a quad, split along the diagonal whose two triangles agree better with the surface's normals.
+/// Adds a quad, split along the diagonal whose two triangles agree better with the surface normals.
 fn split_well(out: &mut MeshBuilder, [a, b, c, d]: [u32; 4]) {
     let agreement = |t: [u32; 3]| {
         let [p, q, r] = t.map(|i| out.positions[i as usize]);

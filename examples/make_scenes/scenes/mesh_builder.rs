@@ -1,5 +1,5 @@
-//! Shapes out of triangles. Every closed shape is watertight by position, winds counter-clockwise seen
-//! from outside, and has unit normals that point outward.
+//! Shapes made of triangles. Every closed shape is watertight by position, winds counter-clockwise as seen from
+//! outside, and has unit normals that point outward.
 
 use super::kit::{PI, TAU, circle, cos, rotation, sin};
 use edgeshade::scene::Mesh;
@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, dvec2, dvec3};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Cosine of the angle between two faces above which their common edge is shaded smooth.
+/// Cosine of the angle between two faces above which their common edge is shaded smoothly.
 const SMOOTH_COS: f64 = 0.7;
 
 /// Triangles with normals and texture coordinates, in `f64` until [`MeshBuilder::build`].
@@ -24,7 +24,7 @@ impl MeshBuilder {
         Self::default()
     }
 
-    /// Adds one vertex, returns its index.
+    /// Adds one vertex and returns its index.
     pub fn vertex(&mut self, position: DVec3, normal: DVec3, uv: DVec2) -> u32 {
         self.positions.push(position);
         self.normals.push(normal);
@@ -46,12 +46,12 @@ impl MeshBuilder {
         self.triangle(a, c, d);
     }
 
-    /// Adds a copy of another shape, moved; any affine transform.
+    /// Adds a copy of another shape, moved by any affine transform.
     pub fn add(&mut self, other: &MeshBuilder, t: DAffine3) -> &mut Self {
         let base = self.positions.len() as u32;
         let m: DMat3 = t.matrix3;
         let flip = m.determinant() < 0.0;
-        // A mirrored normal needs the cofactor matrix's sign as well as its direction.
+        // Unlike the cofactor matrix, the inverse transpose keeps normals outward under mirroring.
         let normal = m.inverse().transpose();
         self.positions.extend(other.positions.iter().map(|&p| t.transform_point3(p)));
         self.normals.extend(other.normals.iter().map(|&n| (normal * n).normalize()));
@@ -63,14 +63,14 @@ impl MeshBuilder {
         self
     }
 
-    /// A moved copy.
+    /// Returns a moved copy.
     pub fn moved(&self, t: DAffine3) -> Self {
         let mut out = Self::new();
         out.add(self, t);
         out
     }
 
-    /// Texture coordinates from object space: `(u, v) = f(position, normal)`.
+    /// Sets texture coordinates from object space: `(u, v) = f(position, normal)`.
     pub fn map_uv(mut self, f: impl Fn(DVec3, DVec3) -> DVec2) -> Self {
         for i in 0..self.positions.len() {
             self.uvs[i] = f(self.positions[i], self.normals[i]);
@@ -78,8 +78,8 @@ impl MeshBuilder {
         self
     }
 
-    /// The mesh in `f32`: equal vertices merged, triangles that collapse on the way dropped. Without
-    /// `textured` the texture coordinates are all 0.
+    /// Makes the mesh in `f32`. Merges equal vertices and drops triangles that collapse by rounding. Without
+    /// `textured` all texture coordinates are 0.
     pub fn build(&self, name: &str, material: usize, textured: bool) -> Mesh {
         let mut mesh = Mesh { name: name.into(), material, ..Mesh::default() };
         let mut known: BTreeMap<[u32; 8], u32> = BTreeMap::new();
@@ -110,11 +110,12 @@ impl MeshBuilder {
     }
 }
 
-/// A box of full size `size` around the origin with rounded edges: `rings` strips an edge (1 = a soft chamfer).
+/// A box of the full size `size` around the origin with rounded edges; each edge has `rings` strips (1 = a soft
+/// chamfer).
 pub(super) fn rounded_box(size: DVec3, radius: f64, rings: usize) -> MeshBuilder {
     let half = 0.5 * size;
     let inner = half - DVec3::splat(radius.min(0.49 * size.min_element()));
-    // Grid lines of one axis: an arc of angles, the flat middle, an arc. The tangent spreads them evenly.
+    // Grid lines of one axis: an arc of angles, the flat middle, an arc. The tangent spaces them evenly.
     let lines = |axis: usize| -> Vec<f64> {
         let arc = |i: usize| (libm::tan(0.25 * PI * i as f64 / rings as f64)) * (half[axis] - inner[axis]);
         let mut out: Vec<f64> = (0..=rings).rev().map(|i| -inner[axis] - arc(i)).collect();
@@ -152,7 +153,7 @@ pub(super) fn block(x: f64, y: f64, z: f64, radius: f64) -> MeshBuilder {
     rounded_box(dvec3(x, y, z), radius, 1)
 }
 
-/// A surface over `[0, 1] x [0, 1]`; its front is where `d/du x d/dv` points. `point` gives the position.
+/// A surface over `[0, 1] x [0, 1]`, with `point` giving the position. Its front faces `d/du x d/dv`.
 pub(super) fn surface(nu: usize, nv: usize, point: impl Fn(f64, f64) -> DVec3) -> MeshBuilder {
     let mut out = MeshBuilder::new();
     let e = 1e-4;
@@ -174,12 +175,12 @@ pub(super) fn surface(nu: usize, nv: usize, point: impl Fn(f64, f64) -> DVec3) -
     out
 }
 
-/// A flat rectangle in the plane `y = 0` that faces up, `nx` by `nz` quads.
+/// A flat rectangle in the plane `y = 0` that faces up, made of `nx` by `nz` quads.
 pub(super) fn floor(x: f64, z: f64, nx: usize, nz: usize) -> MeshBuilder {
     surface(nx, nz, |u, v| dvec3((u - 0.5) * x, 0.0, (0.5 - v) * z))
 }
 
-/// A photographer's backdrop: floor from `z = front` to `back`, a quarter round, and a wall up to `top`.
+/// A photographer's backdrop: a floor from `z = front` to `back`, a quarter round, and a wall up to `top`.
 pub(super) fn studio(width: f64, front: f64, back: f64, radius: f64, top: f64) -> MeshBuilder {
     let (flat, round) = (front - back, 0.5 * PI * radius);
     // Rows lie where the surface bends; the flat parts need none.
@@ -203,13 +204,13 @@ pub(super) fn studio(width: f64, front: f64, back: f64, radius: f64, top: f64) -
     })
 }
 
-/// Turns a profile of `(radius, height)` about `+Y`. With the profile walked upward the outside is on
-/// its right. Corners sharper than about 45 degrees stay sharp; ends at radius 0 close the shape.
+/// Turns a profile of `(radius, height)` about `+Y`. The outside is to the right of a profile that runs upward.
+/// Corners sharper than about 45 degrees stay sharp, and ends at radius 0 close the shape.
 pub(super) fn lathe(profile: &[(f64, f64)], segments: usize) -> MeshBuilder {
     lathe_shaped(profile, segments, |_, r| r)
 }
 
-/// [`lathe`] with a radius that depends on the angle: `shape(angle, radius)`.
+/// Same as [`lathe`] with a radius that depends on the angle: `shape(angle, radius)`.
 pub(super) fn lathe_shaped(profile: &[(f64, f64)], segments: usize, shape: impl Fn(f64, f64) -> f64) -> MeshBuilder {
     let points: Vec<DVec2> = profile.iter().map(|&(r, y)| dvec2(r, y)).collect();
     let spans: Vec<DVec2> = points.windows(2).map(|w| w[1] - w[0]).collect();
@@ -240,8 +241,8 @@ pub(super) fn lathe_shaped(profile: &[(f64, f64)], segments: usize, shape: impl 
     out
 }
 
-/// Direction of a profile or outline at the end where `other` follows: smooth unless the corner is
-/// sharp. The longer span weighs more, so that a bevel does not tilt the normals of a large flat face.
+/// Direction of a profile or outline at the end where `other` follows; smooth unless the corner is sharp. The longer
+/// span has more weight, so that a bevel does not tilt the normals of a large flat face.
 fn joined(along: DVec2, other: Option<&DVec2>) -> DVec2 {
     match other {
         Some(&o) if o.normalize().dot(along.normalize()) > SMOOTH_COS => (o + along).normalize(),
@@ -268,14 +269,14 @@ pub(super) fn sphere(radius: f64, segments: usize, rings: usize) -> MeshBuilder 
     let profile: Vec<(f64, f64)> = (0..=rings)
         .map(|i| {
             let a = PI * i as f64 / rings as f64;
-            // The poles exactly on the axis, so that the shape closes.
+            // The poles lie exactly on the axis, so that the shape closes.
             (if i == 0 || i == rings { 0.0 } else { radius * sin(a) }, -radius * cos(a))
         })
         .collect();
     lathe(&profile, segments)
 }
 
-/// A ring about `+Y`.
+/// A torus about `+Y`.
 pub(super) fn torus(radius: f64, tube: f64, segments: usize, sides: usize) -> MeshBuilder {
     let path: Vec<DVec3> = (0..segments)
         .map(|i| {
@@ -286,7 +287,7 @@ pub(super) fn torus(radius: f64, tube: f64, segments: usize, sides: usize) -> Me
     tube_loop(&path, |_| tube, sides)
 }
 
-/// A round bar along a polyline with bevelled flat ends; `radius(t)` with `t` from 0 to 1.
+/// A round bar along a polyline, with bevelled flat ends; `radius(t)` takes `t` from 0 to 1.
 pub(super) fn tube(path: &[DVec3], radius: impl Fn(f64) -> f64, sides: usize) -> MeshBuilder {
     let n = path.len();
     let mut out = MeshBuilder::new();
@@ -328,7 +329,7 @@ pub(super) fn tube_loop(path: &[DVec3], radius: impl Fn(f64) -> f64, sides: usiz
     let mut out = MeshBuilder::new();
     let tangents: Vec<DVec3> = (0..n).map(|i| (path[(i + 1) % n] - path[(i + n - 1) % n]).normalize()).collect();
     let mut frames = transport(&tangents);
-    // The frame that comes round is turned against the first one: spread that turn over the loop.
+    // After one round the frame is turned against the first one; this spreads the turn over the loop.
     let [first, last] = [frames[0], carry(frames[n - 1], tangents[n - 1], tangents[0])];
     let twist = libm::atan2(last.0.dot(first.1), last.0.dot(first.0));
     for (i, frame) in frames.iter_mut().enumerate() {
@@ -393,8 +394,8 @@ fn stitch(out: &mut MeshBuilder, spans: usize, sides: usize, closed: bool) {
     }
 }
 
-/// A plate: a simple outline in the xy plane (counter-clockwise, metres), `depth` thick about `z = 0`,
-/// its edges bevelled by `bevel`. Outline corners below about 45 degrees are shaded smooth.
+/// A plate: a simple counter-clockwise outline in the xy plane in metres, `depth` thick about `z = 0`, with edges
+/// bevelled by `bevel`. Outline corners below about 45 degrees are shaded smoothly.
 pub(super) fn plate(outline: &[DVec2], depth: f64, bevel: f64) -> MeshBuilder {
     let n = outline.len();
     let edge = |i: usize| (outline[(i + 1) % n] - outline[i % n]).normalize();
@@ -407,7 +408,7 @@ pub(super) fn plate(outline: &[DVec2], depth: f64, bevel: f64) -> MeshBuilder {
         })
         .collect();
     let half = 0.5 * depth;
-    // Pairs of upper and lower border of a strip: points, height, and how far its normal leans along z.
+    // Upper and lower border of each strip: points, height, and the tilt of its normal along z.
     let rows = [
         (&inset[..], half, FRAC_1_SQRT_2),
         (outline, half - bevel, FRAC_1_SQRT_2),
@@ -469,7 +470,7 @@ fn ear_clip(polygon: &[DVec2]) -> Vec<[usize; 3]> {
             let inside = |p: usize| {
                 ![a, b, c].contains(&p) && cross(a, b, p) >= 0.0 && cross(b, c, p) >= 0.0 && cross(c, a, p) >= 0.0
             };
-            // Of all ears the one with the shortest cut: it leaves no slivers behind.
+            // Chooses the ear with the shortest cut, which leaves no slivers behind.
             let cut = polygon[a].distance_squared(polygon[c]);
             if best.is_none_or(|(_, d)| cut < d) && !left.iter().any(|&p| inside(p)) {
                 best = Some((i, cut));
@@ -490,7 +491,7 @@ fn ear_clip(polygon: &[DVec2]) -> Vec<[usize; 3]> {
 mod tests {
     use super::*;
 
-    /// Every edge is used once in each direction: the shape is closed and winds one way.
+    /// Checks that every edge is used once in each direction: the shape is closed and winds one way.
     fn closed(shape: &MeshBuilder) -> Result<(), String> {
         let key = |i: u32| (shape.positions[i as usize] * 1e7).round().to_array().map(|x| x as i64);
         let mut edges: BTreeMap<_, i32> = BTreeMap::new();

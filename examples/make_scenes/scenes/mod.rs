@@ -1,7 +1,7 @@
-//! The generators of the shipped scenes: each makes a scene in memory, and [`encode`] turns it into a `.glb` file.
+//! Generators of the shipped scenes. Each makes a scene in memory, and [`encode`] turns it into a `.glb` file.
 //!
-//! Lengths are metres, `+Y` is up. Every scene has a camera and one light with a size, so that the same
-//! file serves hard and soft shadows.
+//! Lengths are in metres, `+Y` is up. Every scene has a camera and one light with a size, so that the same file
+//! serves hard and soft shadows.
 
 mod courtyard;
 mod drum;
@@ -21,10 +21,10 @@ use edgeshade::scene::Scene;
 
 pub use glb::encode;
 
-/// Makes a scene, the same on every platform.
+/// Function that makes a scene, the same on every platform.
 pub type Stage = fn() -> Scene;
 
-/// Every scene by its name in [`edgeshade::scene::shipped::ALL`], in the same order.
+/// All scenes with their names, in the order of [`edgeshade::scene::shipped::ALL`].
 pub const ALL: [(&str, Stage); 8] = [
     ("courtyard", courtyard::stage),
     ("drum", drum::stage),

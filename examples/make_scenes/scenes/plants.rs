@@ -1,12 +1,12 @@
-//! Cut-out plants out of the leaf atlas, shared by several scenes.
+//! Cut-out plants that use the leaf atlas, shared by several scenes.
 
 use super::kit::{PI, Rng, TAU, align_y, at, circle, rot_x, rot_y, rot_z, scaled, smoothstep};
 use super::mesh_builder::{MeshBuilder, surface, tube};
 use glam::{DAffine3, DVec3, dvec2, dvec3};
 
-/// A leaf of the atlas standing on the origin in the xy plane, bent backward, `width` by `height`.
+/// A leaf of the atlas that stands on the origin in the xy plane and bends backward, `width` by `height`.
 pub(super) fn card(cell: (f64, f64), width: f64, height: f64, bend: f64) -> MeshBuilder {
-    // A texel's margin keeps the neighbouring cell out.
+    // A margin of one texel keeps the neighbouring cell out.
     let margin = 1.0 / 256.0;
     let mut out = surface(2, 4, |u, v| {
         let sag = bend * height * v * v;
@@ -31,7 +31,7 @@ pub(super) fn tuft(cell: (f64, f64), width: f64, height: f64) -> MeshBuilder {
     out
 }
 
-/// A spray of twigs around the end of a branch that points up `+Y`.
+/// A spray of twigs around the end of a branch along `+Y`.
 pub(super) fn spray(cell: (f64, f64), size: f64, rng: &mut Rng) -> MeshBuilder {
     let mut out = MeshBuilder::new();
     for k in 0..4 {
@@ -44,7 +44,7 @@ pub(super) fn spray(cell: (f64, f64), size: f64, rng: &mut Rng) -> MeshBuilder {
     out
 }
 
-/// A plant of arching fronds out of one point, `height` tall.
+/// A plant of arching fronds that grow from one point, `height` tall.
 pub(super) fn fronds(cell: (f64, f64), count: usize, height: f64, width: f64, rng: &mut Rng) -> MeshBuilder {
     let mut out = MeshBuilder::new();
     for k in 0..count {
@@ -55,13 +55,13 @@ pub(super) fn fronds(cell: (f64, f64), count: usize, height: f64, width: f64, rn
     out
 }
 
-/// A tree: its wood, and where sprays of leaves grow (frames whose `+Y` is the twig's direction).
+/// A tree: its wood, and the frames where sprays of leaves grow, whose `+Y` is the twig's direction.
 pub(super) struct Tree {
     pub wood: MeshBuilder,
     pub sprays: Vec<DAffine3>,
 }
 
-/// Grows a tree of a trunk `height` tall; `levels` forks.
+/// Grows a tree with a trunk `height` tall and `levels` forks.
 pub(super) fn tree(height: f64, radius: f64, levels: usize, rng: &mut Rng) -> Tree {
     let mut out = Tree { wood: MeshBuilder::new(), sprays: Vec::new() };
     let place = DAffine3::IDENTITY;
@@ -109,7 +109,7 @@ fn branch(tree: &mut Tree, place: DAffine3, length: f64, radius: f64, levels: us
     }
 }
 
-/// A frame that stands on `p`, turned at random and scaled.
+/// A frame that stands at `p`, turned at random and scaled.
 pub(super) fn standing(p: DVec3, scale: f64, rng: &mut Rng) -> DAffine3 {
     at(p.x, p.y, p.z) * rot_y(rng.range(0.0, TAU)) * rot_x(rng.spread(0.12)) * scaled(scale)
 }

@@ -1,4 +1,4 @@
-//! A ground whose waves get ever narrower to the right, under poles, frames and a net.
+//! A ground with waves that get narrower to the right, under poles, frames and a net.
 
 use super::kit::{PI, Stage, at, rot_y, sin, smoothstep};
 use super::mesh_builder::{MeshBuilder, block, floor, rod, sphere, surface, tube};
@@ -6,7 +6,7 @@ use super::texture;
 use edgeshade::scene::Scene;
 use glam::{DVec3, dvec2, dvec3};
 
-/// Half the width of the field, where it ends towards the viewer and away, and its underside.
+/// Half width of the field, its ends near the viewer and far away, and its underside.
 const HALF: f64 = 6.5;
 const NEAR: f64 = 3.2;
 const FAR: f64 = -3.6;
@@ -21,7 +21,7 @@ pub(super) fn stage() -> Scene {
     let blue = stage.paint("balls", 0x3f6d86);
 
     let table = stage.textured("table", 0x5b7476, grain);
-    // Flat, and below everything else: it casts no shadow, so the light's view need not hold it.
+    // The ground is flat and below everything else. It casts no shadow, so the light's view need not contain it.
     let ground = floor(100.0, 80.0, 1, 1).map_uv(|p, _| dvec2(p.x, p.z) * 0.2);
     stage.add("table", &ground.moved(at(0.0, BASE, -14.0)), table);
     stage.add("field", &field().map_uv(|p, _| dvec2(p.x * 0.25, p.z * 0.25)), sand);
@@ -37,7 +37,7 @@ pub(super) fn stage() -> Scene {
     stage.scene
 }
 
-/// Height of the ground: a chirp, one wave in three metres on the left, five a metre on the right.
+/// Height of the ground: a chirp with one wave in three metres on the left and five per metre on the right.
 fn height(x: f64, z: f64) -> f64 {
     let s = (x + HALF) / (2.0 * HALF);
     // The phase is the integral of the frequency f(s) = f0 (f1 / f0)^s.
@@ -51,7 +51,7 @@ fn height(x: f64, z: f64) -> f64 {
     amplitude * (sin(sway) + 0.16 * sin(2.0 * sway)) * smoothstep(-HALF - 0.1, -HALF + 0.6, x)
 }
 
-/// Height of the middle of a ball that lies on the ground at `(x, z)`.
+/// Height of the centre of a ball that lies on the ground at `(x, z)`.
 fn rest(x: f64, z: f64, radius: f64) -> f64 {
     let reach = |i: i32| {
         let d = radius * f64::from(i) / 40.0;
@@ -63,7 +63,7 @@ fn rest(x: f64, z: f64, radius: f64) -> f64 {
 /// The field as a slab with sides, its columns as dense as the waves.
 fn field() -> MeshBuilder {
     let nx = 520;
-    // Columns follow the phase: more where waves are narrow.
+    // Columns follow the phase: there are more where the waves are narrow.
     let column = |u: f64| {
         let k = 1.7;
         -HALF + 2.0 * HALF * (1.0 - libm::exp(-k * u)) / (1.0 - libm::exp(-k))
@@ -112,7 +112,7 @@ fn poles() -> MeshBuilder {
     out
 }
 
-/// Square frames that stand in the sand, one inside the other's shadow.
+/// Square frames in the sand, each in the shadow of another.
 fn frames() -> MeshBuilder {
     let mut out = MeshBuilder::new();
     for (x, z, turn, size) in [(-3.3, -0.9, 0.45, 1.6), (0.5, -0.7, -0.25, 1.4), (4.1, -0.9, 0.3, 1.6)] {

@@ -6,7 +6,7 @@ use super::texture;
 use edgeshade::scene::Scene;
 use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
 
-/// The walker's parts by what they are made of.
+/// Parts of the walker by material.
 #[derive(Default)]
 struct Walker {
     paint: MeshBuilder,
@@ -25,7 +25,7 @@ pub(super) fn stage() -> Scene {
     let metal = stage.paint("metal", 0x8f979b);
     let dark = stage.paint("dark", 0x353b40);
 
-    // The deck is flat and below everything else: it casts no shadow, so the light's view need not hold it.
+    // The deck is flat and below everything else. It casts no shadow, so the light's view need not contain it.
     for (x, width, material) in [(-27.8, 60.0, deck), (3.0, 1.6, stripe), (23.8, 40.0, deck)] {
         let strip = floor(width, 80.0, 1, 1).moved(at(x, 0.0, -24.0));
         stage.add("deck", &strip.map_uv(|p, _| dvec2(p.x - 2.2, p.z) / 6.4), material);
@@ -55,7 +55,7 @@ pub(super) fn stage() -> Scene {
     stage.scene
 }
 
-/// Corners of a rectangle with cut corners, centred.
+/// Corners of a centred rectangle with cut corners.
 fn octagon(x: f64, y: f64, cut: f64) -> Vec<DVec2> {
     let (x, y) = (0.5 * x, 0.5 * y);
     vec![
@@ -70,14 +70,14 @@ fn octagon(x: f64, y: f64, cut: f64) -> Vec<DVec2> {
     ]
 }
 
-/// A round disc about z.
+/// A round disc about the z axis.
 fn disc(radius: f64, thickness: f64, sides: usize) -> MeshBuilder {
     cylinder(radius, thickness, sides, 0.15 * thickness).moved(rot_x(0.5 * PI) * at(0.0, -0.5 * thickness, 0.0))
 }
 
 fn body(w: &mut Walker) {
     let here = DAffine3::IDENTITY;
-    // Hull: a plate with cut corners seen from the side, extruded across.
+    // Hull: a plate with cut corners as seen from the side, extruded across.
     w.paint.add(&plate(&octagon(2.3, 0.72, 0.2), 0.86, 0.04), at(0.0, 1.75, 0.0));
     w.dark.add(&plate(&octagon(2.0, 0.5, 0.14), 1.0, 0.03), at(0.0, 1.68, 0.0));
     w.accent.add(&rounded_box(dvec3(0.9, 0.1, 0.62), 0.04, 2), at(0.25, 2.13, 0.0));
@@ -295,7 +295,7 @@ fn leg(w: &mut Walker, hip: DVec3, step: f64, lift: f64) {
     w.dark.add(&pad, at(foot.x, foot.y - 0.07, foot.z) * tilt);
 }
 
-/// A frame at `a` whose y runs to `b` and whose z stays near `outward`.
+/// A frame at `a` whose y axis points to `b` and whose z axis stays near `outward`.
 fn frame(a: DVec3, b: DVec3, outward: DVec3) -> DAffine3 {
     let y = (b - a).normalize();
     let x = y.cross(outward).normalize();

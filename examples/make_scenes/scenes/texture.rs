@@ -1,4 +1,4 @@
-//! The few images that the scenes use, computed, and their PNG form.
+//! Procedural images for the scenes, and their PNG form.
 
 use super::kit::{PI, Rng, TAU, circle, cos, sin, smoothstep};
 use edgeshade::scene::{Texture, Wrap};
@@ -8,7 +8,7 @@ use image::{ExtendedColorType, ImageEncoder};
 
 const SIZE: usize = 256;
 
-/// A square image from `f(u, v) -> (r, g, b, alpha)` in sRGB 0 to 1; `v` runs down.
+/// A square image from `f(u, v) -> (r, g, b, alpha)` in sRGB 0 to 1; `v` points down.
 fn paint(name: &str, wrap: Wrap, f: impl Fn(f64, f64) -> (DVec3, f64)) -> Texture {
     let texel = |i: usize| {
         let (x, y) = (i % SIZE, i / SIZE);
@@ -37,7 +37,7 @@ pub(super) fn noise(x: f64, y: f64, period: i64, seed: u64) -> f64 {
     low * (1.0 - fy) + high * fy
 }
 
-/// Light wood: the grain runs along `u`. Meant to be multiplied by the block's colour.
+/// Light wood whose grain runs along `u`, to be multiplied by the block's colour.
 pub(super) fn wood() -> Texture {
     paint("wood", Wrap::Repeat, |u, v| {
         let bend = 0.9 * noise(4.0 * u, 4.0 * v, 4, 1) + 0.25 * noise(8.0 * u, 16.0 * v, 16, 2);
@@ -48,7 +48,7 @@ pub(super) fn wood() -> Texture {
     })
 }
 
-/// Fine uneven brightness: plaster, earth, stone.
+/// Fine uneven brightness for plaster, earth and stone.
 pub(super) fn speckle() -> Texture {
     paint("speckle", Wrap::Repeat, |u, v| {
         let mut tone = 0.0;
@@ -61,7 +61,7 @@ pub(super) fn speckle() -> Texture {
     })
 }
 
-/// Four by four square tiles with grout, each a little different.
+/// Four by four square tiles with grout, each slightly different.
 pub(super) fn tiles() -> Texture {
     paint("tiles", Wrap::Repeat, |u, v| {
         let (x, y) = (4.0 * u, 4.0 * v);
@@ -77,12 +77,12 @@ pub(super) fn tiles() -> Texture {
     })
 }
 
-/// Few levels, so that the PNG stays small.
+/// Rounds a tone to few levels, so that the PNG stays small.
 fn step(tone: f64) -> f64 {
     (tone * 64.0).round() / 64.0
 }
 
-/// Cells of the leaf atlas as `(u, v)` of their upper left corner; each is half the image wide.
+/// Upper left corners `(u, v)` of the leaf atlas's cells; each cell is half as wide as the image.
 pub(super) mod leaf {
     /// One broad pointed leaf, its stalk at the bottom middle.
     pub const BROAD: (f64, f64) = (0.0, 0.0);
@@ -94,7 +94,7 @@ pub(super) mod leaf {
     pub const FERN: (f64, f64) = (0.5, 0.5);
 }
 
-/// Cut-out leaves, one kind a quarter; colours are pale and meant to be multiplied by the plant's own.
+/// Cut-out leaves, one kind in each quarter; the colours are pale, to be multiplied by the plant's own colour.
 pub(super) fn leaves() -> Texture {
     let blades: Vec<(f64, f64, f64, f64)> = {
         let mut rng = Rng(5);
@@ -107,7 +107,7 @@ pub(super) fn leaves() -> Texture {
     };
     paint("leaves", Wrap::ClampToEdge, |u, v| {
         let cell = (u >= 0.5, v >= 0.5);
-        // In the cell: x from -0.5 to 0.5, y from 0 at the bottom to 1 at the top.
+        // Coordinates in the cell: x from -0.5 to 0.5, y from 0 at the bottom to 1 at the top.
         let p = dvec2((2.0 * u).fract() - 0.5, 1.0 - (2.0 * v).fract());
         let (inside, tone) = match cell {
             (false, false) => leaf_shape(p, dvec2(0.0, 0.06), dvec2(0.0, 0.97), 0.36),
@@ -115,13 +115,14 @@ pub(super) fn leaves() -> Texture {
             (false, true) => grass(p, &blades),
             (true, true) => fern(p),
         };
-        // A soft edge of about a texel keeps the outline smooth under linear filtering.
+        // A soft outline about a texel wide stays smooth under linear filtering.
         let alpha = (0.5 + inside * 0.5 * SIZE as f64).clamp(0.0, 1.0);
         (dvec3(0.93, 1.0, 0.82) * (0.8 + 0.2 * step(tone)), alpha)
     })
 }
 
-/// Signed distance (inside positive, roughly in cell units) of a pointed leaf from `a` to `b`, with a tone for its veins.
+/// Signed distance (positive inside, roughly in cell units) of a pointed leaf from `a` to `b`, with a tone for its
+/// veins.
 fn leaf_shape(p: DVec2, a: DVec2, b: DVec2, half_width: f64) -> (f64, f64) {
     let axis = b - a;
     let length = axis.length();
@@ -129,7 +130,7 @@ fn leaf_shape(p: DVec2, a: DVec2, b: DVec2, half_width: f64) -> (f64, f64) {
     let along = (p - a).dot(d) / length;
     let across = (p - a).perp_dot(d);
     let t = along.clamp(0.0, 1.0);
-    // Fullest below the middle, drawn out to a tip.
+    // The leaf is widest below its middle and tapers to a tip.
     let width = half_width * sin(PI * libm::pow(t, 0.72)) * (1.0 - 0.25 * t);
     let beyond = (along - t).abs() * length;
     let inside = width - across.abs() - beyond;
@@ -182,7 +183,7 @@ fn fern(p: DVec2) -> (f64, f64) {
     best
 }
 
-/// The image as a PNG file, without alpha where it is opaque.
+/// Encodes the image as a PNG file, without alpha if it is opaque.
 pub(super) fn png(texture: &Texture) -> Vec<u8> {
     let opaque = texture.rgba.iter().all(|t| t[3] == 255);
     let (kind, texels): (_, Vec<u8>) = if opaque {

@@ -9,7 +9,7 @@ fn topology((positions, indices): &Shape) -> Topology {
     t
 }
 
-/// What holds of every result: order, each triangle once in each of its edges, neighbours that answer each other.
+/// Checks what holds for every result: the order, each triangle once per edge, and symmetric neighbours.
 fn is_sound(t: &Topology) {
     assert!(t.edges.is_sorted_by(|a, b| (a.v0, a.v1) < (b.v0, b.v1)));
     assert_eq!(t.neighbours.len(), t.triangles.len());
@@ -35,7 +35,7 @@ fn is_sound(t: &Topology) {
     assert!(seen.iter().flatten().all(|&n| n == 1), "a triangle has three edges, each once");
 }
 
-/// `m(e)` summed at every vertex, outgoing less incoming: the boundary of a boundary.
+/// Sums `m(e)` at every vertex, outgoing minus incoming: the boundary of a boundary is zero.
 fn vertex_sums(t: &Topology, vertices: usize, sigma: &[i32]) -> Vec<i32> {
     let mut sums = vec![0; vertices];
     for e in &t.edges {
@@ -79,10 +79,10 @@ fn counts_of_known_shapes() {
             "tetrahedron" => (4, 6, true, clean),
             "sphere" => (128, 192, true, clean),
             "tube" => (24, 48, false, CleanUp { boundary: 24, ..clean }),
-            // The one edge where the strip meets itself turned is run through twice the same way.
+            // At one edge the strip meets itself twisted; both faces run through it in the same direction.
             "moebius" => (18, 36, false, CleanUp { boundary: 18, inconsistent: 1, ..clean }),
             "pages" => (3, 7, false, CleanUp { boundary: 6, fans: 1, ..clean }),
-            // The border has both sheets, the diagonal four triangles.
+            // The border has both sheets; the diagonal has four triangles.
             "two-sided quad" => (4, 5, false, CleanUp { fans: 1, ..clean }),
             "cube and its mirror image" => (24, 36, true, clean),
             _ => continue,
@@ -96,7 +96,7 @@ fn counts_of_known_shapes() {
     assert!(t.closed && !t.outward);
 }
 
-/// An exporter splits a mesh by material into ranges of indices, each with vertices of its own.
+/// Exporters split a mesh by material into ranges of indices with separate vertices.
 #[test]
 fn a_cube_in_six_ranges_is_one() {
     let (positions, indices) = cube();
@@ -118,7 +118,7 @@ fn welding_takes_the_first_and_both_zeros() {
     let t = topology(&(positions, vec![0, 1, 2, 4, 3, 5]));
     assert_eq!(t.triangles, [[0, 1, 2], [1, 0, 5]]);
     assert_eq!(t.edges[0], Edge { v0: 0, v1: 1, faces: [0, 1 | Edge::REVERSED] });
-    // One bit off is another place.
+    // One bit of difference makes another position.
     let apart = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [f32::from_bits(1), 0.0, 0.0]];
     assert_eq!(topology(&(apart, vec![0, 1, 2, 1, 3, 2])).notes.boundary, 4);
 }
@@ -158,7 +158,7 @@ fn multiplicities_cancel_at_every_vertex_for_any_facing() {
             let sigma = sigmas(t.triangles.len(), seed);
             assert!(vertex_sums(&t, shape.0.len(), &sigma).iter().all(|&s| s == 0), "{name}");
         }
-        // One face reference with the wrong direction is noticed.
+        // A face reference with the wrong direction is noticed.
         let mut planted = t.clone();
         match planted.edges[0].faces[1] {
             Edge::NON_MANIFOLD => planted.fans[1] ^= Edge::REVERSED,
@@ -195,7 +195,8 @@ fn wrong_indices_are_refused() {
     }
 }
 
-/// Two spheres of half a million triangles each, with shared and with split vertices, as exporters write them: prints time and memory.
+/// Two spheres of half a million triangles each, with shared and with split vertices, as exporters write them. Prints
+/// time and memory.
 #[test]
 fn a_million_triangles() {
     let (shared, indices) = joined(sphere(8), moved(sphere(8), |p| [p[0] + 3.0, p[1], p[2]]));

@@ -1,4 +1,4 @@
-//! Suite `accuracy`: hard shadows of every shipped scene against the truth, over the size of the map.
+//! Suite `accuracy`: hard shadows of every shipped scene against the truth, for several sizes of the map.
 
 use super::driver::*;
 use super::hard;

@@ -1,7 +1,7 @@
 //! The driver of the suites: scenes x maps x variants -> rows -> means -> a page, a plot and JSON.
 //!
-//! A suite is a [`Suite`] in a file of its own: data, the measurement of one scene, and the prose of its page. Suites of one
-//! kind share a module, such as `timed`; they do not import each other.
+//! Each [`Suite`] has a file of its own with its data, the measurement of one scene, and the prose of its page.
+//! Suites of one kind share a module, such as `timed`; they do not import each other.
 
 pub use super::judge::{Variant, Variants, available, contenders, left_out_note, possible};
 pub use super::plot::{Chart, Line};
@@ -21,29 +21,30 @@ use edgeshade::technique::Technique;
 use edgeshade::timing::FrameTiming;
 use serde_json::json;
 
-/// Image size of the suites of whole pictures, pixels.
+/// Image size of the suites that judge whole pictures, pixels.
 pub const SIZE: [u32; 2] = [1280, 720];
 
-/// A suite as data. It names what differs from [`Suite::BASE`].
+/// A suite as data. Each suite states only what differs from [`Suite::BASE`].
 pub struct Suite {
     pub name: &'static str,
-    /// Purpose, for the list.
+    /// Purpose of the suite, for the list.
     pub about: &'static str,
-    /// Scenes, maps and image size; given true, those of a quick run.
+    /// Scenes, maps and image size; the argument is true for a quick run.
     pub extent: fn(bool) -> Extent,
-    /// The variants that registry and device have.
+    /// Variants that the registry and the device support.
     pub variants: fn(DeviceFeatures) -> Result<Variants>,
-    /// Names the variants that are set against each other in a scene with a map; `None` leaves one out there.
+    /// Name of the group of variants that are compared with each other in a scene with a map; `None` leaves the
+    /// variant out there.
     pub group: Group,
-    /// Frames that a variant is drawn for in a scene with a map.
+    /// Number of frames that a variant is drawn for in a scene with a map.
     pub frames: fn(&Plan) -> u32,
-    /// Shows a progress of its own for each scene.
+    /// True if the suite shows its own progress for each scene.
     pub shows_scenes: bool,
     /// Measures all variants in one scene.
     pub measure: fn(&Host, &mut Run<'_>, &'static str) -> Result<()>,
-    /// Goes into the JSON above the rows.
+    /// Fields that precede the rows in the JSON.
     pub settings: fn(&Plan) -> Record,
-    /// Goes into the JSON below the rows: means and what follows from the rows.
+    /// Fields that follow the rows in the JSON: means and conclusions from the rows.
     pub summary: fn(&Plan, &[Row]) -> Record,
     pub page: fn(&Results<'_>) -> String,
     pub chart: Option<fn(&Results<'_>) -> Chart>,
@@ -77,7 +78,7 @@ impl Suite {
         Ok(Plan { suite, quick, frames, scenes: extent.scenes, maps: extent.maps, size, variants, left_out, group })
     }
 
-    /// Frames that all variants are drawn for in these scenes.
+    /// Number of frames drawn in these scenes, over all variants.
     fn frames_in(&self, plan: &Plan, scenes: &[&str]) -> u64 {
         let cells = scenes.iter().flat_map(|s| plan.maps.iter().map(|&map| plan.members(s, map).count() as u64));
         cells.sum::<u64>() * u64::from((self.frames)(plan))
@@ -92,7 +93,7 @@ impl Suite {
         self.plan(args.quick, args.frames, args.size, host.context().features())
     }
 
-    /// Pixels of all frames together, which the time is estimated from.
+    /// Number of pixels of all frames together, from which the time is estimated.
     pub fn pixels(&self, args: &Args, host: &Host) -> Result<u64> {
         let plan = self.plan_of(args, host)?;
         Ok(plan.size.map(u64::from).iter().product::<u64>() * self.frames_in(&plan, &plan.scenes))
@@ -125,7 +126,7 @@ fn run(suite: &Suite, args: &Args, host: &Host) -> Result<()> {
     args.say(format_args!("wrote {}", shown(&path)))
 }
 
-/// Names the group of a variant in a scene with a map.
+/// Function that names the group of a variant in a scene with a map.
 pub type Group = fn(&str, u32, &Variant) -> Option<String>;
 
 /// Scenes, maps and image size of a suite.
@@ -147,7 +148,7 @@ pub fn find_scene(name: &str) -> Result<&'static Shipped> {
     shipped::find(name).ok_or_else(|| Error::Usage(format!("there is no scene {name}")))
 }
 
-/// Everything that a run of a suite needs to know.
+/// The settings of a suite's run.
 pub struct Plan {
     pub suite: &'static str,
     pub quick: bool,
@@ -163,18 +164,20 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The stage of a shipped scene.
+    /// Stage of a shipped scene.
     pub fn stage(&self, scene: &str) -> Result<Stage> {
         Stage::shipped(find_scene(scene)?, self.size)
     }
 
-    /// Variants that are measured in a scene with a map, and their groups. A variant without a map comes with the first map only.
+    /// Variants that are measured in a scene with a map, with their groups. A variant without a map is measured only
+    /// with the first map.
     pub fn members(&self, scene: &str, map: u32) -> impl Iterator<Item = (&Variant, String)> {
         let variants = self.variants.iter().filter(move |v| !v.has_no_map || Some(&map) == self.maps.first());
         variants.filter_map(move |v| Some((v, (self.group)(scene, map, v)?)))
     }
 
-    /// Keys of [`means`]: `place` with the variants that look at no map, then with every map and every other variant.
+    /// Keys for [`means`]: `place` with each variant that uses no map, then `place` with every map and each other
+    /// variant.
     pub fn keys(&self, place: &Record) -> Vec<Row> {
         let maps = [None].into_iter().chain(self.maps.iter().copied().map(Some));
         let cells = maps
@@ -201,7 +204,7 @@ impl<'a> Run<'a> {
         Self { plan, suite, rows: vec![], progress: None, frames: 0, frames_in_all: 0 }
     }
 
-    /// Shows progress from here on: what comes before, such as tracing the truth, may show its own.
+    /// Shows progress from here on. Earlier work, such as tracing the truth, may show its own.
     pub fn start(&mut self, scene: &'static str) {
         let Plan { suite, scenes, .. } = self.plan;
         let (what, scenes) = match self.suite.shows_scenes {
@@ -214,7 +217,7 @@ impl<'a> Run<'a> {
         self.progress = Some(Progress::start(what));
     }
 
-    /// Adds to the progress.
+    /// Adds drawn frames to the progress.
     fn drawn(&mut self, frames: u32) {
         self.frames += u64::from(frames);
         if let Some(progress) = &self.progress {
@@ -222,13 +225,14 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Adds a row for which so many frames were drawn.
+    /// Adds a row for which `frames` frames were drawn.
     pub fn push(&mut self, row: Row, frames: u32) {
         self.rows.push(row);
         self.drawn(frames);
     }
 
-    /// Draws a frame of each variant by its renderer in turn, A B A B, so that what drifts drifts for all of them.
+    /// Draws one frame of each variant in turn, A B A B, each with its own renderer, so that drift affects all of
+    /// them alike.
     pub fn in_turns(&mut self, renderers: &mut [Renderer<'_>], variants: &[(usize, &Variant)]) -> Result<Vec<Drawn>> {
         let prepare = |&(renderer, Variant { choice, .. }): &(usize, &Variant)| {
             let technique = renderers[renderer].prepare(choice.info.id, &choice.params)?;
@@ -247,16 +251,16 @@ impl<'a> Run<'a> {
     }
 }
 
-/// A variant that was drawn in turns.
+/// Frames of a variant that was drawn in turns.
 pub struct Drawn {
     renderer: usize,
     pub technique: Box<dyn Technique>,
-    /// Memory before the first frame.
+    /// Device memory before the first frame, bytes.
     pub memory_bytes: u64,
     pub frames: Vec<FrameTiming>,
 }
 
-/// Everything that a suite has found.
+/// Results of a suite.
 pub struct Results<'a> {
     origin: Origin,
     pub settings: Record,
@@ -266,7 +270,7 @@ pub struct Results<'a> {
 }
 
 impl Results<'_> {
-    /// The object that is written as JSON.
+    /// The object written as JSON.
     fn json(self) -> Record {
         let Origin { device, driver, version, command, timing } = self.origin;
         Record::of([
@@ -283,13 +287,13 @@ impl Results<'_> {
         .and(self.summary.0)
     }
 
-    /// The page's first lines; `about` goes on after the size of the image.
+    /// First lines of the page; `about` continues after the size of the image.
     pub fn head(&self, about: &str) -> String {
         let (Origin { device, driver, version, .. }, Plan { suite, size: [w, h], .. }) = (&self.origin, self.plan);
         format!("# Suite `{suite}`\n\n{device}, {driver}; Edgeshade {version}; {w}x{h}, {about}\n\n")
     }
 
-    /// A list of the summary by its name.
+    /// The list of the summary that has this name.
     pub fn list(&self, name: &str) -> &[Row] {
         if let Field::Rows(rows) = self.summary.get(name) { rows } else { &[] }
     }

@@ -1,4 +1,5 @@
-//! Suite `edges`: hard shadows that know the casters' edges, next to those from a map alone, against the truth.
+//! Suite `edges`: hard shadows that use silhouette edges of the casters, compared with those that use a map alone,
+//! against the truth.
 
 use super::driver::*;
 use super::hard;
@@ -7,7 +8,7 @@ use edgeshade::scene::Masked;
 
 pub static SUITE: Suite = Suite {
     name: "edges",
-    about: "error of hard shadows from the casters' edges over scenes and map sizes, with a plot",
+    about: "error of hard shadows from silhouette edges over scenes and map sizes, with a plot",
     extent: |quick| hard::extent(quick, &[256, 512, 1024, 2048, 4096]),
     variants: |device| Ok(mapless(possible(available(CONTENDERS), device))),
     measure: |host, run, scene| hard::measure(host, run, scene, Masked::Exclude),
@@ -16,14 +17,14 @@ pub static SUITE: Suite = Suite {
     ..hard::BASE
 };
 
-/// Contenders, as far as the registry has them.
+/// Techniques to compare, if the registry has them.
 const CONTENDERS: &str = "sm rbsm-star rbsm-profile edsm sssm edsm-x edsm-x:slots=1 edsm-x:slots=4 shadow-volumes";
 
 const ABOUT: &str = "lights without size, alpha-masked surfaces left out, against the ray-traced truth.";
 
-const NOTE: &str = " `edges`: silhouette edges in the scene; `spilled`: entries in the chains of cells that have more edges \
-                    than slots; `lost`: entries that found no place there either. `shadow-volumes` has no map and is judged \
-                    once a scene.";
+const NOTE: &str = " `edges`: silhouette edges in the scene; `spilled`: entries in the chains of cells with more edges than \
+                    slots; `lost`: entries that found no place there either. `shadow-volumes` uses no map and is judged once \
+                    per scene.";
 
 /// Counts of the map of edges.
 const COUNTS: [Column; 3] =
@@ -86,7 +87,7 @@ mod tests {
     fn the_page_has_every_row_with_its_edges_and_names_what_is_left_out() {
         let plan = plan();
         let text = (SUITE.page)(&results(&plan));
-        assert!(text.contains("Left out, as this version has none: none."), "{text}");
+        assert!(text.contains("Left out because they are not supported: none."), "{text}");
         let scene_b = text.split_once("\n## b\n").unwrap().1;
         let lines: Vec<_> = scene_b.lines().filter(|l| l.starts_with('|')).collect();
         assert_eq!(lines.len(), 2 + 5, "{scene_b}");

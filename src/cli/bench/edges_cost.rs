@@ -1,5 +1,5 @@
-//! Suite `edges-cost`: cost of hard shadows that know the casters' edges, as in figures 5.2 to 5.4 of \[Kenzel 2013\]: update
-//! of the shadow map, shading, statistics of the pipeline, memory.
+//! Suite `edges-cost`: cost of hard shadows that use silhouette edges of the casters, as in figures 5.2 to 5.4 of
+//! \[Kenzel 2013\]: update of the shadow map, shading, pipeline statistics, memory.
 
 use super::driver::*;
 use super::judge::mapless;
@@ -15,7 +15,7 @@ use std::ops::AddAssign;
 pub static SUITE: Suite = Suite {
     name: "edges-cost",
     about: "GPU time, primitives and memory of hard shadows, casters standing and moving",
-    // Few triangles and many, as in the thesis.
+    // Few triangles and many triangles, as in the thesis.
     extent: |quick| match quick {
         true => Extent { scenes: vec!["jenga"], maps: &[MAP], size: [320, 180] },
         false => Extent { scenes: vec!["jenga", KNOTS], maps: &[MAP], size: SIZE },
@@ -32,40 +32,42 @@ pub static SUITE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// Side of the map, texels.
+/// Side of the shadow map in texels.
 const MAP: u32 = 1024;
-/// Variant that the others are set against.
+/// Variant that the others are compared with.
 const BASE: &str = "sm";
 
-/// Contenders, as far as the registry and the device have them.
+/// Techniques to compare, if the registry and the device support them.
 const CONTENDERS: &str = "sm pcf:width=5 sssm edsm edsm-x:slots=2 shadow-volumes:path=compute";
 
-/// The one pass of every frame that draws the casters into the map.
+/// The pass of every frame that draws the casters into the map.
 const MAP_PASS: &str = "shadow map";
 
 /// Scene that repeats the object of `knot` on one floor.
 const KNOTS: &str = "knots";
-/// Places of the knots relative to the shipped one, metres: side by side as the light sees them.
+/// Positions of the knots relative to the shipped one in metres: side by side as seen from the light.
 const PLACES: [DVec3; 2] = [dvec3(-0.6, 0.0, 0.9), dvec3(2.0, 0.0, -1.4)];
 /// The one object of the scene that is not repeated.
 const FLOOR: &str = "studio";
 
-/// States of light and casters, and their names on the page. While they stand still, map and edges are kept.
+/// States of light and casters, with their names on the page. While these stand still, map and edges are kept.
 const STATES: [(&str, &str); 2] = [("standing", "light and casters stand still"), ("moving", "light or casters move")];
 
-/// The parts of a frame: the shadow map and what the technique makes of the casters, which a light that stands still spares;
-/// the work of the technique in every frame; and both.
+/// Parts of a frame. The update is the shadow map and everything that the technique derives from the casters, which
+/// is skipped while light and casters stand still. The shading is the technique's work in every frame. The last part
+/// is the sum of both.
 const PARTS: [&str; 3] = ["update", "shading", "both"];
 
 /// A quantity of each of the [`PARTS`].
 type Parts<T> = [T; 3];
 
-/// Counts of one frame: primitives assembled from the draws' vertices, runs of fragment shaders, runs of compute shaders.
+/// Counts of one frame: primitives assembled from the draws' vertices, fragment shader invocations, compute shader
+/// invocations.
 type Through = U64Vec3;
 
-/// Tells the passes of a technique's update from those of its shading.
+/// Separates the passes of a technique's update from those of its shading.
 struct Split {
-    /// Number of passes of each name in a frame in which nothing has moved.
+    /// Number of passes of each name in a static frame.
     kept: BTreeMap<String, usize>,
     has_map: bool,
 }
@@ -79,8 +81,9 @@ impl Split {
         Self { kept, has_map }
     }
 
-    /// Sums a quantity over the passes that the technique answers for: not the G-buffer nor the lighting, and a shadow map only
-    /// if it looks at one. Passes beyond those of a static frame count as update. `None` if a pass lacks the quantity.
+    /// Sums a quantity over the passes that the technique is responsible for: not the G-buffer or the lighting, and
+    /// the shadow map only if the technique uses one. Passes beyond those of a static frame count as update. Returns
+    /// `None` if a pass lacks the quantity.
     fn sum<T: AddAssign + Copy + Default>(
         &self,
         frame: &FrameTiming,
@@ -106,7 +109,7 @@ impl Split {
         self.sum(frame, |pass| Some(pass.gpu_ms)).unwrap_or_default()
     }
 
-    /// Counts of a frame; `None` without statistics.
+    /// Counts of a frame; `None` if it has no statistics.
     fn through(&self, frame: &FrameTiming) -> Option<Parts<Through>> {
         self.sum(frame, |pass| {
             let s = pass.statistics?;
@@ -124,7 +127,7 @@ fn stage(name: &str, plan: &Plan) -> Result<Stage> {
     Ok(stage)
 }
 
-/// About half a million triangles: the knot with its foot several times on one floor.
+/// Repeats the knot with its foot several times on one floor, which gives about half a million triangles.
 fn repeat_knot(scene: &mut Scene) {
     let Scene { instances, meshes, .. } = scene;
     let (floor, knot): (Vec<_>, Vec<_>) = instances.drain(..).partition(|i| meshes[i.mesh].name == FLOOR);
@@ -154,10 +157,10 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     run.start(scene);
     let mut renderers = [renderer(false, false)?, renderer(true, false)?];
     let both: Vec<_> = plan.variants.iter().flat_map(|v| [(0, v), (1, v)]).collect();
-    // The warming turn gives a light that stands still its map and edges.
+    // The warm-up turn draws map and edges once for a light that stands still.
     let drawn = run.in_turns(&mut renderers, &both)?;
     let adjacency = renderers[0].casters().map_or(0, |c| c.casters.memory_bytes());
-    // Counting may slow the passes down: it has a frame of its own.
+    // Counting may slow the passes down, so it uses a frame of its own.
     let mut counted = vec![None; plan.variants.len()];
     if host.context().features().pipeline_statistics {
         let mut renderer = renderer(true, true)?;
@@ -194,8 +197,8 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     Ok(())
 }
 
-/// A row of one technique. `bytes` are those of the technique, of the shadow map (0 if it looks at none) and of the adjacency
-/// of the casters' triangles, which techniques share (0 if it does not need it).
+/// A row of one technique. `bytes` holds the memory of the technique, of the shadow map (0 if it uses none) and of
+/// the adjacency of the casters' triangles, which techniques share (0 if it needs none).
 fn row<const N: usize>(
     place: [(&'static str, Field); N],
     variant: &Variant,
@@ -226,7 +229,7 @@ fn row<const N: usize>(
     ];
     let figures = Record::of([
         ("times", parts(times).into()),
-        // The whole frame, with G-buffer and lighting.
+        // Time of the whole frame, with G-buffer and lighting.
         ("frame", frame.into()),
         ("statistics", through.map_or(Value::Null.into(), |t| parts(t.map(statistics)).into())),
         ("memory", memory.into()),
@@ -235,7 +238,7 @@ fn row<const N: usize>(
     Row::of(place, variant, group, figures).and_shown(shown)
 }
 
-/// Counts of a frame in which nothing moves: only the shading is left.
+/// Counts of a static frame, in which only the shading is left.
 fn standing(moving: Parts<Through>) -> Parts<Through> {
     [Through::ZERO, moving[1], moving[1]]
 }
@@ -245,13 +248,14 @@ fn times(mine: &[Parts<f64>], base: &[Parts<f64>]) -> Parts<Record> {
     [0, 1, 2].map(|part| time(mine.iter().map(|ms| ms[part]), base.iter().map(|ms| ms[part])))
 }
 
-/// The same of whole frames.
+/// Statistics of whole frames, as in [`times`].
 fn whole(mine: &[FrameTiming], base: &[FrameTiming]) -> Record {
     let timed = mine.iter().filter(|f| !f.passes.is_empty());
     time(timed.map(|f| f.total_gpu_ms), base.iter().map(|f| f.total_gpu_ms))
 }
 
-/// Times over the turns, null without timestamps; `ratio` is the median of the ratios to the base in the same turn.
+/// Statistics over the turns, null without timestamps; `ratio` is the median of the ratios to the base in the same
+/// turn.
 fn time(mine: impl Iterator<Item = f64> + Clone, base: impl Iterator<Item = f64>) -> Record {
     let ratios = mine.clone().zip(base).map(|(a, b)| a / b).filter(|r| r.is_finite());
     let ratio = Span::of(ratios).map(|s| s.median);
@@ -262,14 +266,14 @@ fn time(mine: impl Iterator<Item = f64> + Clone, base: impl Iterator<Item = f64>
 
 fn page(results: &Results<'_>) -> String {
     let frames = results.plan.frames;
-    let mut text = results.head(&format!("shadow map {MAP}x{MAP}, {frames} frames a row, drawn in turns."))
+    let mut text = results.head(&format!("shadow map {MAP}x{MAP}, {frames} frames per row, drawn in turns."))
         + &format!(
-            "`update`: the shadow map and what the technique makes of the casters, all that is spared while light and casters \
-             stand still; `shading`: the technique's passes of every frame; `both`: their sum, without G-buffer and lighting. GPU \
-             milliseconds, median (least); `x`: by those of `{BASE}` in the same turn, median over the turns. `shadow-volumes` \
-             looks at no shadow map: none is counted for it. `frame`: all of it, with G-buffer and lighting. A driver on the CPU \
-             puts off what is drawn and not what is computed, so that its times of single passes of an update mean little: \
-             there only `frame` tells, and an update is a moving frame less a standing one.\n\n"
+            "`update`: the shadow map and everything that the technique derives from the casters, which is skipped while light and \
+             casters stand still; `shading`: the technique's passes of every frame; `both`: their sum, without G-buffer and \
+             lighting; `frame`: the whole frame, with G-buffer and lighting. Times are GPU milliseconds, median (least); `x` is the \
+             ratio to `{BASE}` in the same turn, median over the turns. `shadow-volumes` uses no shadow map, so none counts for \
+             it. A driver on the CPU defers draws but not compute passes, so its times of single passes of an update mean \
+             little: compare `frame` instead, and take a moving frame minus a standing one as the update.\n\n"
         );
     text += &left_out_note(&results.plan.left_out);
     const TIMES: [Column; 9] = [
@@ -300,11 +304,11 @@ fn page(results: &Results<'_>) -> String {
     }
     for group in groups(&results.rows).filter(|g| g[0].text("state") == "moving") {
         text += &format!(
-            "## {}: what a frame with an update sends through the pipeline, and memory\n\n\
-             Primitives that draws assemble and runs of fragment shaders, as in the thesis, and runs of compute shaders, which \
-             take the place of both where edges are written by compute; counted in a frame that is not timed. `MiB`: of the \
-             technique itself, with its shadow map, and with the adjacency of the casters' triangles, which techniques \
-             share.\n\n{}\n",
+            "## {}: pipeline statistics of a frame with an update, and memory\n\n\
+             Primitives assembled by draws and fragment shader invocations, as in the thesis, and compute shader invocations, \
+             which replace both where compute shaders write the edges; counted in a frame that is not timed. `MiB`: memory of \
+             the technique itself, then with its shadow map, then with the adjacency of the casters' triangles, which \
+             techniques share.\n\n{}\n",
             group[0].text("scene"),
             table(&COUNTS, group)
         );
@@ -356,7 +360,7 @@ mod tests {
         assert_eq!(through, [of(13), of(3), of(16)]);
         assert_eq!(standing(through), [of(0), of(3), of(3)]);
         assert_eq!(split.through(&frame(&[("edges", 1.0, 0)])), None);
-        // Of who looks at no map none is counted.
+        // The shadow map does not count for a technique that uses none.
         let split = Split::new(&frame(STILL), false);
         assert_eq!(split.ms(&frame(MOVED)), [0.75, 6.0, 6.75]);
     }
@@ -368,7 +372,7 @@ mod tests {
             times(&[part(2.0, 4.0), part(9.0, 3.0), part(4.0, 8.0)], &[part(1.0, 0.0), part(3.0, 1.0), part(8.0, 4.0)]);
         let of = |time: &Record| ["median_ms", "least_ms", "ratio"].map(|name| time.number(name));
         assert_eq!(of(&found[0]), [Some(4.0), Some(2.0), Some(2.0)]);
-        // By nothing there is no ratio.
+        // A base of zero gives no ratio.
         assert_eq!(of(&found[1]), [Some(4.0), Some(3.0), Some(2.5)]);
         assert_eq!(found[2].number("ratio"), Some(3.0));
         assert_eq!(of(&times(&[], &[])[2]), [None; 3]);
@@ -390,7 +394,7 @@ mod tests {
         };
         let rows = STATES.into_iter().flat_map(|s| plan.variants.iter().map(move |v| row((v, s)))).collect();
         let text = (SUITE.page)(&SUITE.results(&plan, Origin::default(), rows));
-        assert!(text.contains("Left out, as this version has none: none."), "{text}");
+        assert!(text.contains("Left out because they are not supported: none."), "{text}");
         assert_eq!(text.matches("\n## jenga").count(), 3);
         assert_eq!(
             text.matches("\n| sm | 1.000 (1.000) | - | 2.000 (2.000) | - | 3.000 (3.000) | - | 7.000 (7.000) | - |\n")
@@ -414,7 +418,7 @@ mod tests {
         assert!((500_000..600_000).contains(&scene.triangles()), "{}", scene.triangles());
         let knot = one.instances.len() - floor;
         assert_eq!(scene.instances.len(), floor + PLACES.len() * knot);
-        // The floor is as it was; the knots do not touch, and light and camera see all of both.
+        // The floor is unchanged. The knots do not touch each other, and light and camera see both completely.
         let points = |i: &edgeshade::scene::Instance| {
             let to_world = i.world_from_object;
             scene.meshes[i.mesh]

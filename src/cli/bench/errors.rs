@@ -1,4 +1,4 @@
-//! Errors against the truth: what the suites that judge pictures share.
+//! Errors against the truth, shared by the suites that judge pictures.
 
 use super::driver::*;
 use edgeshade::metrics::{Displacement, Report};
@@ -15,7 +15,7 @@ pub const COLUMNS: [Column; 5] = [
 
 /// Explanation of these columns.
 pub const LEGEND: &str = "`RMSE`, `MAE`: over the judged pixels; `in the band`: RMSE within 8 px of the true penumbra; `over`, \
-                          `under`: too dark, too light, mean over the judged pixels";
+                          `under`: mean error of being too dark and too light, over the judged pixels";
 
 /// All figures of a report.
 pub fn figures(report: &Report) -> Record {

@@ -1,4 +1,4 @@
-//! Hard shadows against the truth over the size of the map: what the suites of that kind share.
+//! Hard shadows against the truth for several sizes of the map, shared by the suites of that kind.
 
 use super::driver::*;
 use super::errors;
@@ -19,14 +19,14 @@ pub const COLUMNS: [Column; 6] = [
 ];
 
 /// Explanation of these columns.
-const LEGEND: &str = "`mismatch`: share of the judged pixels on the wrong side of one half. `per boundary px`: mismatched \
-                      pixels per pixel of the truth's boundary, the mean distance between the two boundaries, px. `over`, \
-                      `under`: too dark, too light. `boundary`: signed mean distance of the boundary from the true one, + \
-                      where the shadow is too large; `p95`: its unsigned 95th percentile.";
+const LEGEND: &str = "`mismatch`: share of the judged pixels on the wrong side of 0.5. `per boundary px`: mismatched pixels \
+                      per pixel of the true boundary, which is the mean distance between the two boundaries, px. `over`, \
+                      `under`: too dark, too light. `boundary`: signed mean distance of the boundary from the true one, \
+                      positive where the shadow is too large; `p95`: its unsigned 95th percentile.";
 
 pub const BASE: Suite = Suite { shows_scenes: true, summary, chart: Some(chart), ..Suite::BASE };
 
-/// All scenes with the given maps; a quick run has the first two in one small scene.
+/// All scenes with the given maps. A quick run uses one small scene with the first two maps.
 pub fn extent(quick: bool, maps: &'static [u32]) -> Extent {
     match quick {
         true => Extent { scenes: vec!["jenga"], maps: &maps[..2], size: [320, 180] },
@@ -34,7 +34,7 @@ pub fn extent(quick: bool, maps: &'static [u32]) -> Extent {
     }
 }
 
-/// Judges all maps and variants in one scene, under its light without size.
+/// Judges all maps and variants in one scene, whose light is given no size.
 pub fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str, masked: Masked) -> Result<()> {
     let plan = run.plan;
     let mut stage = plan.stage(scene)?;
@@ -51,7 +51,7 @@ pub fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str, masked: Mask
         let mut renderer = renderer(host, &stage, plan.size, map)?;
         for (variant, _) in plan.members(scene, map) {
             let (test, timing) = match frame(&mut renderer, &variant.choice) {
-                // What no buffer of this device holds: the other cells are wanted all the same.
+                // No buffer of this device can hold it; the other cells are still measured.
                 Err(Error::Parameter(problem)) => {
                     console::note(format_args!("{scene}, map {map}, {}: {problem}", variant.label));
                     continue;
@@ -59,7 +59,7 @@ pub fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str, masked: Mask
                 found => found?,
             };
             let report = metrics::compare(&test, &truth, &mask, plan.size)?;
-            // What the passes of the frame counted, by name.
+            // Values that the passes of the frame counted, by name.
             let mut counts: BTreeMap<_, u64> = BTreeMap::new();
             for &(name, n) in timing.passes.iter().flat_map(|p| &p.counts) {
                 *counts.entry(name).or_default() += u64::from(n);
@@ -92,7 +92,7 @@ fn summary(plan: &Plan, rows: &[Row]) -> Record {
     Record::of([("means", Field::Rows(means))])
 }
 
-/// Tables of means over the scenes, then of every scene with `more` columns.
+/// Tables of means over the scenes, then tables of every scene with the additional columns `more`.
 pub fn page(results: &Results<'_>, about: &str, note: &str, more: &[Column]) -> String {
     let columns = [&[("<technique", "label", 0), ("map", "shadow_map", 0)], &COLUMNS[..]].concat();
     let mut text = results.head(about) + LEGEND + note + "\n\n" + &left_out_note(&results.plan.left_out);
@@ -100,8 +100,8 @@ pub fn page(results: &Results<'_>, about: &str, note: &str, more: &[Column]) -> 
     text + &tables_by_scene(&[&columns, more].concat(), &results.rows)
 }
 
-/// Mean mismatch over the map's size, a line a variant. The fixed depth, ten times as far off, is left to the tables.
-/// A variant without a map is a level line.
+/// Mean mismatch over the size of the map, one line for each variant. Variants with a fixed depth, whose mismatch is
+/// ten times as large, appear only in the tables. A variant without a map is a horizontal line.
 fn chart(results: &Results<'_>) -> Chart {
     let plan = results.plan;
     let line = |variant: &Variant| {

@@ -1,4 +1,4 @@
-//! What the suites judge, and what it is judged by: variants of techniques, renderers, truths.
+//! Variants of techniques that the suites judge, with renderers and truths for judging them.
 
 use super::record::Field;
 use crate::cli::args::TruthArgs;
@@ -18,10 +18,10 @@ use std::collections::BTreeSet;
 /// A technique with its settings, as suites measure them.
 #[derive(Clone)]
 pub struct Variant {
-    /// Id and changed settings, for people.
+    /// Id and changed settings, to be displayed.
     pub label: String,
     pub choice: Choice,
-    /// Looks at no shadow map, so that it is measured once a scene.
+    /// True if the technique uses no shadow map, so that it is measured once in each scene.
     pub has_no_map: bool,
 }
 
@@ -34,14 +34,14 @@ impl Variant {
         Self { label, choice, has_no_map: false }
     }
 
-    /// Technique and settings, as they are written.
+    /// Technique and settings as written to the JSON.
     pub fn fields(&self) -> [(&'static str, Field); 2] {
         let Choice { info, params } = &self.choice;
         [("technique", info.id.into()), ("params", report::params(info, params).into())]
     }
 }
 
-/// Variants that there are, and those that are left out.
+/// Supported variants, and those that are left out.
 #[derive(Default)]
 pub struct Variants {
     pub found: Vec<Variant>,
@@ -53,8 +53,8 @@ pub fn real_time() -> impl Iterator<Item = &'static str> {
     technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))).map(|t| t.id)
 }
 
-/// Splits a list of techniques as the command line takes them, such as `sm pcf:width=15,skip=off`, into those that the
-/// registry has and those that are left out, with the reason where it is a setting.
+/// Splits a list of techniques in the syntax of the command line, such as `sm pcf:width=15,skip=off`, into those that
+/// the registry has and those that are left out, with the reason if it is a setting.
 pub fn available(wanted: &str) -> Variants {
     let mut variants = Variants::default();
     for text in wanted.split_whitespace() {
@@ -68,7 +68,7 @@ pub fn available(wanted: &str) -> Variants {
     variants
 }
 
-/// Leaves out what the device cannot do, with the reason.
+/// Leaves out variants that the device does not support, with the reason.
 pub fn possible(Variants { found, mut left_out }: Variants, device: DeviceFeatures) -> Variants {
     let missing = |v: &Variant| v.choice.info.needs.iter().find(|n| !n.is_met(device));
     left_out
@@ -76,31 +76,32 @@ pub fn possible(Variants { found, mut left_out }: Variants, device: DeviceFeatur
     Variants { found: found.into_iter().filter(|v| missing(v).is_none()).collect(), left_out }
 }
 
-/// Marks those that look at no shadow map.
+/// Marks variants that use no shadow map.
 pub fn mapless(mut variants: Variants) -> Variants {
     variants.found.iter_mut().for_each(|v| v.has_no_map = v.choice.info.id == "shadow-volumes");
     variants
 }
 
-/// A page's note of what is left out; empty if nothing is.
+/// A page's note about the variants left out; empty if there are none.
 pub fn left_out_note(left_out: &[String]) -> String {
     if left_out.is_empty() {
         return String::new();
     }
-    format!("Left out, as this version has none: {}.\n\n", left_out.join(", "))
+    format!("Left out because they are not supported: {}.\n\n", left_out.join(", "))
 }
 
-/// Variants that are judged beside the defaults, as far as the registry has them.
+/// Variants that are judged in addition to the defaults, if the registry has them.
 const BESIDE: &str =
     "pcf:width=3 rbsm-profile:quality=run rbsm-profile:quality=neighbours rbsm-profile:quality=line rpcf:width=7";
 
-/// Setting that each variant with this parameter is judged with as well: one depth for all texels of a kernel.
+/// Setting that every variant with this parameter is judged with as well: one depth for all texels of a kernel.
 const FIXED: (&str, &str) = ("receiver", "fixed");
 
-/// Technique that is not judged, as it draws what `rbsm` and `rbsm-filtered` draw, bit for bit.
+/// Technique that is not judged, because its images equal those of `rbsm` and `rbsm-filtered` bit for bit.
 const SAME: &str = "rbsm-branches";
 
-/// Every real-time technique at its defaults, and the variants beside; in the registry's order, none twice.
+/// Every real-time technique at its defaults and the additional variants, in the registry's order and without
+/// duplicates.
 pub fn contenders() -> Result<Variants> {
     let mut found: Vec<Variant> = vec![];
     for text in real_time().filter(|&id| id != SAME).chain(BESIDE.split_whitespace()) {
@@ -119,12 +120,12 @@ pub fn contenders() -> Result<Variants> {
     Ok(Variants { found, left_out: vec![] })
 }
 
-/// True if all texels are compared with one depth.
+/// True if all texels are compared with one fixed depth.
 pub fn is_fixed(choice: &Choice) -> bool {
     choice.params.show().iter().any(|(name, value)| *name == FIXED.0 && value == FIXED.1)
 }
 
-/// The same light without size: its shadows are hard.
+/// The same light without size, so that its shadows are hard.
 pub fn hard(light: &Light) -> Light {
     let shape = match light.shape {
         LightShape::Spot { outer, .. } => LightShape::Spot { outer, size: Some(0.0) },
@@ -133,18 +134,19 @@ pub fn hard(light: &Light) -> Light {
     Light { shape, ..light.clone() }
 }
 
-/// Renders for measuring: visibility in `f32`, and a map that is drawn anew only when something has moved.
+/// Renderer for measurements: it writes visibility as `f32`, and redraws the shadow map only when something has
+/// moved.
 pub fn renderer<'h>(host: &'h Host, stage: &Stage, size: [u32; 2], map_size: u32) -> Result<Renderer<'h>> {
     let desc = RenderDesc { size, map_size, output: OutputFormat::R32, dynamic_light: false, ..RenderDesc::default() };
     Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
 }
 
-/// Traces the stage; truths are kept in the usual cache.
+/// Makes a tracer for the stage; truths are kept in the usual cache.
 pub fn tracer<'a>(stage: &'a Stage, light: &LightView, size: [u32; 2]) -> Tracer<'a> {
     Tracer::new(stage, light, size, &TruthArgs { samples: None, cache: None })
 }
 
-/// Visibility of one frame, and what its passes took and counted.
+/// Visibility of one frame, with the times and counts of its passes.
 pub fn frame(renderer: &mut Renderer<'_>, choice: &Choice) -> Result<(Vec<f32>, FrameTiming)> {
     let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
     let timing = renderer.frame(technique.as_mut())?;
@@ -156,7 +158,7 @@ pub fn visibility(renderer: &mut Renderer<'_>, choice: &Choice) -> Result<Vec<f3
     Ok(frame(renderer, choice)?.0)
 }
 
-/// The pixels that count in a frame as the renderer now stands.
+/// Mask of the judged pixels in the renderer's current view.
 pub fn mask(host: &Host, renderer: &mut Renderer<'_>, truth: &Truth) -> Result<Vec<bool>> {
     renderer.shade_with(&truth.visibility)?;
     Ok(truth.judged(&host.read_image::<u32>(&renderer.gbuffer().triangle)?))

@@ -1,4 +1,4 @@
-//! Suite `motion`: what shadow boundaries do while light or camera move by less than a texel a frame.
+//! Suite `motion`: stability of shadow boundaries while light or camera move by less than a texel per frame.
 
 use super::driver::*;
 use super::judge::{hard, is_fixed, mask, renderer, tracer};
@@ -12,7 +12,7 @@ use serde_json::json;
 pub static SUITE: Suite = Suite {
     name: "motion",
     about: "change and flicker as light and camera move by sub-texels",
-    // Thin bars under a sun, wooden blocks under a spot light; texels about as wide as the pixels of the image.
+    // Thin bars under a sun and wooden blocks under a spot light; a texel is about as wide as a pixel.
     extent: |quick| match quick {
         true => Extent { scenes: vec!["jenga"], maps: &[MAP], size: [160, 90] },
         false => Extent { scenes: vec!["fence", "jenga"], maps: &[MAP], size: [640, 360] },
@@ -32,27 +32,27 @@ pub static SUITE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// Side of the shadow map, texels.
+/// Side of the shadow map in texels.
 const MAP: u32 = 512;
-/// Length of a step, texels a frame.
+/// Length of a step in texels per frame.
 const STEP: f64 = 0.125;
-/// Direction of the steps in the map: along neither axis, nor the diagonal. Radians.
+/// Direction of the steps in the map in radians, chosen along neither axis nor the diagonal.
 const DIRECTION: f64 = 0.5;
-/// Distance that counts as near a boundary, pixels.
+/// Distance in pixels up to which a pixel counts as near a boundary.
 const BAND: u32 = 4;
-/// Texels that a sun's map is wider than its casters on each side, so that none leaves it.
+/// Margin of a sun's map around its casters on each side in texels, which keeps them inside the map.
 const MARGIN: f64 = 4.0;
 
 /// Kind of movement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Movement {
-    /// A spot about its own place, so that only the map's texels move; a sun about the middle of its view, so that
-    /// the shadow of what is half the map's width above its receiver moves by the step.
+    /// A spot turns about its own position, so that only the map's texels move. A sun turns about the middle of its
+    /// view, so that the shadow of a caster half the map's width above its receiver moves by the step.
     LightTurned,
-    /// A spot so far that a texel at the scene's middle moves by the step; a sun across its own
+    /// A spot moves so far that a texel at the scene's middle moves by the step. A sun moves across its own
     /// direction, so that only the map's texels move.
     LightMoved,
-    /// To the right, by a step at the scene's middle.
+    /// The camera moves to the right by a step at the scene's middle.
     CameraMoved,
 }
 
@@ -76,7 +76,7 @@ fn frames(plan: &Plan) -> u32 {
     if plan.quick { 4 } else { 16 }
 }
 
-/// The truth, and all contenders but those with one depth for all texels, in which there is nothing but noise to follow.
+/// The truth and all contenders except those with one fixed depth for all texels, whose acne would hide any motion.
 fn variants(_: DeviceFeatures) -> Result<Variants> {
     let truth = Choice::new("ray-traced", &[("samples".into(), "1".into())])?;
     let mut variants = contenders()?;
@@ -85,7 +85,7 @@ fn variants(_: DeviceFeatures) -> Result<Variants> {
     Ok(variants)
 }
 
-/// Camera and light of one frame, with the truth.
+/// Camera and light of one frame, with its truth.
 struct Pose {
     camera: CameraView,
     light: LightView,
@@ -158,30 +158,31 @@ fn judge(
     metrics::motion(&shots, size, BAND)
 }
 
-/// A sun's view that is a little wider than its casters; a spot's as it is.
+/// Widens a sun's view slightly beyond its casters; leaves a spot's view as it is.
 fn with_margin(light: &LightView) -> LightView {
     let narrower = 1.0 / (1.0 + 2.0 * MARGIN / f64::from(MAP));
     let scale = if light.is_directional() { dvec3(narrower, narrower, 1.0) } else { DVec3::ONE };
     LightView { clip_from_view: DMat4::from_scale(scale) * light.clip_from_view, ..*light }
 }
 
-/// Sides of a texel: at distance 1 for a spot, everywhere for a sun, whose map need not be square in the world.
+/// Width and height of a texel in world units: at distance 1 for a spot, everywhere for a sun. A sun's map need not
+/// be square in the world.
 fn texel(light: &LightView) -> DVec2 {
     let p = &light.clip_from_view;
     dvec2(p.x_axis.x, p.y_axis.y).abs().recip() * (2.0 / f64::from(MAP))
 }
 
-/// Camera and light after `texels` of movement.
+/// Camera and light after a movement by `texels`.
 fn moved(stage: &Stage, light: &LightView, movement: Movement, texels: f64) -> (CameraView, LightView) {
     let (mut camera, mut light) = (stage.camera, *light);
     let view = light.world_from_view;
     let to_middle = view.inverse().transform_point3(stage.scene.bounds().center());
     let distance = if light.is_directional() { 1.0 } else { -to_middle.z };
-    // Across the light's axis at distance 1, or of a sun anywhere.
+    // Step across the light's axis: at distance 1 for a spot, anywhere for a sun.
     let step = (texels * texel(&light) * DVec2::from_angle(DIRECTION)).extend(0.0);
     match movement {
         Movement::LightTurned => {
-            // About the axis across the direction, so that what is ahead moves along it.
+            // Turns about the axis across the direction, so that points ahead move along the direction.
             let axis = step.cross(DVec3::Z).try_normalize().unwrap_or(DVec3::X);
             let turn = |slope: f64| DAffine3::from_mat3(DMat3::from_axis_angle(axis, slope.atan()));
             light.world_from_view = if light.is_directional() {
@@ -202,12 +203,12 @@ fn moved(stage: &Stage, light: &LightView, movement: Movement, texels: f64) -> (
 
 fn page(results: &Results<'_>) -> String {
     let frames = frames(results.plan);
-    let about = format!("map {MAP}, {frames} frames, {STEP} texels a frame, lights without size.");
+    let about = format!("map {MAP}, {frames} frames, {STEP} texels per frame, lights without size.");
     let mut text = results.head(&about)
         + &format!(
-            "Over the pixels within {BAND} pixels of the true boundary in either frame: `change` is the mean absolute difference \
-             of two frames in a row; `not the truth's` what of it the ray-traced truth does not do, or does and the technique \
-             does not; `flicker` the share of pixels that go lit, dark, lit or dark, lit, dark in three frames. All in percent.\n"
+            "Over the pixels within {BAND} pixels of the true boundary in either frame, in percent: `change` is the mean absolute \
+             difference between consecutive frames; `not the truth's` is the mean absolute difference between a pixel's change \
+             and its change in the ray-traced truth; `flicker` is the share of pixels that go lit, dark, lit or dark, lit, dark in three frames.\n"
         );
     for rows in groups(&results.rows) {
         text += &format!("\n## {}\n\n{}", rows[0].group, table(&COLUMNS, rows));
@@ -229,7 +230,7 @@ mod tests {
         (stage, light)
     }
 
-    /// Place of a point in the map, texels.
+    /// Position of a point in the map, texels.
     fn place(light: &LightView, p: DVec3) -> DVec2 {
         let clip = light.clip_from_view * light.world_from_view.inverse().transform_point3(p).extend(1.0);
         0.5 * f64::from(MAP) * clip.truncate().truncate() / clip.w
@@ -246,7 +247,7 @@ mod tests {
                     let light_after = moved(&stage, &light, movement, texels).1;
                     place(&light_after, p) - place(&light, p)
                 };
-                // What stands still moves against the light; v is down in the map, up in the view.
+                // A point that stands still moves against the light; v points down in the map but up in the view.
                 let [cos, sin] = DVec2::from_angle(DIRECTION).to_array();
                 let expected = texels * dvec2(-cos, sin);
                 let assert_near = |found: DVec2, expected: DVec2, tolerance: f64| {
@@ -275,7 +276,7 @@ mod tests {
         let (mut stage, _) = staged("jenga");
         let choice = Choice::new("sm", &[]).unwrap();
         let home = stage.camera;
-        // First a camera that looks up into the sky: nothing is visible, so the map stays empty.
+        // Begins with a camera that looks up into the sky: nothing is visible, so the map stays empty.
         stage.camera.world_from_view = look_along(home.position() + 10.0 * DVec3::Y, DVec3::Y);
         let mut travelled = renderer(&host, &stage, size, MAP).unwrap();
         assert!(visibility(&mut travelled, &choice).unwrap().iter().all(|&v| v == 1.0));

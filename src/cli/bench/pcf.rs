@@ -1,4 +1,4 @@
-//! Suite `pcf`: widths of the kernel, ways of fetching and of skipping.
+//! Suite `pcf`: widths of the kernel, methods of fetching and skipping.
 
 use super::driver::*;
 use super::timed;

@@ -1,4 +1,5 @@
-//! Suite `penumbra`: soft edges of a fixed width against the truth of the same width, over scenes and map sizes.
+//! Suite `penumbra`: soft edges of a fixed width against the truth of the same width, for several scenes and map
+//! sizes.
 
 mod texel;
 
@@ -29,17 +30,20 @@ pub static SUITE: Suite = Suite {
 /// Variant that should have the lowest error of its group.
 const SUBJECT: &str = "edtsm-star";
 
-/// Widths of the penumbra in texels of the map at hand, and the contenders with kernels as wide.
+/// Widths of the penumbra in texels of the current map, with contenders whose kernels have these widths.
 const GROUPS: [(u32, &str); 2] = [
-    (15, "pcf:width=15 edtsm edtsm-star edtsm-star:nearest=pixel,surfaces=depth,seeds=any,edge=pixel,receiver=fixed"),
+    (
+        15,
+        "pcf:width=15 edtsm edtsm-star edtsm-star:nearest=pixel,surfaces=depth,seeds=any,edge=pixel,receiver=fixed,filter_width=0.1",
+    ),
     (7, "pcf:width=7 rpcf:width=7 edtsm edtsm-star"),
 ];
 
-/// Parameter that takes the width, in the world.
+/// Parameter for the width in world units.
 const PENUMBRA: &str = "penumbra";
 
-/// The contenders of a group under their ids, with the given width of the penumbra where they have such a parameter. A
-/// contender with settings other than the width of its kernel has those of its paper.
+/// Contenders of a group, labelled with their ids. Those that have the parameter get the given width of the penumbra.
+/// A contender with settings other than the width of its kernel uses those of its paper.
 fn contenders(group: &str, penumbra: Option<f64>) -> Result<Vec<Variant>> {
     let one = |Variant { label, mut choice, .. }: Variant| {
         let id = choice.info.id;
@@ -92,7 +96,7 @@ fn row(scene: &str, map: u32, texels: u32, penumbra: f64, variant: &Variant, rep
     let place = [
         ("scene", scene.into()),
         ("shadow_map", map.into()),
-        // Width of the penumbra, and the same in world units.
+        // Width of the penumbra in texels and in world units.
         ("texels", texels.into()),
         ("penumbra", penumbra.into()),
         ("variant", variant.label.as_str().into()),
@@ -101,12 +105,12 @@ fn row(scene: &str, map: u32, texels: u32, penumbra: f64, variant: &Variant, rep
     row.and_shown([("penumbra", penumbra.to_string().into())])
 }
 
-/// Rounds a width, so that it can be repeated as it is printed.
+/// Rounds a width to four digits, so that the printed value reproduces it.
 fn to_4_digits(width: f64) -> f64 {
     format!("{width:.3e}").parse().unwrap_or(width)
 }
 
-/// Means over the scenes, and every group in which the subject is not the lowest.
+/// Means over the scenes, and the groups in which the subject does not have the lowest error.
 fn summary(_: &Plan, rows: &[Row]) -> Record {
     let cells = by_scene(rows).next().unwrap_or_default();
     let keys = cells.iter().map(|r| Row::new(&r.label, "", r.fields.only(&["shadow_map", "texels", "variant"])));
@@ -126,21 +130,21 @@ fn summary(_: &Plan, rows: &[Row]) -> Record {
     Record::of([("means", Field::Rows(means)), ("beaten", Field::Rows(beaten.collect()))])
 }
 
-/// Tables of means over the scenes, then of every scene.
+/// Tables of means over the scenes, then tables of every scene.
 fn page(results: &Results<'_>) -> String {
     let mut text = results.head("against ray-traced penumbrae of a fixed width.")
-        + "All of a group are meant to be equally wide: 15 or 7 texels of the map at hand. Kernels are that wide in texels; the \
-           truth and the techniques that know widths in the world are given P, world units: so many times the width of a texel \
-           on what the camera sees, which is the square root of the area that a texel covers on the surface, the median over \
-           the judged pixels. Where a texel is larger or smaller than there, kernels are wider or narrower than the truth, and \
-           that is an error of theirs.\n\n"
+        + "All penumbrae of a group should be equally wide: 15 or 7 texels of the map. Kernels have this width in texels. The truth \
+           and the techniques that take a width in world units get P: 15 or 7 times the width of a texel on the surfaces that the \
+           camera sees, which is the square root of the area that a texel covers there, as the median over the judged pixels. \
+           Where a texel is larger or smaller than this, kernels are wider or narrower than the truth, which counts as their \
+           error.\n\n"
         + LEGEND
         + ".\n\n";
     text += &beaten(results);
     let of_all = |m: &Row| format!("{} of {}", number(m.number("lowest"), 0), number(m.number("scenes"), 0));
     let means = results.list("means").iter().map(|m| m.clone().and_shown([("lowest_of", of_all(m).into())]));
     let mut means: Vec<_> = means.collect();
-    // The widest first, as in the list of groups.
+    // The widest penumbra comes first, as in the list of groups.
     means.sort_by_key(|m| GROUPS.iter().position(|g| m.number("texels") == Some(g.0.into())));
     let lead =
         [("texels", "texels", 0), ("map", "shadow_map", 0), ("<variant", "label", 0), ("lowest in", "lowest_of", 0)];
@@ -149,7 +153,7 @@ fn page(results: &Results<'_>) -> String {
     text + &tables_by_scene(&[&lead[..], &COLUMNS].concat(), &results.rows)
 }
 
-/// Says where the subject is not the lowest.
+/// Sentence that says in which groups the subject does not have the lowest error.
 fn beaten(results: &Results<'_>) -> String {
     let total = results.rows.iter().filter(|r| r.label == SUBJECT).count();
     let list = results.list("beaten").iter().map(|b| {
@@ -164,7 +168,7 @@ fn beaten(results: &Results<'_>) -> String {
     }
 }
 
-/// Mean RMSE over the map's size, a line a variant and group.
+/// Mean RMSE over the size of the map, one line for each variant and group.
 fn chart(results: &Results<'_>) -> Chart {
     let means = results.list("means");
     let is_first = |m: &&Row| m.number("shadow_map") == means[0].number("shadow_map");
@@ -211,7 +215,7 @@ mod tests {
         assert_eq!(["rmse", "lowest"].map(|f| of(1024, SUBJECT, f)), [Some(0.25), Some(1.0)]);
         assert_eq!(["over", "under"].map(|f| of(1024, "pcf", f)), [Some(0.3125), Some(0.0)]);
         let beaten = (SUITE.page)(&results);
-        // A draw is no defeat.
+        // A tie is no defeat.
         let expected = "in 2 of 4 cells: a 1024, 15 texels (0.2500; pcf 0.1250), \
                         b 512, 15 texels (0.7500; edtsm-star as in the paper 0.2500).\n";
         assert!(beaten.contains(expected), "{beaten}");

@@ -1,11 +1,11 @@
-//! Suite `penumbrae`: what fixed-size penumbrae cost, next to hard shadows and to a filter of the same width.
+//! Suite `penumbrae`: cost of fixed-size penumbrae, compared with hard shadows and with a filter of the same width.
 
 use super::driver::*;
 use super::timed;
 
 pub static SUITE: Suite = Suite {
     name: "penumbrae",
-    about: "what fixed-size penumbrae add to sm, next to pcf of 15x15, on every shipped scene",
+    about: "cost that fixed-size penumbrae add to sm, next to pcf of 15x15, on every shipped scene",
     // The default penumbra is 15 texels of this map.
     extent: |quick| timed::extent(quick, every_scene().into_iter().chain([GROUND]).collect(), &[1024]),
     variants: |_| Ok(available(VARIANTS)),
@@ -14,7 +14,7 @@ pub static SUITE: Suite = Suite {
     ..timed::BASE
 };
 
-/// The ground of the default scene without a shadow.
+/// The ground of the default scene alone, without a shadow.
 const GROUND: &str = "courtyard, ground alone";
 
 const SUBJECT: &str = "edtsm-star";
@@ -22,16 +22,16 @@ const FILTER: &str = "pcf width=15";
 
 const VARIANTS: &str = "sm pcf:width=15 rbsm-star edtsm-star edtsm-star:skip=off edtsm-star:nearest=pixel edtsm \
                         edtsm-star:filter_taps=7";
-/// Variants that are timed where there is no shadow edge.
+/// Variants that are timed in a scene without shadow edges.
 const ALONE: [&str; 4] = ["sm", FILTER, SUBJECT, "edtsm-star skip=off"];
 
-/// Tables of what penumbrae add, and of the passes.
+/// Tables of the cost that penumbrae add, and of the passes.
 fn conclusions(rows: &[Row]) -> String {
     let (mut sums, mut shares) = (vec![], vec![]);
     for group in groups(rows) {
         let find = |name: &str| group.iter().find(|r| r.label == name);
         let (Some(subject), Some(filter)) = (find(SUBJECT), find(FILTER)) else { continue };
-        // Both are shares of the same frame of `sm`.
+        // Both numbers are relative to the same frame of `sm`.
         let ratio = subject.number("added_to_frame").zip(filter.number("added_to_frame")).map(|(a, b)| a / b);
         let [filter_adds, adds] = [filter, subject].map(|r| number(r.number("added_ms"), 3));
         let [filter_frame, frame] = [filter, subject].map(|r| number(r.number("frame_ratio"), 3));
@@ -39,12 +39,12 @@ fn conclusions(rows: &[Row]) -> String {
         shares.push(vec![subject.group.clone(), timed::passes(subject)]);
     }
     "\n## What penumbrae add\n\n\
-     Milliseconds that a technique's passes take more than those of `sm`; `by pcf's`: what `edtsm-star` adds by what `pcf` of \
-     15x15 texels adds; `frame`: the whole frame by that of `sm`. Medians over the turns. With the ground alone no shadow edge \
-     is seen.\n\n"
+     Milliseconds that a technique's passes take in addition to those of `sm`; `by pcf's`: ratio of what `edtsm-star` adds to \
+     what `pcf` of 15x15 texels adds; `frame`: ratio of the whole frame to that of `sm`. Medians over the turns. With the \
+     ground alone no shadow edge is visible.\n\n"
         .to_owned()
         + &plain_table("<scene | pcf adds ms | edtsm-star adds ms | by pcf's | frame with pcf | frame with edtsm-star", sums)
-        + "\n## Passes of `edtsm-star`\n\nShare of the technique's time; tiles that were worked on, of all.\n\n"
+        + "\n## Passes of `edtsm-star`\n\nShare of the technique's time; tiles worked on, out of all.\n\n"
         + &plain_table("<scene | <passes", shares)
 }
 

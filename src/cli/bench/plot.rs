@@ -1,11 +1,11 @@
-//! Line charts with two logarithmic axes, the one across in powers of two, as SVG.
+//! Line charts as SVG with two logarithmic axes; the horizontal one has ticks at powers of two.
 
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 /// Size of the picture, pixels.
 const SIZE: (u32, u32) = (960, 600);
-/// Colours that stay apart for everyone (Okabe, Ito 2008), without the yellow that vanishes on white.
+/// Colours that everyone can tell apart (Okabe, Ito 2008), without the yellow that vanishes on white.
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
@@ -19,19 +19,19 @@ const COLORS: [RGBColor; 7] = [
 /// One line, from left to right.
 pub struct Line {
     pub name: String,
-    /// Points that are not above 0 cannot be shown and are left out.
+    /// Points; those with a coordinate of 0 or below cannot be shown and are left out.
     pub points: Vec<(f64, f64)>,
 }
 
 /// A plot over two logarithmic axes.
 pub struct Chart {
     pub title: String,
-    /// Quantities on x and y.
+    /// Quantities on the x and y axes.
     pub axes: [&'static str; 2],
     pub lines: Vec<Line>,
 }
 
-/// Draws the lines. After the colours are used up, lines are dashed.
+/// Draws the lines. Once all colours are used, further lines are dashed.
 pub fn svg(Chart { title, axes, lines }: &Chart) -> Result<String, Box<dyn std::error::Error>> {
     let lines: Vec<(&str, Vec<(f64, f64)>)> = lines
         .iter()
@@ -40,7 +40,7 @@ pub fn svg(Chart { title, axes, lines }: &Chart) -> Result<String, Box<dyn std::
     let range = |pick: fn(&(f64, f64)) -> f64| {
         let values = || lines.iter().flat_map(|l| &l.1).map(pick);
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
-        // Without a point there are still axes.
+        // Draws axes even if there is no point.
         if low <= high { low / 1.15..high * 1.15 } else { 1.0..10.0 }
     };
     let mut text = String::new();

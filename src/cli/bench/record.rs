@@ -1,4 +1,4 @@
-//! Rows of figures by name, in the order in which they are written; means and tables of them.
+//! Rows of named figures in the order in which they are written, with means and tables of them.
 
 use super::judge::Variant;
 use crate::cli::stats::PassStats;
@@ -54,7 +54,7 @@ impl Record {
         Self(self.0.iter().filter(|f| names.contains(&f.0)).cloned().collect())
     }
 
-    /// The field of that name, or of a path such as `boundary.mean`; null if there is none.
+    /// The field with this name, or with a path such as `boundary.mean`; null if there is none.
     pub fn get(&self, path: &str) -> &Field {
         static NULL: Field = Field::Value(Value::Null);
         let (name, rest) = path.split_once('.').unwrap_or((path, ""));
@@ -68,24 +68,24 @@ impl Record {
         if let Field::Value(value) = self.get(name) { value.as_f64() } else { None }
     }
 
-    /// A text; empty if it is something else.
+    /// The text in a field; empty if the field holds something else.
     pub fn text(&self, name: &str) -> &str {
         if let Field::Value(Value::String(text)) = self.get(name) { text } else { "" }
     }
 }
 
-/// What was found of one variant in one place, a mean over such rows, or what follows from them.
+/// Figures of one variant in one place, a mean over such rows, or a conclusion from them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Name of the variant.
     #[serde(skip)]
     pub label: String,
-    /// Rows of one group are set against each other.
+    /// Name of the group; rows of one group are compared with each other.
     #[serde(skip)]
     pub group: String,
     #[serde(flatten)]
     pub fields: Record,
-    /// Fields that only tables show; they hide those of the same name above.
+    /// Fields that only tables show; they hide fields of the same name in the JSON.
     #[serde(skip)]
     pub shown: Record,
 }
@@ -95,7 +95,7 @@ impl Row {
         Self { label: label.to_owned(), group: group.to_owned(), fields, shown: Record::default() }
     }
 
-    /// A row with technique and settings between `place` and the figures.
+    /// A row with technique and settings between `place` and `figures`.
     pub fn of<const N: usize>(
         place: [(&'static str, Field); N],
         variant: &Variant,
@@ -113,7 +113,7 @@ impl Row {
         self.shown.number(name).or_else(|| self.fields.number(name))
     }
 
-    /// A text; empty if it is something else.
+    /// The text in a field; empty if the field holds something else.
     pub fn text(&self, name: &str) -> &str {
         match self.shown.text(name) {
             _ if name == "label" => &self.label,
@@ -133,8 +133,8 @@ pub fn by_scene(rows: &[Row]) -> impl Iterator<Item = &[Row]> {
     rows.chunk_by(|a, b| a.text("scene") == b.text("scene"))
 }
 
-/// Fills in every key a mean of each column over the rows that have its label and its fields; null stands for any value.
-/// `count` says how many there are.
+/// Completes every key with the mean of each column over the rows that have its label and its fields, where null
+/// stands for any value. `count` returns the fields that say how many rows there are.
 pub fn means(rows: &[Row], keys: Vec<Row>, columns: &[Column], count: impl Fn(&[&Row]) -> Record) -> Vec<Row> {
     let one = |key: Row| {
         let is_any = |field: &Field| *field == Field::Value(Value::Null);
@@ -146,7 +146,7 @@ pub fn means(rows: &[Row], keys: Vec<Row>, columns: &[Column], count: impl Fn(&[
     keys.into_iter().map(one).collect()
 }
 
-/// Mean of what there is; `None` of nothing.
+/// Mean of the values that exist; `None` if there are none.
 fn mean(values: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0);
     for v in values.into_iter().flatten() {
@@ -156,11 +156,11 @@ fn mean(values: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// A column of a table: its head, the name of its figures, and their digits. The head of a column of text begins with `<`;
-/// what stands under a head that ends in `%` is a share.
+/// A column of a table: its head, the name of its figures, and their number of decimal places. The head of a text
+/// column begins with `<`. Values under a head that ends in `%` are shares.
 pub type Column = (&'static str, &'static str, usize);
 
-/// A table with a line for every row.
+/// A table with one line for each row.
 pub fn table<'r>(columns: &[Column], rows: impl IntoIterator<Item = &'r Row>) -> String {
     let heads: Vec<_> = columns.iter().map(|c| c.0).collect();
     let cell = |row: &Row, &(head, name, digits): &Column| match row.text(name) {
@@ -175,7 +175,7 @@ pub fn tables_by_scene(columns: &[Column], rows: &[Row]) -> String {
     by_scene(rows).map(|rows| format!("\n## {}\n\n{}", rows[0].text("scene"), table(columns, rows))).collect()
 }
 
-/// A table of cells under heads that are set apart by ` | `.
+/// A table of cells; the heads are separated by ` | `.
 pub fn plain_table(heads: &str, rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let rules = heads.split(" | ").map(|head| if head.starts_with('<') { "---|" } else { "--:|" });
     let mut text = format!("| {} |\n|{}\n", heads.replace('<', ""), rules.collect::<String>());

@@ -1,4 +1,4 @@
-//! Suite `revectorization`: the RBSM family next to plain shadow mapping, and its averages next to `pcf`.
+//! Suite `revectorization`: the RBSM family compared with plain shadow mapping, and its averages with `pcf`.
 
 use super::driver::*;
 use super::timed;
@@ -6,7 +6,7 @@ use edgeshade::scene::shipped;
 
 pub static SUITE: Suite = Suite {
     name: "revectorization",
-    about: "what the RBSM family adds to sm, maps of 512 to 4096 texels",
+    about: "cost that the RBSM family adds to sm, maps of 512 to 4096 texels",
     extent: |quick| timed::extent(quick, vec![shipped::DEFAULT, "robot"], &[512, 1024, 2048, 4096]),
     variants: |_| Ok(available(FAMILY)),
     group: |scene, map, variant| {

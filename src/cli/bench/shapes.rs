@@ -1,4 +1,4 @@
-//! The suite `shapes`: the study of the visibility functions. It needs no device.
+//! Suite `shapes`: a study of the visibility functions. It needs no device.
 
 use super::driver::{Result, Suite, number, plain_table};
 use super::{Args, shown};
@@ -31,7 +31,7 @@ fn run(args: &Args) -> Result<()> {
     args.say(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
 }
 
-/// The largest distance of the traversals that the papers use, and that one row stands for all with.
+/// Largest traversal distance that the papers use; methods with only one row use it.
 const USUAL_DISTANCE: u32 = 16;
 
 /// Shapes of the picture.
@@ -44,7 +44,7 @@ const EXAMPLES: [(Class, u32); 6] = [
     (Class::RotatedBox, 7),
 ];
 
-/// Pixels a texel of the picture.
+/// Pixels per texel of the picture.
 const SCALE: u32 = 8;
 
 const SHADOW: [u8; 3] = [12, 12, 14];
@@ -101,12 +101,12 @@ fn markdown(options: &Options, rows: &[Row]) -> String {
     let class_heads = usual.iter().fold("<class".to_owned(), |heads, r| heads + " | " + r.method.name());
     format!(
         "# Suite `shapes`\n\nThe visibility functions on a flat receiver, against the exact visibility of {} analytic \
-         shapes in {} classes; tiles of {TILE}x{TILE} texels, {n}x{n} points a texel; Edgeshade {}.\n\n\
+         shapes in {} classes; tiles of {TILE}x{TILE} texels, {n}x{n} points per texel; Edgeshade {}.\n\n\
          Mismatch area per texel of silhouette, in texels (the mean displacement of the boundary), mean over the \
-         classes; M is the largest distance of a traversal, {USUAL_DISTANCE} where none is named. `over` is too dark, \
-         `under` too light; `largest` is the farthest mismatch from the silhouette, in texels, mean over the shapes. \
-         `fetches` are the shadow tests of a texel that differs from a neighbour: as made here, and with all four \
-         neighbours of each step as in listing 3.\n\n{}\n## By class, M {USUAL_DISTANCE}\n\n{}",
+         classes; M is the largest distance of a traversal, {USUAL_DISTANCE} unless stated. `over` is shadow that is too \
+         dark, `under` too light; `largest` is the farthest mismatch from the silhouette, in texels, mean over the shapes. \
+         `fetches` is the number of shadow tests for a texel that differs from a neighbour; `as listed` tests all \
+         four neighbours at each step, as listing 3 does.\n\n{}\n## By class, M {USUAL_DISTANCE}\n\n{}",
         options.shapes as usize * Class::ALL.len(),
         Class::ALL.len(),
         env!("CARGO_PKG_VERSION"),
@@ -178,7 +178,7 @@ mod tests {
         assert!(!text.contains("| - |") && !text.contains("NaN"), "{text}");
 
         let json = as_json(&options, &rows);
-        // Two methods do not traverse, six have two distances.
+        // Two methods do not traverse; six have two distances.
         let results = json["results"].as_array().unwrap();
         assert_eq!(results.len(), 14);
         for row in results {

@@ -1,4 +1,4 @@
-//! Suite `slopes`: plates over a plane that is tilted against the light, further and further.
+//! Suite `slopes`: plates over a plane that is tilted increasingly against the light.
 
 use super::driver::*;
 use super::judge::{mask, renderer, tracer, visibility};
@@ -8,7 +8,7 @@ use edgeshade::metrics;
 pub static SUITE: Suite = Suite {
     name: "slopes",
     about: "false shadow and boundary error over the receiver's tilt",
-    // 4.4 and 1.7 pixels a texel.
+    // 4.4 pixels per texel, or 1.7 in a quick run.
     extent: |quick| {
         let side = if quick { 384 } else { 1024 };
         Extent { scenes: vec!["sun", "spot"], maps: &[MAP], size: [side; 2] }
@@ -28,23 +28,23 @@ pub static SUITE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// Distance from every true shadow beyond which a dark pixel counts as false, texels.
+/// Distance in texels from every true shadow beyond which a dark pixel counts as false shadow.
 const NEAR: f64 = 2.0;
 
-/// Tables: title, figure, and the factor that it is shown with.
+/// Tables: title, name of the figure, and the factor applied to it.
 const TABLES: [(&str, &str, f64); 5] = [
     (
         "Displacement of the boundary, texels (mismatched area per length of the true boundary)",
         "displacement_texels",
         1.0,
     ),
-    ("False shadow, % of what is lit two texels around", "false_shadow", 100.0),
+    ("False shadow, % of the pixels that are lit up to two texels around", "false_shadow", 100.0),
     ("Displacement of straight edges, texels", "straight_texels", 1.0),
     ("Displacement of curved edges, texels", "curved_texels", 1.0),
     ("Displacement of thin bars, texels", "thin_texels", 1.0),
 ];
 
-/// Angles between the plane's normal and the light, degrees.
+/// Angles between the plane's normal and the light in degrees.
 fn tilts(plan: &Plan) -> &'static [u32] {
     if plan.quick { &[0, 60, 80] } else { &[0, 10, 30, 45, 60, 70, 75, 80, 85] }
 }
@@ -70,16 +70,16 @@ fn one_tilt(host: &Host, run: &mut Run<'_>, (scene, lamp): (&'static str, Lamp),
         let texels = |px: Option<f64>| px.map(|px| px / tilted.texel_px).into();
         let along = |part: &[bool]| Ok::<_, Error>(texels(metrics::mismatch_per_boundary(&test, truth, part, size)?));
         let figures = Record::of([
-            // Share of the pixels that are dark, though the truth is lit there and two texels around; and how many.
+            // Share and number of the dark pixels where the truth is lit, there and two texels around.
             ("false_shadow", acne.share().into()),
             ("false_shadow_pixels", acne.dark.into()),
-            // Mean distance between the boundary and the true one as the area between them sees it: mismatched area
-            // per length of the true boundary. The same of each kind of plate.
+            // Mean distance between the boundary and the true one: the mismatched area per length of the true
+            // boundary. Below, the same for each kind of plate.
             ("displacement_texels", texels(report.mismatch_per_boundary)),
             ("straight_texels", along(&straight)?),
             ("curved_texels", along(&curved)?),
             ("thin_texels", along(&thin)?),
-            // Signed mean and unsigned 95th percentile over the boundary under test.
+            // Signed mean and unsigned 95th percentile over the tested boundary.
             ("boundary_mean_texels", texels(report.boundary.map(|b| b.mean))),
             ("boundary_p95_texels", texels(report.boundary.map(|b| b.p95))),
             ("over", report.over.into()),
@@ -91,11 +91,11 @@ fn one_tilt(host: &Host, run: &mut Run<'_>, (scene, lamp): (&'static str, Lamp),
     Ok(())
 }
 
-/// A table for every figure and light, with a line for every technique and a column for every tilt.
+/// A table for every figure and light, with a line for each technique and a column for each tilt.
 fn page(results: &Results<'_>) -> String {
     let plan = results.plan;
     let about = format!(
-        "map {MAP}, {} pixels a texel at every tilt; triangles, discs and bars 2.5 texels wide over a plane, light without \
+        "map {MAP}, {} pixels per texel at every tilt; triangles, discs and bars 2.5 texels wide over a plane, light without \
          size, against the ray-traced truth. Columns are degrees between the plane's normal and the light.",
         number(results.settings.number("texel_px"), 2)
     );
@@ -129,11 +129,11 @@ mod tests {
             let mut run = Run::new(&SUITE, &plan);
             one_tilt(&host, &mut run, (scene, lamp), 60).unwrap();
             let [bare, usual, large] = &run.rows[..] else { panic!("a row a variant") };
-            // Half of a texel's plane lies above its centre.
+            // Without bias, half of each texel's plane lies above its centre.
             assert!((0.3..0.7).contains(&bare.number("false_shadow").unwrap()), "{bare:?}");
             let of = |name| usual.number(name);
             assert_eq!(["false_shadow", "false_shadow_pixels"].map(of), [Some(0.0); 2]);
-            // Too much of it moves the boundary: by several texels.
+            // A large bias moves the boundary by several texels.
             let [large, usual] = [large, usual].map(|f| f.number("displacement_texels").unwrap());
             assert!(large > 3.0 * usual);
         }

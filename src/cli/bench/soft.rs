@@ -1,4 +1,5 @@
-//! Suite `soft`: soft shadows of area lights against the ray-traced truth, over scenes, sizes of map and of light.
+//! Suite `soft`: soft shadows of area lights against the ray-traced truth, for several scenes, map sizes and light
+//! sizes.
 
 use super::driver::*;
 use super::errors::{self, LEGEND, lowest};
@@ -33,17 +34,18 @@ pub static SUITE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// Sizes of the light by the scene's own.
+/// Sizes of the light relative to the scene's own.
 const SCALES: [f64; 3] = [0.25, 1.0, 4.0];
 
-/// Contenders, as far as the registry has them: without penumbrae, with those of a fixed width, with those of the light.
+/// Techniques to compare, if the registry has them: without penumbrae, with penumbrae of a fixed width, with those of
+/// the light.
 const CONTENDERS: &str = "sm pcf:width=15 pcss rbssm ssrbssm ssabss edtssm edtssm-star soft-auto";
-/// Techniques from the lowest error to the highest, as the papers find them.
+/// Techniques from the lowest error to the highest, as the papers report.
 const ORDER: [&str; 4] = ["rbssm", "pcss", "ssrbssm", "ssabss"];
-/// Technique that the papers do not place.
+/// Technique that the papers do not rank.
 const BESIDE: &str = "edtssm-star";
 
-/// Errors, and what is measured beside.
+/// Errors, and the times measured with them.
 fn columns() -> Vec<Column> {
     [&errors::COLUMNS[..], &[("FLIP", "flip", 4), ("GPU ms", "gpu_ms", 3)]].concat()
 }
@@ -54,16 +56,16 @@ struct Measure {
     light: LightView,
     truth: Vec<f32>,
     mask: Vec<bool>,
-    /// Lit with the truth.
+    /// The scene lit with the truth.
     picture: Picture,
 }
 
-/// Rays a pixel of the truth.
+/// Rays per pixel of the truth.
 fn samples(plan: &Plan) -> u32 {
     if plan.quick { 64 } else { 1024 }
 }
 
-/// The light scaled from the scene's own size, or from the usual size where the scene's light is a point.
+/// The light with its size scaled from the scene's own, or from the default size if the scene's light is a point.
 fn sized(stage: &Stage, scale: f64) -> Light {
     let with = |spot, sun| {
         let shape = match stage.light.shape {
@@ -83,7 +85,7 @@ fn sized(stage: &Stage, scale: f64) -> Light {
     with(Some(scale * own), Some(scale * own))
 }
 
-/// Width of a spot in world units, or angle of a sun in degrees, and the unit.
+/// Width of a spot in world units or angle of a sun in degrees, with the unit.
 fn width(light: &LightView) -> (f64, &'static str) {
     match light.kind {
         LightKind::Spot { size } => (size, "world units"),
@@ -94,7 +96,7 @@ fn width(light: &LightView) -> (f64, &'static str) {
 fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let plan = run.plan;
     let stage = plan.stage(scene)?;
-    // The map is drawn every frame, and what is made of it alone counts.
+    // The map is drawn in every frame, so that everything derived from it counts.
     let renderer = |map_size| {
         let desc = RenderDesc { size: plan.size, map_size, output: OutputFormat::R32, ..RenderDesc::default() };
         Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
@@ -151,7 +153,7 @@ fn figures(flip: f64, report: &Report, gpu_ms: Option<f64>, memory_bytes: u64) -
     Record::of([("flip", flip.into())]).and(errors::figures(report).0).and(beside)
 }
 
-/// The truth under the light of every size.
+/// Truths for every size of the light.
 fn measures(host: &Host, stage: &Stage, plan: &Plan, renderer: &mut Renderer<'_>) -> Result<Vec<Measure>> {
     let start = *renderer.light();
     let mut tracer = tracer(stage, &start, plan.size);
@@ -167,7 +169,8 @@ fn measures(host: &Host, stage: &Stage, plan: &Plan, renderer: &mut Renderer<'_>
     SCALES.into_iter().map(&mut one).collect()
 }
 
-/// Means for every size of the light and for all together, and the order by error in every scene, light and map.
+/// Means for every size of the light and for all sizes together, and the order by error in every scene, light and
+/// map.
 fn summary(plan: &Plan, rows: &[Row]) -> Record {
     let scales = SCALES.into_iter().map(Some).chain([None]);
     let keys = scales.flat_map(|scale| plan.keys(&Record::of([("light_scale", scale.into())])));
@@ -178,14 +181,14 @@ fn summary(plan: &Plan, rows: &[Row]) -> Record {
     Record::of([("means", Field::Rows(means)), ("cells", Field::Rows(cells))])
 }
 
-/// Says who errs least in one scene with one map under a light of one size.
+/// The techniques' order by error in one scene with one map and one size of the light.
 fn cell(rows: &[Row]) -> Option<Row> {
     let rmse = |id: &str| rows.iter().find(|r| r.label == id)?.number("rmse");
     let mut order: Vec<(&'static str, f64)> = ORDER.iter().filter_map(|&id| Some((id, rmse(id)?))).collect();
-    // Stable: of equal ones the papers' order is kept.
+    // The sort is stable: equal errors keep the papers' order.
     order.sort_by(|a, b| a.1.total_cmp(&b.1));
     let order: Vec<_> = order.into_iter().map(|o| o.0).collect();
-    // Whether that is the papers' order; of fewer than two there is none.
+    // True if this is the papers' order; fewer than two techniques have none.
     let holds = (order.len() > 1).then(|| order.iter().eq(ORDER.iter().filter(|id| order.contains(id))));
     let below = rmse(ORDER[0]).zip(rmse(ORDER[1])).map(|(a, b)| 1.0 - a / b);
     let lowest = lowest(rows)?;
@@ -207,14 +210,14 @@ fn cell(rows: &[Row]) -> Option<Row> {
     Some(Row::new("", "", place.and(figures)).and_shown(shown))
 }
 
-/// Tables of lights, of the order by error, of means, then of every scene.
+/// Tables of the lights, of the order by error and of the means, then tables of every scene.
 fn page(results: &Results<'_>) -> String {
     let plan = results.plan;
-    let about = format!("against ray-traced shadows of the area light, {} rays a pixel.", samples(plan));
+    let about = format!("against ray-traced shadows of the area light, {} rays per pixel.", samples(plan));
     let mut text = results.head(&about)
         + &format!(
-            "{LEGEND}; `FLIP`: of the lit pictures; `GPU ms`: the technique's own passes, median of {} frames, with all that is \
-             made of the shadow map anew.\n\n",
+            "{LEGEND}; `FLIP`: of the lit pictures; `GPU ms`: the technique's own passes, median of {} frames, in which everything \
+             derived from the shadow map is recomputed.\n\n",
             plan.frames
         );
     text += &left_out_note(&plan.left_out);
@@ -240,17 +243,17 @@ fn lights(rows: &[Row]) -> String {
         light.into_iter().chain(SCALES.map(|s| number(of(s), 4))).collect()
     };
     let heads = SCALES.map(|s| format!(" | x {s}")).concat();
-    "## Sizes of the lights\n\nBy the scene's own: full width of a spot's square in world units, full angle of a sun in \
-     degrees.\n\n"
+    "## Sizes of the lights\n\nColumns are factors of the scene's own size: full width of a spot's square in world units, full \
+     angle of a sun in degrees.\n\n"
         .to_owned()
         + &plain_table(&format!("<scene | <light{heads}"), by_scene(rows).map(line))
 }
 
-/// Says whether the papers' order holds, and where it does not.
+/// Says how often the papers' order holds, and where it does not.
 fn conclusions(cells: &[Row]) -> String {
     let mut text = format!(
-        "\n## Order by error\n\nThe papers find {} in RMSE. `rbssm below pcss`: per cent of the RMSE of `pcss`. The \
-         lowest is that of all in the cell.\n\n",
+        "\n## Order by error\n\nThe papers find {} in RMSE. `rbssm below pcss` is in percent of the RMSE of `pcss`. \
+         The lowest is the lowest of all techniques in the cell.\n\n",
         ORDER.map(|id| format!("`{id}`")).join(" < ")
     );
     let mut say_how_often = |what: &str, holds: &dyn Fn(&Row) -> Option<bool>| {
@@ -289,12 +292,12 @@ fn conclusions(cells: &[Row]) -> String {
     text + "\n" + &table(&COLUMNS, cells)
 }
 
-/// True if the papers' order holds in a cell; `None` of fewer than two techniques.
+/// True if the papers' order holds in a cell; `None` if it has fewer than two techniques.
 fn holds(cell: &Row) -> Option<bool> {
     Some(cell.text("holds")).filter(|text| !text.is_empty()).map(|text| text == "yes")
 }
 
-/// Mean RMSE over mean GPU time, a line a technique through the sizes of the map.
+/// Mean RMSE over mean GPU time; each technique's line connects the sizes of the map.
 fn chart(results: &Results<'_>) -> Chart {
     let plan = results.plan;
     let line = |v: &Variant| {
@@ -315,7 +318,7 @@ mod tests {
     use super::super::judge::hard;
     use super::*;
 
-    /// A row in which every pixel is too dark by so much.
+    /// A row in which the mean error is `error`, all of it too dark.
     fn row(scene: &'static str, scale: f64, map: u32, technique: &'static str, error: f32) -> Row {
         let report = metrics::compare(&[1.0 - error; 4], &[1.0; 4], &[true; 4], [2, 2]).unwrap();
         let gpu_ms = (technique != "sm").then(|| 8.0 * f64::from(error));
@@ -343,7 +346,7 @@ mod tests {
         assert_eq!(below, [Some(50.0), Some(-100.0), None]);
         assert_eq!((cells[0].number("edtssm_star"), cells[0].text("lowest")), (Some(0.125), BESIDE));
         assert_eq!(cells[2].number("edtssm_star"), None);
-        // Where one of the four is missing, the others' order still counts.
+        // If one of the four is missing, the order of the others still counts.
         rows.retain(|r| r.label != "pcss");
         let found: Vec<_> = groups(&rows).filter_map(cell).map(|c| holds(&c)).collect();
         assert_eq!(found, [Some(true), Some(true), None]);
@@ -368,7 +371,7 @@ mod tests {
         assert_eq!(["rmse", "over"].map(|f| of(Some(0.25), "pcss", f)), [Some(0.5), Some(0.5)]);
         assert_eq!(["rmse", "rows", "gpu_ms"].map(|f| of(None, "pcss", f)), [Some(0.5), Some(4.0), Some(4.0)]);
         assert_eq!(["gpu_ms", "flip"].map(|f| of(None, "sm", f)), [None, Some(0.75)]);
-        // 4 is a size without rows, 1024 a map without.
+        // 4 is a scale without rows, 1024 a map without rows.
         assert_eq!(means.len(), 2 * 3);
     }
 

@@ -1,25 +1,25 @@
-//! Suite `soft-cost`: what soft shadows of an area light cost, next to hard ones and to each other.
+//! Suite `soft-cost`: cost of soft shadows of an area light, compared with hard shadows and with each other.
 
 use super::driver::*;
 use super::timed;
 
 pub static SUITE: Suite = Suite {
     name: "soft-cost",
-    about: "what soft shadows of an area light add to sm, pass by pass, and what their skipping saves",
+    about: "cost that soft shadows of an area light add to sm, pass by pass, and savings from skipping",
     extent: |quick| timed::extent(quick, every_scene(), &[1024]),
     variants: |_| Ok(available(VARIANTS)),
     page: |results| timed::page(results) + &added(&results.rows) + &savings(&results.rows) + &shares(&results.rows),
     ..timed::BASE
 };
 
-/// Variant that the others are set against.
+/// Variant that the others are compared with.
 const RIVAL: &str = "pcss";
 
-/// Variants, as far as the registry has them.
+/// Variants to time, if the registry has them.
 const VARIANTS: &str = "sm pcf:width=15 pcss pcss:skip=off rbssm rbssm-naive rbssm:skip=off rbssm:reuse=off ssrbssm ssabss edtssm \
                         edtssm-star soft-auto";
 
-/// Accelerations, with a variant that has each and one that does not.
+/// Accelerations, each with a variant that uses it and one that does not.
 const SAVINGS: [(&str, &str, &str); 4] = [
     ("hierarchical map", "pcss", "pcss skip=off"),
     ("hierarchical map", "rbssm", "rbssm skip=off"),
@@ -31,7 +31,8 @@ fn find<'a>(group: &'a [Row], name: &str) -> Option<&'a Row> {
     group.iter().find(|r| r.label == name)
 }
 
-/// Time that a variant adds to the frame of `sm` by the time that the rival adds; `None` where the rival adds nothing.
+/// Ratio of the time that a variant adds to the frame of `sm` to the time that the rival adds; `None` if the rival
+/// adds nothing.
 fn by_rival(group: &[Row], row: &Row) -> Option<f64> {
     let rival = find(group, RIVAL)?.number("added_to_frame").filter(|a| *a > 0.0)?;
     Some(row.number("added_to_frame")? / rival)
@@ -39,7 +40,7 @@ fn by_rival(group: &[Row], row: &Row) -> Option<f64> {
 
 fn added(rows: &[Row]) -> String {
     let mut lines = vec![];
-    // By label, over the scenes.
+    // Ratios over the scenes for each label.
     let mut all: Vec<(&str, Vec<f64>)> = vec![];
     for group in groups(rows) {
         for row in &group[1..] {
@@ -58,15 +59,15 @@ fn added(rows: &[Row]) -> String {
     });
     format!(
         "\n## What soft shadows add\n\n\
-         `adds`: milliseconds that a technique's passes take more than those of `sm`; `by {RIVAL}'s`: that by what \
-         `{RIVAL}` adds; `frame`: the whole frame by that of `sm`. Medians over the turns.\n\n{}\n\
+         `adds`: milliseconds that a technique's passes take in addition to those of `sm`; `by {RIVAL}'s`: ratio to what \
+         `{RIVAL}` adds; `frame`: ratio of the whole frame to that of `sm`. Medians over the turns.\n\n{}\n\
          Over the scenes, by {RIVAL}'s:\n\n{}",
         plain_table(&format!("<scene | <technique | adds ms | by {RIVAL}'s | frame"), lines),
         plain_table("<technique | geometric mean | least | most", spreads)
     )
 }
 
-/// Geometric mean, least and most of ratios; a mean only of positive ones.
+/// Geometric mean, smallest and largest of ratios; the mean requires positive ratios.
 fn spread(ratios: &[f64]) -> [Option<f64>; 3] {
     let has = !ratios.is_empty();
     let mean = (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
@@ -90,15 +91,15 @@ fn savings(rows: &[Row]) -> String {
         return String::new();
     }
     "\n## What the accelerations save\n\n\
-     Milliseconds of the technique's own passes, with and without; `saved`: per cent of those without, negative where it \
-     costs more than it saves.\n\n"
+     Milliseconds of the technique's own passes, with and without the acceleration; `saved` is in percent of the time \
+     without, negative where it costs more than it saves.\n\n"
         .to_owned()
         + &plain_table("<scene | <what | <technique | with ms | without ms | saved %", lines)
 }
 
 fn shares(rows: &[Row]) -> String {
     let line = |r: &Row| vec![r.group.clone(), r.label.clone(), timed::passes(r)];
-    "\n## Passes\n\nShare of the technique's time; in brackets tiles or pixels that were worked on, of all.\n\n"
+    "\n## Passes\n\nShare of the technique's time; in brackets the tiles or pixels worked on, out of all.\n\n"
         .to_owned()
         + &plain_table("<scene | <technique | <passes", rows.iter().map(line))
 }
@@ -154,7 +155,7 @@ mod tests {
         let plan = Plan { left_out: vec!["none".into()], ..plan };
         let rows = plan.variants.iter().map(|v| row("a", &v.label, 2.0, 1.0)).collect();
         let text = (SUITE.page)(&SUITE.results(&plan, Origin::default(), rows));
-        assert!(text.contains("\n\nLeft out, as this version has none: none.\n\n## What soft"), "{text}");
+        assert!(text.contains("\n\nLeft out because they are not supported: none.\n\n## What soft"), "{text}");
         for (_, with, without) in SAVINGS {
             let has = |name: &str| plan.variants.iter().any(|v| v.label == name);
             assert!(has(with) && has(without), "{with} {without}");

@@ -1,4 +1,4 @@
-//! Suites `techniques` and `map-sizes`: every real-time technique, over the scenes and over the size of the map.
+//! Suites `techniques` and `map-sizes`: every real-time technique, in all scenes and with all sizes of the map.
 
 use super::driver::*;
 use super::judge::real_time;
@@ -22,7 +22,7 @@ pub static MAP_SIZES: Suite = Suite {
     ..timed::BASE
 };
 
-/// Every real-time technique.
+/// All real-time techniques at their defaults.
 fn defaults(_: DeviceFeatures) -> Result<Variants> {
     Ok(available(&real_time().collect::<Vec<_>>().join(" ")))
 }

@@ -1,10 +1,9 @@
-//! Plates that float over a plane which is tilted against the light, seen so that a pixel covers the same part of a
-//! texel wherever it is.
+//! Plates that float over a plane tilted against the light, seen so that every pixel covers an equal part of a texel.
 //!
 //! The plates lie across the light's axis, so the map holds the same silhouettes at every tilt. The camera stands in
-//! front of the plane, below the plates, and its projection shows the plane as the light sees it, only
-//! turned and cropped: what one pixel of the image covers is a square of the map, whatever the tilt.
-//! Distances in the image are therefore distances in texels.
+//! front of the plane, below the plates. Its projection shows the plane as the light sees it, only turned and
+//! cropped: each pixel of the image covers a square of the map, whatever the tilt. Distances in the image are
+//! therefore distances in texels.
 
 use super::judge::hard;
 use crate::cli::stage::Stage;
@@ -16,26 +15,27 @@ use std::f64::consts::{SQRT_2, TAU};
 
 /// Side of the shadow map, texels.
 pub const MAP: u32 = 256;
-/// The light's view is turned so much about its axis: the plane's slope runs along neither axis of the map. Radians.
+/// Angle in radians by which the light's view is turned about its axis, so that the plane's slope runs along neither
+/// axis of the map.
 const ROLL: f64 = 0.45;
-/// The image is turned so much against the map, radians.
+/// Angle in radians by which the image is turned against the map.
 const TURN: f64 = 0.3;
-/// The image shows the map from `-CROP` to `CROP` along its shorter side, light NDC.
+/// The image shows the map from `-CROP` to `CROP` along its shorter side, in light NDC.
 const CROP: f64 = 0.9;
-/// Distance of the spot from the plates; its frustum is 2 wide there, as the sun's. So far that all its rays still
-/// meet the steepest plane.
+/// Distance of the spot from the plates, large enough for all its rays to meet the steepest plane. Its frustum is 2
+/// wide there, as is the sun's.
 const THROW: f64 = 20.0;
-/// Height of the camera over the plane, and how far it stands aside of its middle.
+/// Height of the camera over the plane, and its distance from the plane's middle sideways.
 const EYE: [f64; 2] = [4.0, 1.6];
-/// Where what the camera sees begins, as a share of the distance to the plane's middle.
+/// Distance of the near plane as a share of the distance to the plane's middle.
 const NEAR: f64 = 0.05;
-/// Cells of plates along each side, and the width of a cell in light NDC.
+/// Number of cells of plates along each side, and the width of a cell in light NDC.
 const CELLS: (i32, f64) = (3, 0.44);
 
-/// What kind of shadow edge a plate throws.
+/// Kind of shadow edge that a plate casts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
-    /// A triangle, 38 texels a side.
+    /// A triangle with sides of 38 texels.
     Straight,
     /// A disc, 38 texels wide.
     Curved,
@@ -43,34 +43,34 @@ pub enum Edge {
     Thin,
 }
 
-/// Every kind.
+/// All kinds.
 const EDGES: [Edge; 3] = [Edge::Straight, Edge::Curved, Edge::Thin];
 
-/// Which light.
+/// Kind of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lamp {
     Sun,
     Spot,
 }
 
-/// The scene, and what is known of its image.
+/// The scene, and the known properties of its image.
 pub struct Tilted {
     pub stage: Stage,
-    /// The view of the shadow map; the fitted one would change with the tilt.
+    /// View of the shadow map, which the scene fixes: a view fitted to the casters would change with the tilt.
     pub light: LightView,
-    /// Pixels that a texel is wide.
+    /// Width of a texel in pixels.
     pub texel_px: f64,
     size: [u32; 2],
 }
 
 impl Tilted {
-    /// `tilt` is the angle between the plane's normal and the light's axis in radians, below a right angle; `size`
-    /// the image's.
+    /// Builds the scene. `tilt` is the angle in radians between the plane's normal and the light's axis, below a
+    /// right angle; `size` is the image size in pixels.
     pub fn new(lamp: Lamp, tilt: f64, size: [u32; 2]) -> Self {
         let (sin, cos) = tilt.sin_cos();
         let towards = dvec3(sin, cos, 0.0);
         let axes = DMat3::from_cols(dvec3(cos, -sin, 0.0), DVec3::NEG_Z, towards) * DMat3::from_rotation_z(ROLL);
-        // From the plane's middle to that of the plates, so that their lowest corner is above the camera.
+        // Distance from the plane's middle to the plates' middle that keeps their lowest corner above the camera.
         let float = (EYE[0] + SQRT_2 * sin) / cos + 0.5;
         let throw = if lamp == Lamp::Sun { 1.0 } else { THROW };
         let distance = float + throw;
@@ -83,7 +83,7 @@ impl Tilted {
             }
             Lamp::Spot => {
                 let slope = 1.0 / THROW;
-                // Where the ray of the frustum's corner that goes furthest meets the plane.
+                // Distance at which the longest corner ray of the frustum meets the plane.
                 let far = 1.01 * distance * cos / (cos - SQRT_2 * slope * sin);
                 let view = LightView::spot(world_from_light, 2.0 * slope.atan(), 0.8 * THROW, far, 0.0);
                 (view, LightShape::Spot { outer: slope.atan(), size: None })
@@ -95,7 +95,7 @@ impl Tilted {
         Self { stage, light, texel_px, size }
     }
 
-    /// The pixels of `mask` whose shadow edges are of that kind.
+    /// Pixels of `mask` that lie in cells with this kind of shadow edge.
     pub fn part(&self, mask: &[bool], edge: Edge) -> Vec<bool> {
         let [w, h] = self.size;
         let pixels = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
@@ -108,13 +108,13 @@ impl Tilted {
         mask.iter().zip(pixels).map(|(&m, p)| m && kind(p) == edge).collect()
     }
 
-    /// A distance in texels as whole pixels, rounded up.
+    /// Converts a distance from texels to whole pixels, rounding up.
     pub fn near_px(&self, texels: f64) -> u32 {
         (texels * self.texel_px).ceil() as u32
     }
 }
 
-/// True if the picture shows what the suite is made for: shadows of every kind, all of the plane lit around them.
+/// True if the picture shows shadows of every kind with the plane lit all around them.
 pub fn is_complete(tilted: &Tilted, truth: &Truth, mask: &[bool]) -> bool {
     EDGES.iter().all(|&edge| {
         let part = tilted.part(mask, edge);
@@ -123,24 +123,24 @@ pub fn is_complete(tilted: &Tilted, truth: &Truth, mask: &[bool]) -> bool {
     })
 }
 
-/// Half the image's sides in light NDC.
+/// Half of each side of the image in light NDC.
 fn half_extents(size: [u32; 2]) -> [f64; 2] {
     let shorter = f64::from(size[0].min(size[1]));
     size.map(|n| CROP * f64::from(n) / shorter)
 }
 
-/// Shows the plane `y = 0` as the light sees it, turned and cropped.
+/// Camera that shows the plane `y = 0` as the light sees it, turned and cropped.
 fn camera(light: &LightView, size: [u32; 2]) -> CameraView {
     let eye = dvec3(0.0, EYE[0], EYE[1]);
     let half = half_extents(size);
     let light_clip = light.clip_from_view * DMat4::from(light.world_from_view.inverse());
     let (sin, cos) = TURN.sin_cos();
     let (x, y, w) = (light_clip.row(0), light_clip.row(1), light_clip.row(3));
-    // A multiple of the plane's own equation changes nothing on the plane; this one makes the row vanish at the eye,
-    // and rows that vanish there are a projection from there.
+    // Adding a multiple of the plane's own equation changes nothing on the plane. This multiple makes the row vanish
+    // at the eye; rows that vanish there form a projection from the eye.
     let from_eye = |row: DVec4| row - DVec4::Y * (row.dot(eye.extend(1.0)) / eye.y);
     let rows = [(x * cos - y * sin) / half[0], (x * sin + y * cos) / half[1], w].map(|r| from_eye(r / w.w));
-    // The view looks along the direction in which `w` grows by one a unit.
+    // The view looks along the direction in which `w` grows by one per unit.
     let forward = rows[2].truncate();
     let scale = forward.length().recip();
     let world_from_view = look_along(eye, forward * scale);
@@ -155,7 +155,7 @@ fn camera(light: &LightView, size: [u32; 2]) -> CameraView {
     CameraView { world_from_view, clip_from_view, depth: DepthRange::Reversed }
 }
 
-/// Index of the cell, row by row, at a place in light NDC; outside, that of the nearest.
+/// Cell (column, row) at a point in light NDC; a point outside gets the nearest cell.
 fn cell_at(place: DVec2) -> [i32; 2] {
     let (count, width) = CELLS;
     let index = |v: f64| ((v / width + 0.5 * f64::from(count)).floor() as i32).clamp(0, count - 1);
@@ -167,7 +167,7 @@ fn edge_at(place: DVec2) -> Edge {
     EDGES[((i + j) % 3) as usize]
 }
 
-/// The outline of a cell's plate, counter-clockwise, in light NDC.
+/// Outline of a cell's plate, counter-clockwise, in light NDC.
 fn outline(cell: [i32; 2]) -> Vec<DVec2> {
     let (count, width) = CELLS;
     let middle = cell.map(|i| width * (f64::from(i) - 0.5 * f64::from(count - 1)));
@@ -188,9 +188,9 @@ fn outline(cell: [i32; 2]) -> Vec<DVec2> {
     points.into_iter().map(|p| middle + turn.rotate(p)).collect()
 }
 
-/// The plane, and the plates at that distance from the light.
+/// The plane, and the plates at the distance `throw` from the light.
 fn scene(light: &LightView, throw: f64) -> Scene {
-    // The light's y points up, that of its NDC down.
+    // The light's y axis points up, that of its NDC down.
     let mut plates = Mesh { name: "plates".into(), ..Mesh::default() };
     for cell in (0..CELLS.0).flat_map(|j| (0..CELLS.0).map(move |i| [i, j])) {
         fan(&mut plates, outline(cell).into_iter().map(|p| dvec3(p.x, -p.y, 0.0)), DVec3::Z);
@@ -237,7 +237,7 @@ mod tests {
     use super::*;
     use edgeshade::reference::ray_traced::{MIN_N_DOT_L, RayScene, hard};
 
-    /// Whether a place in light NDC lies under a plate.
+    /// True if a point in light NDC lies under a plate.
     fn is_under(place: DVec2) -> bool {
         let outline = outline(cell_at(place));
         (0..outline.len()).all(|i| {
@@ -273,7 +273,7 @@ mod tests {
                         counted += 1;
                         dark += u32::from(truth.visibility[i] < 0.5);
                     }
-                    // And what the light's matrix says of the point that the ray meets.
+                    // The light's matrix must agree about the point that the ray meets.
                     let (origin, direction) = camera.ray([ndc(x, size[0]), ndc(y, size[1])]);
                     let hit = origin - direction * (origin.y / direction.y);
                     let seen = tilted.light.clip_from_view
@@ -290,7 +290,7 @@ mod tests {
     fn a_texel_is_as_wide_as_it_says_and_the_kinds_share_the_image() {
         let size = [300, 200];
         let tilted = Tilted::new(Lamp::Sun, 0.5, size);
-        // Two texels to the right in light NDC, back in pixels.
+        // Two texels to the right in light NDC, converted back to pixels.
         let step = 2.0 * 2.0 / f64::from(MAP) / (2.0 * half_extents(size)[0]) * f64::from(size[0]);
         assert!((step - 2.0 * tilted.texel_px).abs() < 1e-12);
         assert_eq!(tilted.near_px(2.0), (2.0 * tilted.texel_px).ceil() as u32);

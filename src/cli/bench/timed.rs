@@ -1,4 +1,4 @@
-//! Variants timed in turns: what the suites of that kind share.
+//! Variants timed in turns, shared by the suites of that kind.
 
 use super::driver::*;
 use crate::cli::stats::{self, FRAME_PASSES, PassStats, Span};
@@ -13,16 +13,16 @@ pub const BASE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// The given scenes and maps; a quick run has the default scene alone, with and without what stands on its ground.
+/// The given scenes and maps. A quick run uses the default scene alone, complete and with its ground alone.
 pub fn extent(quick: bool, mut scenes: Vec<&'static str>, maps: &'static [u32]) -> Extent {
     scenes.retain(|s| !quick || s.starts_with(shipped::DEFAULT));
     Extent { scenes, maps, size: SIZE }
 }
 
-/// Suffix of a scene of which only the ground is drawn.
+/// Suffix of a scene whose ground alone is drawn.
 const GROUND_ALONE: &str = ", ground alone";
 
-/// Draws a group at a time, as its variants are compared with each other.
+/// Draws one group at a time, because its variants are compared with each other.
 fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let plan = run.plan;
     let size = plan.size;
@@ -57,12 +57,12 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     Ok(())
 }
 
-/// Milliseconds that a frame's technique takes beyond that of another frame.
+/// Milliseconds that a technique takes in `mine` beyond those in `base`.
 fn added_ms(mine: &FrameTiming, base: &FrameTiming) -> f64 {
     stats::technique_ms(mine) - stats::technique_ms(base)
 }
 
-/// A row of times; `first` has the same turns of the group's first variant.
+/// A row of times. `first` holds the same turns of the group's first variant.
 fn row(label: &str, group: &str, place: Record, frames: &[FrameTiming], first: &[FrameTiming], memory: u64) -> Row {
     let over_turns = |f: fn(&FrameTiming, &FrameTiming) -> f64| {
         let values = frames.iter().zip(first).map(|(mine, base)| f(mine, base));
@@ -83,12 +83,13 @@ fn row(label: &str, group: &str, place: Record, frames: &[FrameTiming], first: &
         ("mib", (memory as f64 / f64::from(1 << 20)).into()),
     ];
     let figures = [
-        // The technique's own passes: median and range over the frames.
+        // Times of the technique's own passes: median and range over the frames.
         ("gpu_ms", median.into()),
         ("gpu_ms_min", min.into()),
         ("gpu_ms_max", max.into()),
-        // Against the group's first variant in the same turn, medians over the turns: own passes by its own, what they take
-        // more, the same as a share of its whole frame, and the whole frames.
+        // Comparisons with the group's first variant in the same turn, as medians over the turns: ratio of the own
+        // passes, milliseconds added, milliseconds added as a share of the first variant's whole frame, and ratio of
+        // the whole frames.
         ("ratio", over_turns(|mine, base| stats::technique_ms(mine) / stats::technique_ms(base)).into()),
         ("added_ms", span.and(over_turns(added_ms)).into()),
         ("added_to_frame", added_to_frame.into()),
@@ -115,18 +116,19 @@ pub fn page(results: &Results<'_>) -> String {
         ("tiles", "tiles", 0),
         ("MiB", "mib", 1),
     ];
-    let mut text = results.head(&format!("{} frames a variant, drawn in turns.", results.plan.frames));
-    text += "GPU milliseconds, median (range). `technique` is its own passes; `ratio` is against the first row of the group, and \
-             `adds` what it adds to that row's whole frame.\n\n";
+    let mut text = results.head(&format!("{} frames per variant, drawn in turns.", results.plan.frames));
+    text += "GPU milliseconds, median (range). `technique`: its own passes; `ratio`: to the first row of the group; `adds`: share \
+             that it adds to the whole frame of that row.\n\n";
     text += &table(&COLUMNS, &results.rows);
     let note = left_out_note(&results.plan.left_out);
     if note.is_empty() { text } else { text + "\n" + note.trim_end() + "\n" }
 }
 
-/// Share of the technique's time below which passes are told together.
+/// Share of the technique's time below which passes are summed up.
 const SMALL_SHARE: f64 = 0.01;
 
-/// Share and tiles of each of a technique's own passes, those of one name together, the smallest last in one.
+/// Share and tiles of each of a technique's own passes. Passes of the same name are joined, and the smallest passes
+/// are summed up at the end.
 pub fn passes(row: &Row) -> String {
     let Field::Passes(passes) = row.fields.get("passes") else { return String::new() };
     let mut own: Vec<(PassStats, u32)> = vec![];
@@ -160,7 +162,7 @@ pub fn passes(row: &Row) -> String {
 pub mod tests {
     use super::*;
 
-    /// A row of a technique that takes so long; the first of its group takes `base` of a frame of 100 ms.
+    /// A row of a technique that takes `gpu_ms`. The first of its group takes `base` in a frame of 100 ms.
     pub fn row(group: &str, label: &str, gpu_ms: f64, base: f64) -> Row {
         let added = gpu_ms - base;
         let figures = Record::of([

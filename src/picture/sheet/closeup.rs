@@ -1,4 +1,4 @@
-//! Which parts of the pictures are worth a closer look.
+//! Choice of the parts of the pictures to show magnified.
 
 use super::Row;
 use crate::picture::{
@@ -6,20 +6,20 @@ use crate::picture::{
     color::{NOT_JUDGED, false_color},
 };
 
-/// Weight of the contents of the first picture against what the techniques disagree about: it
-/// decides where there is no disagreement, and prefers shadow boundaries where there is.
+/// Weight of the first picture's contents relative to the techniques' disagreement. It decides where there is no
+/// disagreement and prefers shadow boundaries where there is.
 const CONTENT_WEIGHT: f64 = 0.25;
 
-/// A second window this good, against the best one, is taken for being far from it: it shows
-/// something else.
+/// Smallest score, relative to the best window's, for which a second window far away is preferred to a nearer one,
+/// because it shows something else.
 const FAR_ENOUGH: f64 = 0.6;
 
-/// Finds up to two windows of the pictures, as left, top, width, height, that do not overlap.
+/// Finds up to two windows of the pictures that do not overlap, as left, top, width, height.
 ///
-/// What counts is how much the difference between the techniques, or their error, *varies* in a
-/// window (an edge in the wrong place does, a wrong area throughout does not), and a little how
-/// much there is to see in the first picture, which should be the truth. The choice depends on the
-/// pictures alone. A window has sides of `side_px` or what the picture has, if that is less.
+/// The score is mainly how much the difference between the techniques, or their error, *varies* in a window: a
+/// misplaced boundary varies, a uniformly wrong area does not. To a lesser degree it is how much detail the first
+/// picture has, which should be the truth. The choice depends on the pictures alone. A window has sides of `side_px`,
+/// or of the picture if that is smaller.
 pub fn choose_closeups(rows: &[Row], side_px: u32) -> Vec<[u32; 4]> {
     let Some(first) = rows.first() else { return Vec::new() };
     let size = first.full.size;
@@ -29,7 +29,7 @@ pub fn choose_closeups(rows: &[Row], side_px: u32) -> Vec<[u32; 4]> {
     }
     let blocks = Blocks::new(rows, window);
     let mut scored = blocks.score_windows();
-    // Ties go to the upper left window, so that the choice is always the same.
+    // Ties go to the upper left window, so that the choice is reproducible.
     scored.sort_by(|a, b| b.score.total_cmp(&a.score));
     let Some(best) = scored.first().map(|s| s.at) else { return Vec::new() };
     let apart = |at: [u32; 2], times: u32| (0..2).any(|k| at[k].abs_diff(best[k]) >= times * window[k]);
@@ -44,15 +44,15 @@ struct Scored {
     score: f64,
 }
 
-/// Sums over square blocks, of which windows are made.
+/// Sums over square blocks, from which windows are composed.
 struct Blocks {
-    /// Side of a block in pixels.
+    /// Side of a block, pixels.
     step: u32,
-    /// Blocks of the picture, whole ones only.
+    /// Number of whole blocks in the picture.
     count: [u32; 2],
-    /// Blocks of a window.
+    /// Number of blocks in a window.
     window: [u32; 2],
-    /// Sums of the pixels' differences, their squares, contents, their squares.
+    /// Sums of the pixels' differences, squared differences, contents and squared contents.
     sums: Vec<[f64; 4]>,
 }
 
@@ -98,14 +98,14 @@ impl Blocks {
     }
 }
 
-/// Mean over the pictures of the larger of the error and the distance to the first one, in `[0, 1]`.
+/// Returns the mean over the pictures of the larger of error and difference to the first picture, in `[0, 1]`.
 fn difference(rows: &[Row], i: usize) -> f64 {
     let first = luma(rows[0].full, i);
     let one = |row: &Row| (luma(row.full, i) - first).abs().max(row.error.map_or(0.0, |e| error_strength(e.rgb[i])));
     rows.iter().map(one).sum::<f64>() / rows.len() as f64
 }
 
-/// How far an error colour is from that of no error.
+/// Returns the distance of an error colour from the colour of no error.
 fn error_strength(color: [u8; 3]) -> f64 {
     if color == NOT_JUDGED {
         return 0.0;
@@ -115,7 +115,7 @@ fn error_strength(color: [u8; 3]) -> f64 {
     f64::from(farthest) / 255.0
 }
 
-/// Perceived brightness, near enough: the weights of Rec. 709 on the encoded values.
+/// Returns the approximate perceived brightness: the weights of Rec. 709 on the encoded values.
 fn luma(picture: &Picture, i: usize) -> f64 {
     let [r, g, b] = picture.rgb[i].map(|c| f64::from(c) / 255.0);
     0.2126 * r + 0.7152 * g + 0.0722 * b

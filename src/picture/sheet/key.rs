@@ -1,4 +1,4 @@
-//! The key to the error colours.
+//! Key to the error colours.
 
 use super::{BRIGHT, DIM, FRAME_PX};
 use crate::picture::{
@@ -11,10 +11,10 @@ const BAR_PX: [u32; 2] = [168, 14];
 const TEXT_PX: f32 = 13.0;
 const GAP_PX: u32 = 9;
 
-/// Height of the key in pixels; it is less wide than the narrowest cell.
+/// Height of the key, pixels; its width is less than the narrowest cell's.
 pub(super) const HEIGHT_PX: u32 = 20;
 
-/// From left to right: too dark, the colours of -1 to 1, too light, not judged.
+/// Draws, from left to right: too dark, the colours of -1 to 1, too light, not judged.
 pub(super) fn draw(sheet: &mut Picture, fonts: &Fonts, [x, y]: [u32; 2]) {
     let mut x = x;
     let text = |sheet: &mut Picture, x: &mut u32, line: &str, color| {

@@ -1,4 +1,4 @@
-//! The contact sheet: what several techniques make of one scene, side by side.
+//! Contact sheet: the results of several techniques for one scene, side by side.
 
 mod closeup;
 mod key;
@@ -11,55 +11,54 @@ use super::{
 };
 use crate::{Error, Result};
 
-/// Most techniques that one sheet takes.
+/// Largest number of techniques on one sheet.
 pub const MAX_ROWS: usize = 64;
 
 const BACKGROUND: [u8; 3] = [23, 24, 27];
 const PANEL: [u8; 3] = [32, 33, 37];
 const BRIGHT: [u8; 3] = [238, 239, 242];
 const DIM: [u8; 3] = [164, 168, 177];
-/// Frames of the close-ups: apart from each other, and from the error colours, for everyone.
+/// Frame colours of the close-ups. Everyone can tell them from each other and from the error colours.
 const FRAMES: [[u8; 3]; 2] = [[255, 178, 28], [40, 204, 148]];
 const FRAME_PX: u32 = 2;
 const MARGIN_PX: u32 = 28;
 const CELL_GAP_PX: u32 = 24;
 const GAP_PX: u32 = 8;
-/// Cells beside each other before they wrap, unless told otherwise.
+/// Number of cells per line by default.
 const USUAL_COLUMNS: usize = 6;
 
-/// One technique.
+/// Technique on the sheet.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
-    /// Its name.
+    /// Name of the technique.
     pub label: &'a str,
-    /// Its figures, one or more lines.
+    /// Figures of the technique, one or more lines.
     pub caption: &'a str,
-    /// The shaded picture.
+    /// Shaded picture.
     pub full: &'a Picture,
-    /// The error in false colours, see [`Picture::from_error`]; `None` for the truth itself.
+    /// Error in false colours, see [`Picture::from_error`]; `None` for the truth itself.
     pub error: Option<&'a Picture>,
 }
 
-/// What stands above the pictures.
+/// Text above the pictures.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Header<'a> {
-    /// Usually the scene.
+    /// Title, usually the scene.
     pub title: &'a str,
-    /// Size, shadow map, light and the like.
+    /// Note: size, shadow map, light and the like.
     pub note: &'a str,
 }
 
-/// How the sheet is made.
+/// Options of the sheet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Sides of a close-up in pixels of the picture, 1 to 256.
+    /// Side of a close-up in pixels of the picture, 1 to 256.
     pub closeup_px: u32,
-    /// How many times a close-up is magnified, 1 to 16.
+    /// Magnification of a close-up, 1 to 16.
     pub zoom: u32,
-    /// Close-ups to show, as left, top, width, height, two at most; `None` lets
-    /// [`choose_closeups`] find them.
+    /// Close-ups to show, as left, top, width, height, at most two; `None` lets [`choose_closeups`] find them.
     pub closeups: Option<Vec<[u32; 4]>>,
-    /// Cells beside each other; `None` takes up to six and evens the lines out.
+    /// Number of cells per line; `None` uses up to six and balances the lines.
     pub columns: Option<usize>,
 }
 
@@ -69,15 +68,15 @@ impl Default for Options {
     }
 }
 
-/// Composes the sheet: a title, then a cell a technique with name, figures, picture, close-ups and
-/// error, in as many lines of cells as it takes, and the key to the error colours.
+/// Composes the sheet: a title, one cell per technique with name, figures, picture, close-ups and error, in as many
+/// lines as needed, and the key to the error colours.
 ///
-/// All pictures must have the same size, which may be as little as one pixel. Small pictures are
-/// magnified by a whole number; close-ups are left out where they would show nothing more.
+/// All pictures must have the same size, which may be a single pixel. Small pictures are magnified by an integer.
+/// Close-ups are left out where they would show nothing more.
 ///
 /// # Errors
-/// No techniques or more than [`MAX_ROWS`], an empty picture, pictures of different sizes, options
-/// beyond their ranges, a close-up that is not in the picture.
+/// Fails without techniques or with more than [`MAX_ROWS`], for an empty picture, pictures of different sizes, options
+/// out of range, or a close-up outside the picture.
 pub fn compose(header: &Header, rows: &[Row], options: &Options) -> Result<Picture> {
     let size = check(rows, options)?;
     let fonts = Fonts::new()?;
@@ -122,7 +121,7 @@ fn check(rows: &[Row], options: &Options) -> Result<[u32; 2]> {
     let Some(first) = rows.first() else { return wrong("there are no pictures".to_owned()) };
     let size = first.full.size;
     if rows.len() > MAX_ROWS {
-        return wrong(format!("{} techniques; {MAX_ROWS} is the most", rows.len()));
+        return wrong(format!("{} techniques; at most {MAX_ROWS} fit", rows.len()));
     }
     if size[0] == 0 || size[1] == 0 {
         return wrong("the pictures are empty".to_owned());
@@ -132,12 +131,12 @@ fn check(rows: &[Row], options: &Options) -> Result<[u32; 2]> {
             check_length(row.label, picture.rgb.len(), picture.size)?;
             if picture.size != size {
                 let [w, h] = picture.size;
-                return wrong(format!("{} is {w}x{h} px, the first picture {}x{}", row.label, size[0], size[1]));
+                return wrong(format!("{} is {w}x{h} px, but the first picture is {}x{}", row.label, size[0], size[1]));
             }
         }
     }
     if !(1..=256).contains(&options.closeup_px) || !(1..=16).contains(&options.zoom) {
-        return wrong("a close-up has sides of 1 to 256 px and a zoom of 1 to 16".to_owned());
+        return wrong("a close-up must have sides of 1 to 256 px and a zoom of 1 to 16".to_owned());
     }
     let inside = |c: &[u32; 4]| {
         c[2].min(c[3]) >= 1
@@ -148,19 +147,22 @@ fn check(rows: &[Row], options: &Options) -> Result<[u32; 2]> {
     match &options.closeups {
         Some(list) if list.len() > 2 => wrong(format!("{} close-ups; 2 is the most", list.len())),
         Some(list) => match list.iter().find(|c| !inside(c)) {
-            Some(c) => wrong(format!("close-up {c:?} is not in the picture, or beyond {} px", options.closeup_px)),
+            Some(c) => wrong(format!(
+                "close-up {c:?} is not in the picture, or a side is longer than {} px",
+                options.closeup_px
+            )),
             None => Ok(size),
         },
         None => Ok(size),
     }
 }
 
-/// Everything that is the same in all cells.
+/// Layout that all cells share.
 struct Layout {
     cell_px: u32,
     labels: Vec<Fitted>,
     captions: Vec<Fitted>,
-    /// Size of the full picture on the sheet.
+    /// Size of the full picture on the sheet, pixels.
     shown: [u32; 2],
     closeups: Vec<[u32; 4]>,
     zoom: u32,
@@ -193,7 +195,7 @@ impl Layout {
         [most(&self.labels), most(&self.captions)]
     }
 
-    /// Height of a picture with its close-ups.
+    /// Returns the height of a picture with its close-ups, pixels.
     fn block_px(&self) -> u32 {
         let closeups = self.closeups.iter().map(|c| c[3] * self.zoom + 2 * FRAME_PX + GAP_PX).max();
         self.shown[1] + closeups.unwrap_or(0)
@@ -205,7 +207,7 @@ impl Layout {
         label + caption + GAP_PX + blocks
     }
 
-    /// What the pictures are: scale of the full ones and of the close-ups.
+    /// Returns the text about the scales of the full pictures and the close-ups.
     fn footer(&self, size: [u32; 2]) -> String {
         let ratio = f64::from(self.shown[0].max(self.shown[1])) / f64::from(size[0].max(size[1]));
         let scale = if ratio >= 1.0 { format!("{ratio:.0}:1") } else { format!("{:.0} %", 100.0 * ratio) };
@@ -237,7 +239,7 @@ impl Layout {
         }
     }
 
-    /// The whole picture with frames, and below it what they hold.
+    /// Draws the whole picture with frames, and below it the framed close-ups.
     fn draw_block(&self, sheet: &mut Picture, picture: &Picture, [x, y]: [u32; 2]) {
         sheet.fill([x, y, self.cell_px, self.shown[1]], PANEL);
         let left = x + (self.cell_px - self.shown[0]) / 2;
@@ -265,13 +267,13 @@ impl Layout {
         }
     }
 
-    /// Left end of the second close-up: they fill the two halves of the cell.
+    /// Returns the left end of the second close-up; the two fill the halves of the cell.
     fn closeup_right(&self, x: u32) -> u32 {
         x + (self.cell_px + GAP_PX) / 2
     }
 }
 
-/// A frame around a rectangle, outside of it.
+/// Draws a frame around a rectangle, outside it.
 fn frame(sheet: &mut Picture, [x, y, w, h]: [u32; 4], color: [u8; 3]) {
     let (l, t) = (x.saturating_sub(FRAME_PX), y.saturating_sub(FRAME_PX));
     let full = w + 2 * FRAME_PX;

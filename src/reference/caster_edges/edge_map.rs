@@ -1,40 +1,41 @@
-//! Mirror of `glsl/caster_edges/edge_map.comp` (and of `edge_map.vert` and `edge_map.frag`, which make the same map): by brute
-//! force, all edges of every cell.
+//! Mirror of `glsl/caster_edges/edge_map.comp`, and of `edge_map.vert` and `edge_map.frag`, which make the same map.
+//! It finds all edges of every cell by brute force.
 
 use super::edge_segments::Segment;
 use crate::reference::common::view::DEPTH_ULPS;
 use glam::{DVec2, dvec2};
 use rayon::prelude::*;
 
-/// What a cell may know of an edge.
+/// An edge that a cell may list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
     /// Index of the segment.
     pub segment: u32,
     /// Distance from the cell's centre, texels.
     pub distance: f64,
-    /// The same in the maximum norm: an edge enters the square whose half side this is.
+    /// Distance in the maximum norm, texels: the edge enters the square around the centre with this half side.
     pub square: f64,
-    /// How far the edge lies before the farthest depth around the cell: hidden edges, with less than 0, are left out.
+    /// Depth by which the edge lies in front of the farthest texel around the cell. Hidden edges, with less than 0,
+    /// are left out.
     pub before: f64,
 }
 
-/// The settings of the pass.
+/// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Texels, along both axes, before an edge at which a cell learns of it.
+    /// Distance along each axis, texels, at which a cell still lists an edge.
     pub reach: f64,
-    /// Leave out edges that lie behind everything around a cell.
+    /// Leaves out edges that lie behind everything around a cell.
     pub kill: bool,
 }
 
-/// Distance within which, and depth within which, single precision may decide the other way.
+/// Margin, texels, within which single precision may decide a distance the other way.
 pub const DISTANCE_DOUBT: f64 = 1e-4;
-/// See [`DISTANCE_DOUBT`].
+/// Margin in depth within which single precision may decide the other way.
 pub const DEPTH_DOUBT: f64 = 2.0 * DEPTH_ULPS;
 
-/// The colour, channels 0 to 1, of a cell whose nearest edge is `segment` at `distance` texels, of `farthest` at most, in
-/// `glsl/caster_edges/edge_ids.comp`.
+/// Returns the colour, channels 0 to 1, that `glsl/caster_edges/edge_ids.comp` gives a cell. The cell's nearest edge
+/// is `segment` at `distance` texels; `farthest` is the largest distance shown.
 pub fn id_color(segment: u32, distance: f64, farthest: f64) -> [f64; 3] {
     let mut h = segment;
     for (shift, factor) in [(16, 0x7FEB_352Du32), (15, 0x846C_A68B)] {
@@ -46,8 +47,8 @@ pub fn id_color(segment: u32, distance: f64, farthest: f64) -> [f64; 3] {
     [r, g, b].map(|c| brightness * c / r.max(g).max(b))
 }
 
-/// Every edge of each cell, nearest to its centre first, row by row, whether or not it has a slot; with those in doubt. `size`
-/// in texels.
+/// Returns every edge of each cell, nearest to the cell's centre first, with no limit of slots. Cells are listed row
+/// by row. Edges in doubt are included. `size` is in texels.
 pub fn near(segments: &[Option<Segment>], map: &[f32], size: [usize; 2], settings: &Settings) -> Vec<Vec<Near>> {
     let [width, height] = size;
     let farthest = |x: usize, y: usize| {
@@ -84,14 +85,14 @@ pub fn near(segments: &[Option<Segment>], map: &[f32], size: [usize; 2], setting
 }
 
 impl Near {
-    /// The cell has the edge, however single precision decides.
+    /// Returns whether the cell must list the edge, however single precision decides.
     fn is_sure(&self, settings: &Settings) -> bool {
         self.square < 0.5 + settings.reach - DISTANCE_DOUBT && self.before > DEPTH_DOUBT
     }
 }
 
-/// Distance of a segment from a point in the maximum norm: it is convex along the segment, and linear but where the point's
-/// axes and diagonals are crossed.
+/// Returns the distance of a segment from a point in the maximum norm. The distance is convex along the segment, and
+/// linear except where the segment crosses the point's axes and diagonals.
 fn square_distance(s: &Segment, center: DVec2) -> f64 {
     let (a, d) = (s.ends[0] - center, s.along());
     let breaks = [(a.x, d.x), (a.y, d.y), (a.x - a.y, d.x - d.y), (a.x + a.y, d.x + d.y)];
@@ -99,13 +100,14 @@ fn square_distance(s: &Segment, center: DVec2) -> f64 {
     crossings.chain([0.0, 1.0]).map(|t| (a + t * d).abs().max_element()).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a cell may hold exactly these edges: every edge that surely enters it is there, none that surely is not.
+/// Returns whether a cell may hold exactly these edges: all that surely enter it are present, and none that surely do
+/// not.
 pub fn agrees(found: &[u32], near: &[Near], settings: &Settings) -> bool {
     near.iter().filter(|n| n.is_sure(settings)).all(|n| found.contains(&n.segment))
         && found.iter().all(|f| near.iter().any(|n| n.segment == *f))
 }
 
-/// Whether the slots hold the nearest of them, in order, where distances differ enough to tell.
+/// Returns whether the slots hold the cell's nearest edges in order, as far as the distances differ enough to tell.
 pub fn is_nearest_first(slots: &[u32], near: &[Near], settings: &Settings) -> bool {
     let distance = |s: &u32| near.iter().find(|n| n.segment == *s).map(|n| n.distance);
     let known: Option<Vec<_>> = slots.iter().map(distance).collect();

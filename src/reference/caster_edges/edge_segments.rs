@@ -1,5 +1,5 @@
-//! Mirror of `glsl/lib/edge_segment.glsl`, `glsl/caster_edges/edge_segments.comp` and `map_edge.glsl`: silhouette edges as
-//! segments in the plane of the shadow map, and what is asked of them there.
+//! Mirror of `glsl/lib/edge_segment.glsl`, `glsl/caster_edges/edge_segments.comp` and `map_edge.glsl`: silhouettes as
+//! segments in the plane of the shadow map, and the queries on them.
 
 use crate::reference::common::view::{DEPTH_ULPS, Decision};
 use crate::view::LightView;
@@ -10,37 +10,38 @@ use glam::{DAffine3, DMat2, DMat4, DVec2, DVec4, Vec3, dvec2};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StoredSegment {
-    /// One end, texels.
+    /// First end, texels.
     pub a: [f32; 2],
-    /// The other end.
+    /// Second end, texels.
     pub b: [f32; 2],
-    /// Depth in the map at `a`.
+    /// Depth in the map at `a`, 0 to 1.
     pub za: f32,
-    /// Depth at `b`.
+    /// Depth in the map at `b`, 0 to 1.
     pub zb: f32,
-    /// 0: nothing of the edge lies in the map.
+    /// Flag bits; 0 if no part of the edge lies in the map.
     pub flags: u32,
     /// Index in the list of silhouettes.
     pub edge: u32,
-    /// Third vertex of the triangle beside the edge, if `FACE` is set.
+    /// Third vertex of the triangle beside the edge, texels, if `FACE` is set.
     pub c: [f32; 2],
-    /// Depth at `c`.
+    /// Depth in the map at `c`, 0 to 1.
     pub zc: f32,
 }
 
 /// `SEGMENT_FACE` of `glsl/lib/edge_segment.glsl`.
 const FACE: u32 = 16;
 
-/// A segment in `f64`.
+/// Segment in `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Ends, texels; the occluder lies where `perp_dot(b - a, p - a)` is positive.
     pub ends: [DVec2; 2],
     /// Depths in the map at the ends.
     pub depths: [f64; 2],
-    /// Whether the ends are the edge's own, not where it was cut.
+    /// `true` for an end that is the edge's own, `false` for one where the edge was cut.
     pub own: [bool; 2],
-    /// Third vertex of the occluder's triangle beside the edge, texels, and its depth, if it is before the light.
+    /// Third vertex of the occluder's triangle beside the edge, texels, and its depth; `None` if it is not in front of
+    /// the light.
     pub third: Option<(DVec2, f64)>,
 }
 
@@ -48,7 +49,7 @@ pub struct Segment {
 const CUT: [u32; 2] = [4, 8];
 
 impl StoredSegment {
-    /// The segment; `None` where nothing of the edge lies in the map.
+    /// Returns the segment; `None` if no part of the edge lies in the map.
     pub fn segment(&self) -> Option<Segment> {
         let point = |p: [f32; 2]| dvec2(p[0].into(), p[1].into());
         let found = Segment {
@@ -62,7 +63,8 @@ impl StoredSegment {
 }
 
 impl Segment {
-    /// Of clip coordinates, cut to what lies at least `nearest` before the light and at most `margin` texels beyond the map.
+    /// Projects an edge from clip coordinates. Cuts it to the part at least `nearest` in front of the light and at
+    /// most `margin` texels outside the map.
     pub fn project(ends: [DVec4; 2], map_size: [u32; 2], margin: f64, nearest: f64) -> Option<Self> {
         let extent = DVec2::new(map_size[0].into(), map_size[1].into());
         let reach = 1.0 + 2.0 * margin / extent;
@@ -92,53 +94,54 @@ impl Segment {
         edge.has_sides().then_some(edge)
     }
 
-    /// With the third vertex of the triangle beside it, of clip coordinates.
+    /// Adds the third vertex of the triangle beside the edge, given in clip coordinates.
     pub fn beside(self, third: DVec4, map_size: [u32; 2], nearest: f64) -> Self {
         let extent = DVec2::new(map_size[0].into(), map_size[1].into());
         let place = |c: DVec4| ((0.5 * DVec2::new(c.x, c.y) / c.w + 0.5) * extent, c.z / c.w);
         Self { third: (third.w > nearest).then(|| place(third)), ..self }
     }
 
-    /// False for an edge that is seen end-on.
+    /// Returns `false` for an edge seen end-on.
     pub fn has_sides(&self) -> bool {
         self.ends[0] != self.ends[1]
     }
 
-    /// From end to end.
+    /// Returns the vector from the first end to the second, texels.
     pub fn along(&self) -> DVec2 {
         self.ends[1] - self.ends[0]
     }
 
-    /// Where on the segment the point closest to `p` lies: a share of the way from end to end.
+    /// Returns the parameter, 0 to 1 from end to end, of the segment's point closest to `p`.
     pub fn foot(&self, p: DVec2) -> f64 {
         let d = self.along();
         let all = d.length_squared();
         if all > 0.0 { ((p - self.ends[0]).dot(d) / all).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// A point of the segment, by its share of the way from end to end.
+    /// Returns the segment's point at parameter `t`, 0 to 1 from end to end.
     pub fn at(&self, t: f64) -> DVec2 {
         self.ends[0].lerp(self.ends[1], t)
     }
 
-    /// Distance of a point, texels.
+    /// Returns the distance of `p` from the segment, texels.
     pub fn distance(&self, p: DVec2) -> f64 {
         p.distance(self.at(self.foot(p)))
     }
 
-    /// Distance from the line, texels, positive on the occluder's side.
+    /// Returns the distance of `p` from the segment's line, texels; positive on the occluder's side.
     pub fn line_distance(&self, p: DVec2) -> f64 {
         let d = self.along();
         let length = d.length();
         if length > 0.0 { d.perp_dot(p - self.ends[0]) / length } else { 0.0 }
     }
 
-    /// Depth at a share of the way from end to end.
+    /// Returns the depth at parameter `t`, 0 to 1 from end to end.
     pub fn depth(&self, t: f64) -> f64 {
         self.depths[0] + t * (self.depths[1] - self.depths[0])
     }
 
-    /// Depth at `p` of the plane of the triangle beside the edge, and whether `p` lies in the triangle, as the light sees it.
+    /// Returns the depth at `p` of the plane of the triangle beside the edge, and whether `p` lies in the triangle as
+    /// seen from the light.
     pub fn face(&self, p: DVec2) -> Option<(f64, bool)> {
         let (c, zc) = self.third?;
         let sides = DMat2::from_cols(self.along(), c - self.ends[0]);
@@ -147,7 +150,7 @@ impl Segment {
         Some((depth, sides.determinant() > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0))
     }
 
-    /// Where the walk from `p` to `q` crosses the segment: 0 at `p`, 1 at `q`.
+    /// Returns where the path from `p` to `q` crosses the segment: 0 at `p`, 1 at `q`.
     pub fn crossing(&self, p: DVec2, q: DVec2) -> Option<f64> {
         let (d, walk) = (self.along(), q - p);
         let (from, to) = (d.perp_dot(p - self.ends[0]), d.perp_dot(q - self.ends[0]));
@@ -156,8 +159,8 @@ impl Segment {
         crosses.then(|| from / (from - to))
     }
 
-    /// Whether a place of the edge lies behind all that the map, row by row, holds around it; in doubt where rounding may
-    /// decide.
+    /// Decides whether a point of the edge lies behind every depth that the map (row by row) holds around it. The
+    /// decision is doubtful where rounding may change it.
     pub(super) fn is_hidden(&self, shadow_map: &[f32], map_size: [u32; 2], p: DVec2, z: f64) -> Decision {
         let [w, h] = map_size.map(i64::from);
         let around = |middle: DVec2| {
@@ -176,10 +179,10 @@ impl Segment {
     }
 }
 
-/// How far single precision may move a place in the map, texels.
+/// Largest error of a position in the map in single precision, texels.
 pub(super) const PLACE_ERROR: f64 = 5e-4;
 
-/// Clip coordinates of a point of an instance, composed in `f64`.
+/// Returns the clip coordinates of a point of an instance, computed in `f64`.
 pub fn clip_from_object(light: &LightView, world_from_object: &DAffine3, p: [f32; 3]) -> DVec4 {
     let world = world_from_object.transform_point3(Vec3::from(p).as_dvec3());
     let view = DMat4::from(light.world_from_view.inverse());
@@ -194,7 +197,7 @@ mod tests {
     #[test]
     fn edges_are_cut_before_they_are_projected() {
         let a = dvec4(0.0, 0.5, 0.2, 1.0);
-        // From the middle to behind the light: up to the margin, on the line that the two clip points span.
+        // From the middle to behind the light: the edge ends at the margin, on the line that the two clip points span.
         let e = Segment::project([a, dvec4(4.0, 0.5, 0.2, -1.0)], [64, 32], 16.0, 1e-3).unwrap();
         assert!(e.own == [true, false] && e.ends[0] == dvec2(32.0, 24.0), "{e:?}");
         assert!((e.ends[1].x - 80.0).abs() < 1e-9 && e.ends[1].y > 24.0, "{e:?}");

@@ -9,18 +9,18 @@ use crate::reference::common::view::{Decision, FrameData, Mirror, View};
 use crate::technique::caster_edges::edsm::{BorderKernel, DistanceConfig};
 use glam::{DVec2, dvec2};
 
-/// What an edge leaves at a point.
+/// Values that an edge writes at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeDistance {
-    /// Of the edge's line, texels; positive on the occluder's side.
+    /// Distance from the edge's line, texels; positive on the occluder's side.
     pub distance: f64,
-    /// The smallest stays.
+    /// Priority; the edge with the smallest one is kept.
     pub priority: f64,
-    /// Share of the way from end to end, kept to the edge.
+    /// Parameter of the closest point on the edge, 0 to 1 from end to end.
     pub along: f64,
 }
 
-/// Of an edge at a point, for a quad of a half width in texels.
+/// Returns the values of edge `e` at `p`, for a quad with this half width in texels.
 pub fn edge_distance(e: &Segment, p: DVec2, half_width: f64, cosine: bool) -> EdgeDistance {
     let (d, away) = (e.along(), p - e.ends[0]);
     let length = d.length();
@@ -42,14 +42,14 @@ pub fn edge_distance(e: &Segment, p: DVec2, half_width: f64, cosine: bool) -> Ed
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
     what: EdgeDistance,
-    /// Neither rasterisation nor what hides it may decide whether it counts.
+    /// `true` if neither rasterisation nor the hidden-edge test can change whether the edge counts.
     sure: bool,
 }
 
-/// Rasterisation moves corners to a grid of 1/256 of a texel, a coarser one on some devices.
+/// Rasterisation snaps vertices to a grid of 1/256 of a texel; some devices use a coarser one.
 const SNAPPING: f64 = 1.0 / 64.0;
 
-/// Every edge that each texel of a map may keep.
+/// Returns, for each texel of a map, every edge that the texel may keep.
 pub fn candidates(
     edges: &[Segment],
     map_size: [u32; 2],
@@ -67,7 +67,7 @@ pub fn candidates(
             for x in (low.x.floor() as i64).max(0)..(high.x.floor() as i64 + 1).min(w) {
                 let p = dvec2(x as f64, y as f64) + 0.5;
                 let place = along.dot(p - e.ends[0]);
-                // How deep in the quad.
+                // Depth inside the quad, texels.
                 let inside =
                     (r - along.perp_dot(p - e.ends[0]).abs()).min(place + r).min(e.along().length() + r - place);
                 if inside < -SNAPPING {
@@ -90,22 +90,22 @@ pub fn candidates(
     texels
 }
 
-/// Whether a texel may hold this distance.
+/// Returns whether a texel may hold the distance `value`.
 pub fn explains(candidates: &[Candidate], value: f32, config: &DistanceConfig) -> bool {
     let best = candidates.iter().filter(|c| c.sure).map(|c| c.what.priority).fold(f64::INFINITY, f64::min);
     if value == 0.0 && best == f64::INFINITY {
         return true;
     }
-    // A priority is a distance over a few texels; at a corner the cosine turns quickly.
+    // A priority is a distance divided by a few texels; at a corner the cosine changes quickly.
     let slack = if config.cosine { 2e-2 } else { 2.0 * PLACE_ERROR };
     let near = |c: &Candidate| {
-        // Half precision of the map, single precision of the line, which of short edges turns with their ends.
+        // The map has half precision. The line has single precision, and a short edge's line turns with its ends.
         (c.what.distance - f64::from(value)).abs() <= 2e-3 * (1.0 + c.what.distance.abs())
     };
     candidates.iter().any(|c| c.what.priority <= best + slack && near(c))
 }
 
-/// Visibility across a border; `x` is the distance in half widths, positive in shadow.
+/// Returns the visibility across a soft border; `x` is the distance in half widths, positive in shadow.
 pub fn border(x: f64, kernel: BorderKernel) -> f64 {
     let x = x.clamp(-1.0, 1.0);
     match kernel {
@@ -118,7 +118,7 @@ pub fn border(x: f64, kernel: BorderKernel) -> f64 {
     }
 }
 
-/// Whether the test just beyond the edge, from a place whose own tests all say `verdict`, says otherwise.
+/// Returns whether the test just beyond the edge differs from `verdict`, the result of all four tests at `place`.
 fn differs_beyond(
     four: [f64; 4],
     q: DVec2,
@@ -136,10 +136,10 @@ fn differs_beyond(
     lit([beyond.x.floor() as i64, beyond.y.floor() as i64]) != verdict
 }
 
-/// The visibility of every pixel, from a map of distances as the GPU has it. `width` is that of the border, texels.
+/// Computes the visibility of every pixel from the GPU's own map of distances. `width` is the border's width, texels.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(
     data: &FrameData<'_>,
     settings: &ReceiverSettings,
@@ -197,26 +197,29 @@ mod tests {
     #[test]
     fn distances_are_in_texels_and_signed() {
         let e = Segment { ends: [dvec2(2.0, 2.0), dvec2(5.0, 6.0)], depths: [0.1; 2], own: [true; 2], third: None };
-        // 3, 4, 5: a texel to the right of the edge's direction, y down.
+        // A 3-4-5 triangle: the point lies one texel to the right of the edge's direction (y down).
         let p = dvec2(2.0, 2.0) + 0.5 * dvec2(3.0, 4.0) + dvec2(-0.8, 0.6);
         let r = edge_distance(&e, p, 1.5, false);
         assert!((r.distance - 1.0).abs() < 1e-12 && (r.along - 0.5).abs() < 1e-12, "{r:?}");
         assert!(edge_distance(&e, p + dvec2(1.6, -1.2), 1.5, true).distance < 0.0);
     }
 
-    /// Where two edges are equally near, beyond the end that they share, the one that is farther as a line is right: a point
-    /// outside of a sharp corner is outside of that one.
+    /// Beyond a shared end, two edges are equally near. The edge whose line is farther away is right: a point outside
+    /// a sharp corner is outside that edge.
     #[test]
     fn ties_at_corners_are_decided() {
         let tip = dvec2(10.0, 10.0);
-        // The occluder is the thin wedge between the two, on the right of either.
+        // The occluder is the thin wedge between the two edges, on the right of each.
         let upper = Segment { ends: [dvec2(0.0, 9.0), tip], depths: [0.1; 2], own: [true; 2], third: None };
         let lower = Segment { ends: [tip, dvec2(0.0, 11.0)], depths: [0.1; 2], own: [true; 2], third: None };
         for p in [dvec2(10.8, 10.3), dvec2(10.5, 9.6), dvec2(10.9, 10.01)] {
             let found = [&upper, &lower].map(|e| edge_distance(e, p, 1.5, false));
             let nearest = if found[0].priority < found[1].priority { found[0] } else { found[1] };
             assert!(nearest.distance < 0.0, "{p}: {found:?}");
-            assert!(found.iter().any(|f| f.distance > 0.0) || p.y > 10.0 && p.x > 10.8, "{p} is no case: {found:?}");
+            assert!(
+                found.iter().any(|f| f.distance > 0.0) || p.y > 10.0 && p.x > 10.8,
+                "{p} does not test a tie: {found:?}"
+            );
         }
     }
 

@@ -1,7 +1,8 @@
-//! Mirror of `glsl/caster_edges/edsm_x.comp` and of its rule, `edge_rule.glsl`, from the edges that the GPU's own map names.
+//! Mirror of `glsl/caster_edges/edsm_x.comp` and of its rule, `edge_rule.glsl`. It takes the edges that the GPU's own
+//! map lists.
 //!
-//! A pixel is worked out at its point and, because a crossing has no margin of its own, at points around it as far off as single
-//! precision may have moved it: where any of them decides otherwise the pixel is in doubt.
+//! A crossing has no margin of its own. So each pixel is evaluated at its point and at points around it, as far away
+//! as single precision may have moved it. The pixel is in doubt if any of them decides otherwise.
 
 use super::edge_segments::Segment;
 use super::edsm::border;
@@ -14,13 +15,14 @@ use glam::{DVec2, dvec2};
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Ask the edges only where the four anchors disagree.
+    /// Consults the edges only where the four anchors (the surrounding texels) disagree.
     pub mixed_only: bool,
-    /// Fraction of a texel's slope within which an edge lies on the receiver.
+    /// Tolerance within which an edge lies on the receiver, as a fraction of the depth slope per texel.
     pub edge_bias: f32,
-    /// Fraction of a texel's slope that is taken off at an anchor.
+    /// Depth bias at an anchor, as a fraction of the depth slope per texel.
     pub depth_bias: f32,
-    /// Texels of depth a texel of distance that a curved receiver may lie before its plane.
+    /// Distance by which a curved receiver may lie in front of its plane, in texel sizes of depth per texel of
+    /// distance.
     pub slack: f32,
     /// Width of soft borders, texels.
     pub border: f32,
@@ -35,16 +37,16 @@ const BEYOND: f64 = 0.75;
 /// `FOLLOWED` of `edge_rule.glsl`.
 const FOLLOWED: f64 = 32.0;
 
-/// Distance from a line, texels, that single precision may turn round.
+/// Distance from a line, texels, within which single precision may find the other side.
 const LINE_DOUBT: f64 = 1e-3;
 /// `STEEPEST` of `edsm_x.comp`.
 const STEEPEST: f64 = 4.0;
 
-/// The edges of every cell, as the map names them: slots and chain.
+/// Edges of every cell as the map lists them: slots and chain.
 pub struct EdgeMap<'a> {
-    /// What the names stand for.
+    /// All segments, by the indices in `cells`.
     pub segments: &'a [Option<Segment>],
-    /// The segments of each cell, row by row.
+    /// Indices of each cell's segments, row by row.
     pub cells: &'a [Vec<u32>],
 }
 
@@ -56,7 +58,7 @@ struct Point {
     bias: f64,
     slack: f64,
     steepest: f64,
-    /// Distance from an edge's line above which the point lies on the occluder's side.
+    /// Distance from an edge's line, texels, above which the point lies on the occluder's side.
     inside_from: f64,
 }
 
@@ -70,10 +72,10 @@ impl Point {
     }
 }
 
-/// The visibility of every pixel.
+/// Computes the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, map: &EdgeMap<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     Ok(Mirror::collect(view.every_pixel(|p| match receive(&view, p, 0.0, 0.0) {
@@ -96,7 +98,7 @@ fn pixel(view: &View<'_>, map: &EdgeMap<'_>, open: &OpenReceiver, settings: &Set
         steepest: STEEPEST * open.texel_depth,
         inside_from,
     };
-    // The map's own edges are rounded to single precision too.
+    // The map's edges are rounded to single precision too.
     let off = open.light.uv_error * size + 2.0 * ROUNDING * uv.abs() + 2.0 * f64::from(f32::EPSILON) * size;
     let rounded =
         4.0 * ROUNDING * (slope * f64::from(settings.depth_bias + 1.0) + f64::from(settings.slack) * open.texel_depth);
@@ -109,7 +111,8 @@ fn pixel(view: &View<'_>, map: &EdgeMap<'_>, open: &OpenReceiver, settings: &Set
             verdict = differing(verdict, look_up(view, map, &at(shift, depth, widened, 0.0), settings), settings);
         }
     }
-    // The ends of edges a thousandth of a texel long are known no better than to this part of a texel, seen from a texel away.
+    // The ends of an edge that is a thousandth of a texel long are rounded, so its line is known only to this
+    // distance.
     for inside_from in [LINE_DOUBT, -LINE_DOUBT] {
         verdict = differing(verdict, look_up(view, map, &at(DVec2::ZERO, 0.0, 0.0, inside_from), settings), settings);
     }
@@ -121,14 +124,15 @@ fn differing(verdict: Verdict, other: f64, settings: &Settings) -> Verdict {
     if gap == 0.0 {
         return verdict;
     }
-    // A soft border's distance only rounds.
+    // A soft border's visibility varies continuously: a small difference is rounding.
     if settings.border > 0.0 && gap < 1e-3 {
         return Verdict { rounding: verdict.rounding.max(gap), ..verdict };
     }
     verdict.or(other)
 }
 
-/// Whether a shadow ends at an edge that a point is inside of: beyond its nearest place the map sees the receiver.
+/// Returns whether the shadow of an edge, seen from a point on its inner side, ends there: beyond the nearest point of
+/// the edge the map sees the receiver.
 fn lit_beyond(view: &View<'_>, e: &Segment, p: &Point) -> bool {
     let place = e.at(e.foot(p.texels));
     let outwards = if p.texels.distance(place) > 1e-3 { place - p.texels } else { -e.along().perp() };
@@ -149,7 +153,7 @@ fn look_up(view: &View<'_>, map: &EdgeMap<'_>, p: &Point, settings: &Settings) -
     let sure: [bool; 4] = std::array::from_fn(|k| {
         !lit[k] || !usable[k] || (p.plane_depth(center(k)) - p.tolerance).min(1.0) <= view.stored(texel(k))
     });
-    // Within half a texel of the map's rim there is no cell.
+    // There is no cell within half a texel of the map's rim.
     let is_cell = (0..2).all(|i| (0..size[i] - 1).contains(&first[i]));
     let cell = is_cell.then(|| &map.cells[(first[1] * (size[0] - 1) + first[0]) as usize]);
     let edges: Vec<&Segment> = cell.into_iter().flatten().filter_map(|&s| map.segments[s as usize].as_ref()).collect();

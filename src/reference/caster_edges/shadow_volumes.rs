@@ -1,7 +1,7 @@
-//! Mirror of the shadow volumes: how many occluders stand between a point and the light, by looking at all of them.
+//! Mirror of the shadow volumes. It counts the occluders between a point and the light by testing all triangles.
 //!
-//! Nothing here knows of edges, caps or stencils: what z-fail counts is by construction the number of triangles (in a closed
-//! mesh: of triangles that face the light) on the way to the light.
+//! It knows nothing of edges, caps or stencils. By construction, z-fail counts the triangles between point and light
+//! (in a closed mesh: those that face the light).
 
 use super::silhouettes::Facing;
 use crate::Result;
@@ -11,37 +11,37 @@ use crate::reference::common::view::{FrameData, Mirror, Receiver, Verdict, View}
 use crate::view::{CameraView, LightKind, LightView};
 use glam::{DAffine3, DVec3, DVec4, Vec3};
 
-/// An instance that casts.
+/// An instance that casts shadows.
 #[derive(Clone, Copy, Debug)]
 pub struct Caster<'a> {
     /// Object-space positions.
     pub positions: &'a [[f32; 3]],
-    /// Their triangles.
+    /// Triangles of the mesh.
     pub topology: &'a Topology,
-    /// Where it stands.
+    /// Transform of the instance.
     pub world_from_object: DAffine3,
-    /// Only what faces the light counts: a closed mesh, counted by shells.
+    /// Counts only triangles that face the light, as for a closed mesh counted by shells.
     pub shells: bool,
 }
 
-/// How many volumes a pixel's point lies in; more than one answer where it lies too near to a boundary to tell.
+/// Number of volumes that contain a pixel's point: a range where the point lies too close to a boundary to tell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
-    /// Least of the answers. Of a volume thinner than can be told, one side may count and the other not: -1 as well.
+    /// Smallest possible count. It may be -1: of a very thin volume, one side may count and the other not.
     pub least: i32,
-    /// Largest of them.
+    /// Largest possible count.
     pub most: i32,
 }
 
-/// How far a pixel's point may lie off, in pixels of the image: vertices are rounded to 1/256.
+/// Largest error of a pixel's point, in pixels of the image: rasterisers round vertices to 1/256.
 const OFF: f64 = 1.0 / 64.0;
-/// Cosine to the light below which a surface may lie in the side of a volume, as well as it can be told.
+/// Cosine to the light below which a surface may coincide with the side of a volume.
 const ALONG: f64 = 1e-3;
 
-/// Counts of every pixel, nothing for the sky.
+/// Returns the count of every pixel; `None` for the sky.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn counts(
     data: &FrameData<'_>,
     camera: &CameraView,
@@ -53,7 +53,7 @@ pub fn counts(
     Ok(view.every_pixel(|pixel| view.receiver(pixel).map(|r| seen.count(&view, &r))))
 }
 
-/// Occluders in camera view space, with the light.
+/// Occluders and light in camera view space.
 struct Seen {
     triangles: Vec<[DVec3; 3]>,
     light: DVec4,
@@ -74,7 +74,7 @@ impl Seen {
                 let p = Vec3::from(c.positions[v as usize]).as_dvec3();
                 rotation * (t.matrix3 * p + (t.translation - origin))
             };
-            // A transform that mirrors turns the outer side's winding round.
+            // A mirroring transform reverses the winding.
             let outer = if t.matrix3.determinant() < 0.0 { -1 } else { 1 };
             let all = c.topology.triangles.iter().map(|corners| corners.map(at));
             triangles.extend(all.filter(|&corners| !c.shells || Facing::of(corners, light).sign() == outer));
@@ -83,14 +83,14 @@ impl Seen {
     }
 
     fn count(&self, view: &View<'_>, r: &Receiver) -> Count {
-        // A surface along the light may lie in a side of its own volume, or of its neighbours'.
+        // A surface parallel to the light's rays may lie in a side of its own volume or of its neighbours'.
         if r.normal.dot(view.towards_light(r.position, r.position_error).0).abs() < ALONG {
             return Count { least: i32::MIN, most: i32::MAX };
         }
         // A grazing view stretches a pixel over the surface.
         let slant = 1.0 / r.normal.dot(view.ray(r.position)).abs().max(1e-2);
         let off = view.pixel_width(r.position, DVec3::ZERO).0 * slant * OFF;
-        // The surface itself must not count against the side that is seen.
+        // The surface itself must not count as an occluder of its visible side.
         let above = r.normal * (2.0 * r.allowance + r.position_error.length());
         let mut count = Count { least: i32::MAX, most: 0 };
         for lift in [1.0, 8.0] {
@@ -101,7 +101,8 @@ impl Seen {
         count
     }
 
-    /// Triangles between a point and the light, and those that are there or not for a point `off` away.
+    /// Counts the triangles between a point and the light, and those that may or may not be there for a point `off`
+    /// away.
     fn occluders(&self, p: DVec3, off: f64) -> [i32; 2] {
         let to_light = self.light.truncate() - self.light.w * p;
         let mut found = [0; 2];
@@ -116,16 +117,16 @@ impl Seen {
     }
 }
 
-/// Whether something stands on the way.
+/// Result of testing whether a triangle blocks a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Crossing {
     Yes,
     No,
-    /// The way passes an edge too closely to tell.
+    /// The path passes too close to an edge to tell.
     Unsure,
 }
 
-/// Whether a triangle stands on the way from `p` along `d`: to its end, or without end.
+/// Tests whether a triangle blocks the path from `p` along `d`: up to its end, or without end if `endless`.
 fn crosses(p: DVec3, d: DVec3, endless: bool, t: &[DVec3; 3], off: f64) -> Crossing {
     let [a, b, c] = t.map(|v| v - p);
     let n = (b - a).cross(c - a);
@@ -148,11 +149,11 @@ fn crosses(p: DVec3, d: DVec3, endless: bool, t: &[DVec3; 3], off: f64) -> Cross
     }
 }
 
-/// Mirror of `glsl/caster_edges/shadow_volumes.comp`, from the counts as the GPU has them; `masked`: the shadow map's test with this
-/// normal offset decides where no volume does.
+/// Mirror of `glsl/caster_edges/shadow_volumes.comp`, from the GPU's own counts. With `masked`, the shadow map's test
+/// with this normal offset decides where no volume contains the pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants, or counts that do not fit them.
+/// Fails if the images or the counts do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, counts: &[f32], masked: Option<f32>) -> Result<Mirror> {
     let view = View::new(data)?;
     if counts.len() != view.size[0] * view.size[1] {
@@ -186,8 +187,9 @@ pub fn visibility(data: &FrameData<'_>, counts: &[f32], masked: Option<f32>) -> 
 /// A `VkDrawIndirectCommand`: vertices, copies, first vertex, first copy.
 pub type DrawArguments = [u32; 4];
 
-/// Mirror of `glsl/caster_edges/volume_draws.comp`: a draw for each instance, from how many silhouette edges each has, in order, and
-/// whether it is counted by shells. `copies` is the largest weight of any edge, 1 where weights are blended.
+/// Mirror of `glsl/caster_edges/volume_draws.comp`. Makes one draw per instance from the instances' numbers of
+/// silhouettes, in order; `shells` marks the instances counted by shells. `copies` is the largest weight of any edge,
+/// 1 where weights are blended.
 pub fn draws(edges: &[u32], shells: &[bool], copies: u32) -> Vec<DrawArguments> {
     let mut first = 0;
     (edges.iter().zip(shells))
@@ -206,11 +208,11 @@ mod tests {
     use crate::reference::caster_edges::silhouettes::{facing, silhouettes};
     use glam::dvec3;
 
-    /// The signed count of volume faces that a ray from `p` on meets: what z-fail adds up behind a surface. The volumes are
-    /// made as the shaders make them, from the silhouettes.
+    /// Sums the signed volume faces that a ray from `p` meets: what z-fail adds up behind a surface. The volumes are
+    /// built from the silhouettes, as the shaders build them.
     fn behind(shape: &Shape, topology: &Topology, light: DVec4, p: DVec3, ray: DVec3, shells: bool) -> i32 {
         let at = |v: u32| Vec3::from(shape.0[v as usize]).as_dvec3();
-        // Far enough away to be infinity for the test's rays.
+        // Far enough away to count as infinity for the test's rays.
         let far = |v: u32| {
             let p = at(v);
             p + 1e7 * (light.w * p - light.truncate()).normalize()
@@ -232,7 +234,7 @@ mod tests {
         }
         let met = |(t, weight): &([DVec3; 3], i32)| match crosses(p, ray, true, t, 0.0) {
             Crossing::No | Crossing::Unsure => 0,
-            // Leaving counts +1.
+            // A face that the ray leaves through counts +1.
             Crossing::Yes => {
                 if (t[1] - t[0]).cross(t[2] - t[0]).dot(ray) > 0.0 {
                     *weight
@@ -292,7 +294,7 @@ mod tests {
         assert_eq!(crosses(DVec3::ZERO, 0.5 * up, false, 0.1), Crossing::No);
         assert_eq!(crosses(DVec3::ZERO, 0.5 * up, true, 0.1), Crossing::Yes);
         assert_eq!(crosses(DVec3::ZERO, -up, true, 0.1), Crossing::No);
-        // By an edge, and where its line goes on beyond the triangle.
+        // Close to an edge, and where its line continues beyond the triangle.
         assert_eq!(crosses(dvec3(0.1, 0.0, -1.05), 2.0 * up, true, 0.1), Crossing::Unsure);
         assert_eq!(crosses(dvec3(0.1, 0.0, -1.05), 2.0 * up, true, 0.01), Crossing::No);
         assert_eq!(crosses(dvec3(2.0, 0.0, -1.05), up, true, 0.1), Crossing::No);

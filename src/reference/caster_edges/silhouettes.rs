@@ -1,29 +1,31 @@
-//! Mirror of the passes that find the edges of casters seen from a light: facing, silhouettes, multiplicities.
+//! Mirror of the passes that find the casters' silhouettes as seen from a light: facing, silhouettes, multiplicities.
 //!
-//! Facing is one sign a triangle, from the plane form. Edges read those signs and nothing else, so that two edges of one
-//! triangle never disagree about it. The determinant of Kenzel's thesis (eq. 3.1), which has the same sign, is here as
-//! an independent oracle; it cancels badly for small triangles far away, since all of a matrix product's rounding is in it.
+//! Facing is one sign per triangle, from the plane equation. Edges read only those signs, so two edges of a triangle
+//! never disagree about it. The determinant of Kenzel's thesis (eq. 3.1) has the same sign and serves as an
+//! independent oracle. It loses precision for small triangles far away, because all rounding errors of a matrix
+//! product enter it.
 
 use crate::casters::topology::{Edge, Topology};
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 
-/// Which side of a triangle a light is on.
+/// Side of a triangle that a light is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facing {
     /// `n . (L.xyz - L.w v0)` with `n = (v1 - v0) x (v2 - v0)`: positive where the light sees the front.
     pub value: f64,
-    /// The sum of what is added up for it, each term without its sign: rounding is relative to this. (Relative to `|n|`
-    /// alone it is not: of a needle `n` is itself a difference of large products.)
+    /// Sum of the absolute values of the terms in `value`; rounding is relative to this. It is not relative to `|n|`,
+    /// because a needle's `n` is itself a difference of large products.
     pub size: f64,
 }
 
 impl Facing {
-    /// Relative rounding of `value` in double precision, with room to spare.
+    /// Relative rounding error of `value` in double precision, with a margin.
     pub const BAND_F64: f64 = 1.0 / (1u64 << 50) as f64;
-    /// The same in single precision.
+    /// Relative rounding error of `value` in single precision, with a margin.
     pub const BAND_F32: f64 = 1.0 / (1 << 20) as f64;
 
-    /// Of a triangle and a light in one space. `light.w` is 1 for a position and 0 for a direction towards the light.
+    /// Computes the facing of a triangle; the light is in the triangle's space. `light.w` is 1 for a position and 0
+    /// for a direction towards the light.
     pub fn of(corners: [DVec3; 3], light: DVec4) -> Self {
         let (p, q) = (corners[1] - corners[0], corners[2] - corners[0]);
         let l = light.truncate() - light.w * corners[0];
@@ -33,26 +35,27 @@ impl Facing {
         Self { value: p.cross(q).dot(l), size: n_size.dot(l_size) }
     }
 
-    /// Whether rounding relative to `band` may have turned the sign.
+    /// Returns whether rounding relative to `band` may have changed the sign.
     pub fn is_doubtful(&self, band: f64) -> bool {
         self.value.abs() <= band * self.size
     }
 
-    /// `1` facing the light, `-1` facing away; `1` where it is edge-on. Any sign does there, if all edges read the same.
+    /// Returns `1` facing the light, `-1` facing away, and `1` edge-on. Edge-on, either sign is right as long as all
+    /// edges read the same.
     pub fn sign(&self) -> i32 {
         if self.value < 0.0 && !self.is_doubtful(Self::BAND_F64) { -1 } else { 1 }
     }
 }
 
-/// [`Facing::of`] every triangle of a mesh, with the light in object space.
+/// Computes [`Facing::of`] every triangle of a mesh, with the light in object space.
 pub fn facing(topology: &Topology, positions: &[[f32; 3]], light: DVec4) -> Vec<Facing> {
     let at = |v: u32| Vec3::from(positions[v as usize]).as_dvec3();
     topology.triangles.iter().map(|t| Facing::of(t.map(at), light)).collect()
 }
 
-/// The thesis's test: the determinant of the corners' `(x, y, w)` in the light's clip space, times the sign that makes it
-/// positive where the light, `light` in the corners' space, sees the front. The light is the one point that the rows
-/// `x, y, w` of its matrix map to 0, up to a factor; the sign is that factor's.
+/// Evaluates the thesis's test: the determinant of the corners' `(x, y, w)` in the light's clip space. Its sign is
+/// corrected to be positive where the light, given as `light` in the corners' space, sees the front. Up to a factor,
+/// the light is the only point that the rows `x, y, w` of its matrix map to 0; the correction is that factor's sign.
 pub fn determinant(corners: [DVec3; 3], light_clip_from_object: &DMat4, light: DVec4) -> f64 {
     let m = light_clip_from_object;
     let columns = m.to_cols_array_2d().map(|c| DVec3::new(c[0], c[1], c[3]));
@@ -65,18 +68,18 @@ pub fn determinant(corners: [DVec3; 3], light_clip_from_object: &DMat4, light: D
     -DMat3::from_cols(p[0], p[1], p[2]).determinant() * null.dot(light).signum()
 }
 
-/// On which side of the line `v0 -> v1` a face lies as seen from the light: `1` or `-1`.
+/// Returns the side of the line `v0 -> v1` on which a face lies as seen from the light: `1` or `-1`.
 pub fn side(face: u32, sigma: &[i32]) -> i32 {
     sigma[(face & !Edge::REVERSED) as usize] * if face & Edge::REVERSED == 0 { 1 } else { -1 }
 }
 
-/// How many more faces lie on the one side of `v0 -> v1` than on the other: copies of the edge's side that close the
-/// volumes of all its triangles, negative if they run from `v1` to `v0`. Kim, Kim and Turk (2008).
+/// Returns how many more faces lie on one side of `v0 -> v1` than on the other. That many copies of the edge's side
+/// close the volumes of all its triangles; negative if they run from `v1` to `v0`. See Kim, Kim and Turk (2008).
 pub fn multiplicity(topology: &Topology, edge: &Edge, sigma: &[i32]) -> i32 {
     topology.faces(edge).iter().map(|&f| side(f, sigma)).sum()
 }
 
-/// Whether the surface ends in the edge as seen from the light: all faces lie on one side of it.
+/// Returns whether the surface ends at the edge as seen from the light: all its faces lie on one side.
 pub fn is_outline(topology: &Topology, edge: &Edge, sigma: &[i32]) -> bool {
     let faces = topology.faces(edge);
     faces.iter().all(|&f| side(f, sigma) == side(faces[0], sigma))
@@ -89,23 +92,23 @@ fn face_beside(topology: &Topology, edge: &Edge, sigma: &[i32]) -> u32 {
     towards.unwrap_or(triangle(&faces[0]))
 }
 
-/// An edge that a technique draws, or a volume needs.
+/// Edge that a technique draws or a volume needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SilhouetteEdge {
-    /// Ends, such that the occluder is on the same side of `ends[0] -> ends[1]` for every edge.
+    /// Ends, ordered so that the occluder lies on the same side of `ends[0] -> ends[1]` for every edge.
     pub ends: [u32; 2],
-    /// `|multiplicity|`; half of it where only front faces count ([`Topology::closed`]).
+    /// `|multiplicity|`, halved where only front faces count ([`Topology::closed`]).
     pub weight: u32,
-    /// The edge has one face.
+    /// `true` if the edge has only one face.
     pub boundary: bool,
-    /// [`is_outline`]; without it only volumes need the edge.
+    /// Result of [`is_outline`]; if `false`, only volumes need the edge.
     pub outline: bool,
-    /// Triangle beside it, the last that faces the light if any does.
+    /// Triangle beside the edge: the last one that faces the light, if any does.
     pub face: u32,
 }
 
-/// All edges with a multiplicity, in the topology's order. `front_only`: weights for counting front faces of a closed
-/// mesh, instead of every triangle.
+/// Returns all edges with a nonzero multiplicity, in the topology's order. With `front_only`, weights count the front
+/// faces of a closed mesh instead of all triangles.
 pub fn silhouettes(topology: &Topology, sigma: &[i32], front_only: bool) -> Vec<SilhouetteEdge> {
     let found = |e: &Edge| {
         let m = multiplicity(topology, e, sigma);
@@ -142,7 +145,7 @@ mod tests {
 
     #[test]
     fn known_shapes() {
-        // From a corner's direction a cube is a hexagon, from a face's a square.
+        // Seen along a diagonal, a cube is a hexagon; seen along an axis, a square.
         for (light, edges) in [(DVec4::new(5.0, 6.0, 7.0, 1.0), 6), (DVec4::new(0.1, 5.0, 0.2, 1.0), 4)] {
             for light in [light, light.truncate().normalize().extend(0.0)] {
                 let (_, s) = seen(&cube(), light);
@@ -153,24 +156,24 @@ mod tests {
                 assert!(s.iter().all(|e| e.weight == 1 && e.outline && !e.boundary));
             }
         }
-        // From above, a sheet's border and no more, counted once a sheet.
+        // From above, a sheet shows only its border; each side of the sheet counts once.
         let up = DVec4::new(0.3, 4.0, 0.1, 1.0);
         let (_, s) = seen(&two_sided_quad(), up);
         assert_eq!(s.len(), 4);
         assert!(s.iter().all(|e| e.weight == 2 && e.outline));
-        // Pages: from +x the one page covers the others' side; the spine has faces on both sides.
+        // Pages: the spine has faces on both sides, so it is no outline.
         let (t, s) = seen(&pages(), DVec4::new(0.0, 0.2, 9.0, 1.0));
         let spine = t.edges.iter().find(|e| e.faces[1] == Edge::NON_MANIFOLD).unwrap();
         assert!(s.iter().all(|e| !e.outline || e.ends != [spine.v0, spine.v1] && e.ends != [spine.v1, spine.v0]));
         assert!(s.iter().any(|e| e.weight == 1 && !e.outline), "three faces, two to one side");
         assert_eq!(s.iter().filter(|e| e.boundary).count(), 6);
-        // All of a tube's rims are silhouettes, whatever its light.
+        // All of a tube's rims are silhouettes, wherever the light is.
         let (_, s) = seen(&tube(16), DVec4::new(9.0, 1.0, 2.0, 1.0));
         assert_eq!(s.iter().filter(|e| e.boundary && e.outline && e.weight == 1).count(), 32);
         assert!(s.iter().any(|e| !e.boundary && e.weight == 2));
     }
 
-    /// The occluder lies to the same side of every edge: the sheet's middle, seen from the light.
+    /// The occluder (here the shape's middle) lies on the same side of every edge, seen from the light.
     #[test]
     fn edges_run_around_the_occluder() {
         let mut random = Random(3);
@@ -204,7 +207,7 @@ mod tests {
                 let s = silhouettes(&t, &sigma(&t, &shape.0, light), false);
                 s.iter().map(|e| (e.ends, e.weight, e.outline)).collect::<Vec<_>>()
             };
-            // Turned duplicates are two triangles, so only shapes without any compare.
+            // Reversed duplicates count as two triangles, so only shapes without duplicates can be compared.
             if Topology::new(&shape.0, &shape.1).unwrap().notes.duplicate == 0 {
                 assert_eq!(count(&shape.1), count(&shuffled));
             }
@@ -274,7 +277,7 @@ mod tests {
         assert!(f.is_doubtful(Facing::BAND_F64) && f.sign() == 1);
         assert_eq!(Facing::of(flat, DVec4::new(5.0, 1e-3, 3.0, 1.0)).sign(), -1);
         assert_eq!(Facing::of(flat, DVec4::new(0.0, -1.0, 0.0, 0.0)).sign(), 1);
-        // On a line: no side.
+        // Collinear corners have no side.
         let line = [dvec3(0.1, 0.2, 0.3), dvec3(0.2, 0.4, 0.6), dvec3(0.4, 0.8, 1.2)];
         assert_eq!(Facing::of(line, DVec4::new(5.0, 1.0, 3.0, 1.0)).sign(), 1);
     }

@@ -7,28 +7,28 @@ use crate::reference::common::rbsm_receiver::{ReceiverSettings, Tests};
 use crate::reference::common::view::{Decision, FrameData, Mirror, Verdict, View};
 use glam::{DVec2, dvec2};
 
-/// What a cell without an edge holds.
+/// Value of a cell without an edge: the cell's middle.
 pub const MIDDLE: u32 = 0x8000_8000;
-/// How far points stay from a cell's border.
+/// Smallest distance of a point from its cell's border, texels.
 const MARGIN: f64 = 1.0 / 64.0;
 
-/// The place in the cell that 16 bits an axis stand for.
+/// Returns the position in the cell, 0 to 1 per axis, that a value with 16 bits per axis encodes.
 pub fn unpack(value: u32) -> DVec2 {
     dvec2(f64::from(value & 0xFFFF), f64::from(value >> 16)) / 65535.0
 }
 
-/// An edge in a cell.
+/// An edge that a cell may keep.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
-    /// The point that stands for it, in the cell.
+    /// Point that represents the edge, in the cell, 0 to 1 per axis.
     pub point: DVec2,
-    /// The least and the greatest key that single precision may come to.
+    /// Smallest and largest key that single precision may compute.
     keys: [u32; 2],
-    /// Neither rounding nor what hides it may decide whether it counts.
+    /// `true` if neither rounding nor the hidden-edge test can change whether the edge counts.
     sure: bool,
 }
 
-/// What an edge leaves in the cell; `None` if it misses it for certain.
+/// Returns the edge's entry for a cell; `None` if the edge surely misses it.
 fn candidate(e: &Segment, cell: [i64; 2], hidden: &dyn Fn(DVec2, f64) -> Decision) -> Option<Candidate> {
     let corner = dvec2(cell[0] as f64, cell[1] as f64) + 0.5;
     let (a, b) = (e.ends[0] - corner, e.ends[1] - corner);
@@ -48,7 +48,7 @@ fn candidate(e: &Segment, cell: [i64; 2], hidden: &dyn Fn(DVec2, f64) -> Decisio
     if way < -PLACE_ERROR {
         return None;
     }
-    // How deep a vertex lies in the cell.
+    // Depth of a vertex inside the cell.
     let depth_in = |p: DVec2| p.min_element().min(1.0 - p.max_element());
     let [in_a, in_b] = [0, 1].map(|i| if e.own[i] { depth_in([a, b][i]) } else { -1.0 });
     let doubtful = in_a.abs().min(in_b.abs()) < PLACE_ERROR;
@@ -76,7 +76,7 @@ fn candidate(e: &Segment, cell: [i64; 2], hidden: &dyn Fn(DVec2, f64) -> Decisio
     })
 }
 
-/// Every edge that each cell of a map may keep.
+/// Returns, for each cell of a map, every edge that the cell may keep.
 pub fn candidates(edges: &[Segment], map_size: [u32; 2], shadow_map: &[f32], kill: bool) -> Vec<Vec<Candidate>> {
     let [w, h] = map_size.map(i64::from);
     let mut cells = vec![vec![]; (w * h) as usize];
@@ -86,7 +86,7 @@ pub fn candidates(edges: &[Segment], map_size: [u32; 2], shadow_map: &[f32], kil
         let high = e.ends[0].max(e.ends[1]) - 0.5 + PLACE_ERROR;
         let slope = e.along();
         for y in (low.y.floor() as i64).max(0)..(high.y.floor() as i64 + 1).min(h) {
-            // Of a flat edge all columns, of a steep one those that it passes on the row.
+            // A flat edge may enter all columns; a steep one enters those that it passes in this row.
             let at = |v: f64| e.ends[0].x - 0.5 + (v + 0.5 - e.ends[0].y) / slope.y * slope.x;
             let (mut from, mut to) = (low.x, high.x);
             if slope.y.abs() > 1e-9 {
@@ -101,14 +101,14 @@ pub fn candidates(edges: &[Segment], map_size: [u32; 2], shadow_map: &[f32], kil
     cells
 }
 
-/// Whether a cell may hold this.
+/// Returns whether a cell may hold `value`.
 pub fn explains(candidates: &[Candidate], value: u32) -> bool {
     let best = candidates.iter().filter(|c| c.sure).map(|c| c.keys[1]).min();
     if value == MIDDLE && best.is_none() {
         return true;
     }
     let near = |c: &Candidate| {
-        // In doubt about a vertex, the point may be another on the same edge.
+        // If the vertex is in doubt, the point may be any other on the same edge.
         let off = (c.point - unpack(value)).abs().max_element();
         !c.sure || off < 2.0 * PLACE_ERROR
     };
@@ -119,7 +119,7 @@ fn cross(a: DVec2, b: DVec2) -> f64 {
     a.perp_dot(b)
 }
 
-/// The corner, 0 to 3 as in `shadowTest2x2`, of the quadrant that `q` lies in.
+/// Returns the corner, 0 to 3 as in `shadowTest2x2`, of the quadrant that contains `q`.
 fn quadrant(q: DVec2, own: DVec2, neighbours: [DVec2; 4]) -> usize {
     const CORNERS: [usize; 4] = [0, 1, 3, 2];
     let away = q - own;
@@ -145,10 +145,10 @@ fn quadrant(q: DVec2, own: DVec2, neighbours: [DVec2; 4]) -> usize {
     CORNERS[if let [one] = hits[..] { one } else { likely.0 }]
 }
 
-/// The visibility of every pixel, from a map of points as the GPU has it.
+/// Computes the visibility of every pixel from the GPU's own map of points.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &ReceiverSettings, points: &[u32]) -> Result<Mirror> {
     let view = View::new(data)?;
     let [w, h] = view.map_size.map(|n| n as i64);
@@ -171,10 +171,10 @@ pub fn visibility(data: &FrameData<'_>, settings: &ReceiverSettings, points: &[u
     })))
 }
 
-/// Visibility of a place in the map, texels, by the tests of texels.
+/// Visibility of a position in the map, texels, from the shadow tests of its texels.
 pub(super) type LookUp<'a> = dyn Fn(DVec2, &dyn Fn([i64; 2]) -> bool) -> f64 + 'a;
 
-/// A lookup at a place, with what a place that is a little off, or tests in doubt, may make of it.
+/// Looks up a position. The verdict includes what slightly displaced positions and tests in doubt may change.
 pub(super) fn displaced(tests: &Tests<'_>, look_up: &LookUp<'_>) -> Verdict {
     let error = tests.place_error + 1e-6 * (1.0 + 1e-2 * tests.place.abs());
     let mut found: Option<Verdict> = None;
@@ -185,7 +185,7 @@ pub(super) fn displaced(tests: &Tests<'_>, look_up: &LookUp<'_>) -> Verdict {
         let verdict = Verdict { doubt, ..Verdict::sure(visibility) };
         found = Some(found.map_or(verdict, |first| first.or_verdict(verdict)));
     }
-    // There is at least the place itself.
+    // The loop visits at least the position itself.
     found.unwrap_or(Verdict::sure(1.0))
 }
 
@@ -201,10 +201,10 @@ mod tests {
         for (q, corner) in [((0.2, 0.2), 0), ((0.8, 0.3), 1), ((0.1, 0.9), 2), ((0.7, 0.7), 3)] {
             assert_eq!(quadrant(dvec2(q.0, q.1), own, CROSS), corner, "{q:?}");
         }
-        // A quadrant of more than half a turn, around the lower right corner.
+        // A quadrant wider than half a turn, around the lower right corner.
         let bent = [dvec2(-0.5, 0.1), dvec2(0.2, -0.5), dvec2(1.2, -0.2 + 0.3), dvec2(0.1, 1.4)];
         assert_eq!(quadrant(dvec2(0.9, 0.9), dvec2(0.2, 0.3), bent), 3);
-        // Points out of order, and a place on the point itself, still say something.
+        // Points out of order, and a position on the point itself, still give an answer.
         let swapped = [dvec2(-0.02, 0.02), dvec2(0.02, -0.02), CROSS[2], CROSS[3]];
         assert!(quadrant(dvec2(0.5, 0.5), dvec2(0.9, 0.9), swapped) < 4);
         assert!(quadrant(own, own, CROSS) < 4);
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn straight_edges_are_exact() {
-        // A line through many cells: every place is on the side that the line says.
+        // A line through many cells: every position is on the side that the line says.
         let (n, mut seen) = (16u32, 0);
         for k in 0..32 {
             let (s, c) = (f64::from(k) * std::f64::consts::TAU / 32.0 + 0.013).sin_cos();
@@ -235,7 +235,7 @@ mod tests {
                         let corners: Vec<bool> =
                             (0..4).map(|i| inside(dvec2((x + i % 2) as f64, (y + i / 2) as f64) + 0.5)).collect();
                         if corners.iter().any(|c| *c != corners[0]) && !cells[(y * 16 + x) as usize].is_empty() {
-                            // Within the margin of a cell's border a point is moved off the edge.
+                            // Within the margin of a cell's border, a point is moved off the edge.
                             let off = edge.along().normalize().perp_dot(place - edge.ends[0]).abs();
                             if off > 0.03 {
                                 assert_eq!(inside(place), inside(corner), "{k}: {place}");

@@ -1,8 +1,8 @@
 //! Mirror of `glsl/common/accumulate.comp`.
 
-/// Share of the samples in which each pixel is lit; every sample holds one visibility a pixel.
+/// Returns the fraction of samples in which each pixel is lit. Every sample holds one visibility per pixel.
 ///
-/// All samples have the length of the first; none give an empty image.
+/// All samples must have the length of the first. Without samples the image is empty.
 pub fn average(samples: &[Vec<f32>]) -> Vec<f64> {
     let count = samples.len() as f64;
     let pixels = samples.first().map_or(0, Vec::len);

@@ -5,7 +5,8 @@ use glam::{DVec2, dvec2};
 
 /// An area light as its shadow map's constants describe it: a square parallel to the map, or a sun.
 ///
-/// Distances are linear and in world units: of a spot from the light along its axis, of a sun from the map's near plane.
+/// Distances are linear, in world units: measured along a spot's axis from the light, or from the map's near plane for
+/// a sun.
 ///
 /// ```
 /// # use edgeshade::reference::common::area_light::AreaLight;
@@ -13,9 +14,9 @@ use glam::{DVec2, dvec2};
 /// let (near, far) = (1.0, 100.0);
 /// let lamp = AreaLight::spot(0.5, [1.0, 1.0], near, far);
 /// assert!((lamp.distance(0.0) - near).abs() < 1e-12 && (lamp.distance(1.0) - far).abs() < 1e-9);
-/// // Half-way between lamp and receiver stands what blocks: the penumbra is as wide as the lamp.
+/// // The blocker stands half-way between lamp and receiver: the penumbra is as wide as the lamp.
 /// assert!((lamp.penumbra_width(10.0, 5.0) - 0.5).abs() < 1e-12);
-/// // Through it, the lamp is seen on 0.25 units at distance 5, where the map is 10 wide.
+/// // The receiver sees the lamp through 0.25 units at distance 5, where the map is 10 wide.
 /// assert!((lamp.filter_half_width(10.0, 5.0).x - 0.5 * 0.25 / 10.0).abs() < 1e-12);
 ///
 /// // The sun is half a degree wide, its map 20 units by 10.
@@ -27,19 +28,21 @@ use glam::{DVec2, dvec2};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight {
-    /// `R/(2 T)` of a spot of half-width `R` with tangent `T` of half the map's field of view; `tan(theta)/W` of a sun of
-    /// half-angle `theta` with a map `W` wide; by axis of the map.
+    /// Half-width of the filter in uv, without the factor for the distances, by axis of the map. For a spot `R/(2 T)`,
+    /// with half-width `R` and tangent `T` of half the map's field of view; for a sun `tan(theta)/W`, with half-angle
+    /// `theta` and map width `W`.
     pub uv: DVec2,
-    /// `R`, or `tan(theta)`.
+    /// `R` for a spot, `tan(theta)` for a sun.
     pub world: f64,
-    /// `n f/(f - n)`, or 0 for a sun.
+    /// `n f/(f - n)` for a spot with near plane `n` and far plane `f`, 0 for a sun.
     pub depth_scale: f64,
-    /// `f/(f - n)`, or `f - n` for a sun.
+    /// `f/(f - n)` for a spot, `f - n` for a sun.
     pub depth_offset: f64,
 }
 
 impl AreaLight {
-    /// A spot of full width `size`; `tangents` of half the field of view by axis, distances of the map's planes.
+    /// Returns a spot of full width `size`, world units. `tangents` are those of half the field of view by axis;
+    /// `near` and `far` are the distances of the map's planes.
     pub fn spot(size: f64, tangents: [f64; 2], near: f64, far: f64) -> Self {
         let world = 0.5 * size;
         Self {
@@ -50,19 +53,20 @@ impl AreaLight {
         }
     }
 
-    /// A sun of full `angle` in radians; `width` of the map by axis, `depth` between its planes.
+    /// Returns a sun of full `angle` in radians. `width` is the map's by axis; `depth` is the distance between its
+    /// planes. World units.
     pub fn sun(angle: f64, width: [f64; 2], depth: f64) -> Self {
         let world = (0.5 * angle).tan();
         Self { uv: world / dvec2(width[0], width[1]), world, depth_scale: 0.0, depth_offset: depth }
     }
 
-    /// As the GPU has it, of a layer's light.
+    /// Returns the light of a layer as the GPU has it.
     pub fn of(constants: &ViewConstants, layer: usize) -> Self {
         let [x, y, world, depth_offset] = constants.light_area[layer].map(f64::from);
         Self { uv: dvec2(x, y), world, depth_scale: constants.light_depth_scale[layer].into(), depth_offset }
     }
 
-    /// Distance of a stored depth.
+    /// Returns the distance of a stored depth, world units.
     pub fn distance(&self, depth: f64) -> f64 {
         if self.depth_scale > 0.0 {
             self.depth_scale / (self.depth_offset - depth).max(1e-7)
@@ -71,13 +75,14 @@ impl AreaLight {
         }
     }
 
-    /// Distance of the map's near plane.
+    /// Returns the distance of the map's near plane, world units.
     pub fn near(&self) -> f64 {
         self.depth_scale / self.depth_offset
     }
 
-    /// Half-width, uv, over which a receiver at `z` sees the light through points at `z_blocker`; 0 if these are no nearer.
-    /// Nothing at or behind a distance blocks outside the half-width there: so it is also how far to search.
+    /// Returns the half-width, uv, over which a receiver at distance `z` sees the light through points at `z_blocker`;
+    /// 0 if these are not nearer. A blocker at or behind `z_blocker` lies within this half-width, so it also bounds
+    /// the search.
     pub fn filter_half_width(&self, z: f64, z_blocker: f64) -> DVec2 {
         let between = z - z_blocker;
         if between <= 0.0 {
@@ -86,7 +91,8 @@ impl AreaLight {
         self.uv * between * if self.depth_scale > 0.0 { 1.0 / (z * z_blocker).max(1e-30) } else { 1.0 }
     }
 
-    /// Full width of the penumbra, world units, on a receiver at `z` parallel to the map; 0 if the blocker is no nearer.
+    /// Returns the full width of the penumbra, world units, on a receiver at `z` parallel to the map; 0 if the blocker
+    /// is not nearer.
     pub fn penumbra_width(&self, z: f64, z_blocker: f64) -> f64 {
         let between = (z - z_blocker).max(0.0);
         2.0 * self.world * between * if self.depth_scale > 0.0 { 1.0 / z_blocker.max(1e-30) } else { 1.0 }
@@ -99,13 +105,13 @@ mod tests {
     use crate::view::LightView;
     use glam::{DAffine3, DVec3, dvec3};
 
-    /// From uv and distance of a point in the light's view, by its projection alone.
+    /// Returns uv and depth of a point in the light's view, from the projection alone.
     fn project(light: &LightView, p: DVec3) -> (DVec2, f64) {
         let q = light.clip_from_view * p.extend(1.0);
         (0.5 * dvec2(q.x, q.y) / q.w + 0.5, q.z / q.w)
     }
 
-    /// Lines from a receiver to the light's rim meet the plane of a blocker as far away on the map as the formulas say.
+    /// Lines from a receiver to the light's rim meet the blocker's plane where the formulas say.
     #[test]
     fn widths_are_those_of_lines_to_the_rim() {
         for (fov, near, far, size) in [(0.4, 0.1, 30.0, 0.3), (1.9, 2.0, 9.0, 1.5)] {
@@ -119,7 +125,7 @@ mod tests {
                 let (seen, _) = project(&light, rim.lerp(receiver, z_blocker / z));
                 let expected = (seen - uv).abs();
                 assert!((a.filter_half_width(z, z_blocker) - expected).abs().max_element() < 1e-9);
-                // From the rim's two sides through one point of the blocker to the receiver's plane.
+                // Lines from both sides of the rim through one point of the blocker meet the receiver's plane.
                 let through = |side: f64| {
                     let from = side * 0.5 * size;
                     from + (0.1 - from) * z / z_blocker
@@ -141,7 +147,7 @@ mod tests {
         assert!((a.penumbra_width(14.0, 8.0) - 2.0 * between * towards.x).abs() < 1e-12);
     }
 
-    /// No blocker behind a distance is seen outside the half-width there.
+    /// No blocker behind a distance lies outside the half-width at that distance.
     #[test]
     fn the_search_window_holds_every_filter() {
         let a = AreaLight::spot(1.0, [0.5, 0.7], 0.2, 50.0);

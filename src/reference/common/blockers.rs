@@ -1,8 +1,8 @@
 //! Mirror of `glsl/common/soft_receiver.glsl`, `blockers.glsl`, and of `searchWindow` and `classify` in `hsm.glsl`.
 //!
-//! Places, widths and distances go with the bound of what rounding may have changed in them. Where a tap's place or its
-//! test is in doubt, so may be whether it found a blocker: then the mean distance lies in an interval, and with it the
-//! width of the filter.
+//! Positions, widths and distances carry a bound on what rounding may have changed in them. If a tap's position or
+//! test is in doubt, it may or may not have found a blocker. Then the mean distance lies in an interval, and so does
+//! the width of the filter.
 
 use super::area_light::AreaLight;
 use super::depth_bounds;
@@ -12,23 +12,24 @@ use super::view::{Decision, ROUNDING, Verdict, View, shadow_test};
 use crate::technique::common::depth_bounds::BLOCKS;
 use glam::{DVec2, dvec2};
 
-/// What a pixel is by the depths in its search window: conservative, so that the first two are its visibility.
+/// Class of a pixel by the depths in its search window. The test is conservative: the visibility of `Umbra` and `Lit`
+/// is final.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// All that is read is in shadow.
+    /// All texels of the window shadow the pixel.
     Umbra,
-    /// All that is read is lit.
+    /// No texel of the window shadows the pixel.
     Lit,
     /// Undecided.
     Penumbra,
 }
 
-/// A pixel's class, and which ones rounding may lead to.
+/// Class of a pixel, with the other classes that rounding may lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Classified {
-    /// By exact numbers.
+    /// Class in exact arithmetic.
     pub likely: Class,
-    /// By [`Class`] as an index.
+    /// `true` for each class that is possible, indexed by [`Class`].
     possible: [bool; 3],
 }
 
@@ -41,17 +42,17 @@ impl Classified {
         Self { likely: class, possible }
     }
 
-    /// Whether a class is explained.
+    /// Returns whether the class is possible.
     pub fn explains(&self, class: Class) -> bool {
         self.possible[class as usize]
     }
 
-    /// Whether rounding may lead to more than one.
+    /// Returns whether more than one class is possible.
     pub fn is_doubtful(&self) -> bool {
         self.possible.iter().filter(|p| **p).count() > 1
     }
 
-    /// Of a pixel that needs no texel.
+    /// Returns the class of a pixel that is decided without reading a texel.
     pub(crate) fn decided(verdict: Verdict) -> Self {
         if verdict.doubt > 0.0 {
             return Self::OPEN;
@@ -59,7 +60,7 @@ impl Classified {
         Self::sure(if verdict.visibility > 0.5 { Class::Lit } else { Class::Umbra })
     }
 
-    /// The class of the first decision that holds.
+    /// Returns the class of the first decision that holds.
     fn first_of(decisions: impl IntoIterator<Item = (Decision, Class)>) -> Self {
         let (mut likely, mut possible) = (None, [false; 3]);
         for (decision, class) in decisions {
@@ -81,32 +82,32 @@ impl Classified {
     }
 }
 
-/// What pixels are classified by.
+/// Depth bounds that pixels are classified by.
 #[derive(Clone, Debug)]
 pub struct MapClasses {
-    /// Smallest and largest depths.
+    /// Pyramid of smallest and largest depths.
     pub hsm: Hsm,
-    /// Bounds around slopes, from the smallest blocks.
+    /// Depth bounds around sloped planes, from the smallest blocks up.
     pub blocks: [depth_bounds::Level; BLOCKS.len()],
 }
 
 impl MapClasses {
-    /// Of a map's depths, row by row from the top.
+    /// Builds the bounds from a map's depths, row by row from the top.
     pub fn new(shadow_map: &[f32], map_size: [u32; 2]) -> Self {
         Self { hsm: Hsm::new(shadow_map, map_size), blocks: depth_bounds::blocks(shadow_map, map_size) }
     }
 }
 
-/// Places in doubt by more than this many texels are not followed up: they may give anything, and going through all that
-/// they may read would take ages. Up to it, two texels at most come into question along an axis.
+/// Largest error of a position, texels, that is followed up. A position with a larger error may give anything, and
+/// trying everything that it may read would take too long. Up to this error, at most two texels per axis are possible.
 const MOST_DOUBTED: f64 = 0.5;
 
-/// Whether a place whose error is bounded by this many texels is followed up; NaN is not.
+/// Returns whether a position whose error is bounded by `error` texels is followed up; NaN is not.
 pub(crate) fn is_followed(error: DVec2) -> bool {
     error.cmple(DVec2::splat(MOST_DOUBTED)).all()
 }
 
-/// A value and the bound of its error.
+/// Value with a bound on its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounded<T> {
     pub value: T,
@@ -115,15 +116,15 @@ pub(crate) struct Bounded<T> {
 
 /// `SoftReceiver`.
 pub(crate) struct SoftReceiver {
-    /// Texels.
+    /// Position in the map, texels.
     pub at: Bounded<DVec2>,
     pub depth: Bounded<f64>,
-    /// A texel.
+    /// Depth slope of the receiver plane per texel.
     slope: Bounded<DVec2>,
     pub z: Bounded<f64>,
 }
 
-/// `lightDistance` of a depth.
+/// Mirror of `lightDistance` for a depth.
 pub(crate) fn distance(a: &AreaLight, depth: f64, error: f64) -> Bounded<f64> {
     let value = a.distance(depth);
     let error = if a.depth_scale > 0.0 {
@@ -134,7 +135,7 @@ pub(crate) fn distance(a: &AreaLight, depth: f64, error: f64) -> Bounded<f64> {
     Bounded { value, error: error + ROUNDING * value.abs() }
 }
 
-/// `filterHalfWidth`.
+/// Mirror of `filterHalfWidth`.
 pub(crate) fn half_width(a: &AreaLight, z: Bounded<f64>, z_blocker: Bounded<f64>) -> Bounded<DVec2> {
     let value = a.filter_half_width(z.value, z_blocker.value);
     let between = z.error + z_blocker.error + ROUNDING * (z.value.abs() + z_blocker.value.abs());
@@ -146,14 +147,14 @@ pub(crate) fn half_width(a: &AreaLight, z: Bounded<f64>, z_blocker: Bounded<f64>
     Bounded { value, error: a.uv * between * inverse.abs() + value * (relative.abs() + 2.0 * ROUNDING) }
 }
 
-/// `windowTexels`.
+/// Mirror of `windowTexels`.
 pub(crate) fn texels(view: &View<'_>, half_width: Bounded<DVec2>) -> Bounded<DVec2> {
     let extent = view.map_extent();
     let value = (half_width.value * extent).min(DVec2::splat(65536.0));
     Bounded { value, error: half_width.error * extent + ROUNDING * value }
 }
 
-/// The whole numbers that rounding down a value may give.
+/// Returns all integers that rounding the value down may give.
 pub(crate) fn floors(value: f64, error: f64) -> std::ops::RangeInclusive<i64> {
     (value - error).floor() as i64..=(value + error).floor() as i64
 }
@@ -173,7 +174,7 @@ impl SoftReceiver {
         }
     }
 
-    /// `softReference`.
+    /// Mirror of `softReference`.
     fn reference(&self, texel: [i64; 2]) -> (f64, f64) {
         let away = dvec2(texel[0] as f64, texel[1] as f64) + 0.5 - self.at.value;
         let (slope, slope_error) = (self.slope.value.abs(), self.slope.error);
@@ -184,14 +185,14 @@ impl SoftReceiver {
         (self.depth.value + self.slope.value.dot(away), error)
     }
 
-    /// The shadow test of a texel on the receiver's plane: yes if lit. Beyond the map its border goes on.
+    /// Tests a texel against the receiver's plane: yes if lit. Outside the map its border texels repeat.
     pub fn test(&self, view: &View<'_>, texel: [i64; 2]) -> Decision {
         let texel = view.nearest_texel(texel);
         let (depth, error) = self.reference(texel);
         shadow_test(depth, error, view.stored(texel))
     }
 
-    /// Place of tap `i` of `n` along an axis of a window, and the bound of its error.
+    /// Returns the position of tap `i` of `n` along an axis of a window, and the bound of its error.
     pub fn tap(&self, half: Bounded<DVec2>, axis: usize, i: i64, n: i64) -> (f64, f64) {
         let t = (2 * i + 1) as f64 / n as f64 - 1.0;
         let place = self.at.value[axis] + t * half.value[axis];
@@ -201,8 +202,8 @@ impl SoftReceiver {
         (place, error)
     }
 
-    /// `searchWindow`, in uv: every window that rounding may lead to, the most likely first; `None` where places are in
-    /// doubt by more than [`MOST_DOUBTED`]. `reach` is the filter's, penumbra half-widths.
+    /// Mirror of `searchWindow`, in uv. Returns every window that rounding may lead to, the most likely first; `None`
+    /// where positions are in doubt by more than [`MOST_DOUBTED`]. `reach` is the filter's, in penumbra half-widths.
     pub fn search_windows(
         &self,
         a: &AreaLight,
@@ -214,7 +215,7 @@ impl SoftReceiver {
         let near = Bounded { value: near, error: ROUNDING * near };
         let window = |z_nearest| {
             let w = half_width(a, self.z, z_nearest);
-            // A product with 1 is not rounded.
+            // Multiplying by 1 does not round.
             let rounding = if reach == 1.0 { 0.0 } else { ROUNDING };
             Bounded { value: w.value * reach, error: w.error * reach + rounding * reach * w.value }
         };
@@ -240,7 +241,7 @@ impl SoftReceiver {
         Some(windows)
     }
 
-    /// `classify` by pyramid and blocks, of any of these windows (uv).
+    /// Mirror of `classify` by pyramid and blocks, for any of these windows (uv).
     pub fn classify(&self, view: &View<'_>, map: &MapClasses, windows: &[Bounded<DVec2>], margin: f64) -> Classified {
         let mut found: Option<Classified> = None;
         for window in windows {
@@ -286,7 +287,7 @@ impl SoftReceiver {
         Classified::first_of(by_hsm.into_iter().chain([(lit, Class::Lit), (dark, Class::Umbra)]))
     }
 
-    /// `decideBlocks` as `classify` calls it: whether all is lit, and all in shadow.
+    /// Mirror of `decideBlocks` as `classify` calls it: whether all texels are lit, and whether all are in shadow.
     fn decide_blocks(&self, level: &depth_bounds::Level, [first, last]: [[i64; 2]; 2], error: f64) -> [Decision; 2] {
         let size = level.block as i64;
         let vector = |t: [i64; 2]| dvec2(t[0] as f64, t[1] as f64);
@@ -308,12 +309,12 @@ impl SoftReceiver {
                 let stored = bounds.slope.dot(from_block);
                 let off = rounding + 5e-7 * (plane.abs() + reach).dot(DVec2::splat(size as f64));
                 let slack = (plane - bounds.slope).abs().dot(half) + off;
-                // The bounds themselves are of single precision.
+                // The bounds themselves have single precision.
                 let error = error + 3e-7 * (1.0 + (plane.abs() + reach).dot(DVec2::splat(size as f64)));
                 lit = lit.and(Decision::positive(stored + bounds.low - depth - slack, error));
                 let farthest = stored + bounds.high + reach.dot(half);
                 let filled = match reach == DVec2::ZERO {
-                    // Exact: no slope was taken off.
+                    // Exact: no slope was subtracted.
                     true if farthest < 1.0 => Decision::Yes,
                     true => Decision::No,
                     false => Decision::positive(1.0 - farthest - off, error),
@@ -324,7 +325,7 @@ impl SoftReceiver {
         [lit, dark]
     }
 
-    /// `windowRange`: at most 16 ranges.
+    /// Mirror of `windowRange`: returns at most 16 ranges.
     fn ranges(&self, half: Bounded<DVec2>, margin: f64) -> Option<Vec<[[i64; 2]; 2]>> {
         let reach = half.value * 1.00001 + (margin + 0.01);
         let error = half.error + self.at.error + ROUNDING * (self.at.value.abs() + reach);
@@ -349,27 +350,27 @@ impl SoftReceiver {
     }
 }
 
-/// What a search found.
+/// Result of a blocker search.
 pub(crate) struct Blockers {
-    /// Mean distance by the most likely decisions; none without blockers.
+    /// Mean distance by the most likely decisions; `None` without blockers.
     pub z: Option<Bounded<f64>>,
-    /// Smallest and largest mean where decisions are in doubt, if any blocker is found at all.
+    /// Smallest and largest mean where decisions are in doubt; `None` if no blocker is possible.
     pub range: Option<[f64; 2]>,
-    /// Whether there may be none, or may be some, as well.
+    /// `true` if blockers may be found or not, depending on rounding.
     pub doubtful: bool,
 }
 
-/// One tap.
+/// One tap of a blocker search.
 struct Tap {
-    /// Distance by the most likely decision; none if it does not block.
+    /// Distance by the most likely decision; `None` if the tap does not block.
     likely: Option<f64>,
-    /// Smallest and largest distance that it may find.
+    /// Smallest and largest distance that the tap may find.
     range: [f64; 2],
-    /// It blocks for sure.
+    /// `true` if the tap surely blocks.
     sure: bool,
 }
 
-/// `findBlockers` over a window in uv.
+/// Mirror of `findBlockers` over a window in uv.
 pub(crate) fn find_blockers(
     view: &View<'_>,
     r: &SoftReceiver,
@@ -418,7 +419,7 @@ pub(crate) fn find_blockers(
         }
         sum / count as f64
     };
-    // Each distance is rounded, and each addition.
+    // Each distance and each addition is rounded.
     let rounding = |z: f64| {
         distance(a, if a.depth_scale > 0.0 { a.depth_offset - a.depth_scale / z } else { 0.0 }, 0.0).error
             + ROUNDING * (2 * taps) as f64 * z

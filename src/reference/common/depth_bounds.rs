@@ -3,20 +3,20 @@
 use crate::technique::common::depth_bounds::BLOCKS;
 use glam::{DVec2, dvec2};
 
-/// Bounds of the depths in a block: the texel at `t` from the block's centre holds
-/// `slope . t + low` to `slope . t + high`.
+/// Bounds of the depths in a block: the texel at `t` from the block's centre has a depth between `slope . t + low` and
+/// `slope . t + high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Depth a texel.
+    /// Depth slope per texel.
     pub slope: DVec2,
-    /// Smallest remainder.
+    /// Smallest remainder, in depth.
     pub low: f64,
-    /// Largest remainder.
+    /// Largest remainder, in depth.
     pub high: f64,
 }
 
 impl From<[f32; 4]> for Bounds {
-    /// From a texel of the pass's image.
+    /// Reads the bounds from a texel of the pass's image.
     fn from(v: [f32; 4]) -> Self {
         let [x, y, low, high] = v.map(f64::from);
         Self { slope: dvec2(x, y), low, high }
@@ -26,22 +26,22 @@ impl From<[f32; 4]> for Bounds {
 /// Bounds at one block size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Texels along a block's side.
+    /// Side of a block, texels.
     pub block: usize,
-    /// Blocks across and down.
+    /// Number of blocks across and down.
     pub size: [usize; 2],
-    /// Row by row from the top.
+    /// Bounds of the blocks, row by row from the top.
     pub bounds: Vec<Bounds>,
 }
 
 impl Level {
-    /// A block's bounds.
+    /// Returns the bounds of a block.
     pub fn at(&self, block: [usize; 2]) -> Bounds {
         self.bounds[block[1] * self.size[0] + block[0]]
     }
 
-    /// Number of texels that lie outside their block's bounds by more than `tolerance`; what lies outside the map
-    /// counts as 1. The contract of the pass, told from the texels alone.
+    /// Returns the number of texels that lie outside their block's bounds by more than `tolerance`. Texels outside the
+    /// map count as 1. This is the contract of the pass, checked from the texels alone.
     pub fn violations(&self, shadow_map: &[f32], map_size: [u32; 2], tolerance: f64) -> usize {
         let mut count = 0;
         for y in 0..self.size[1] * self.block {
@@ -64,7 +64,8 @@ fn depth(shadow_map: &[f32], map_size: [u32; 2], texel: [usize; 2]) -> f64 {
     if texel[0] < w && texel[1] < h { shadow_map[texel[1] * w + texel[0]].into() } else { 1.0 }
 }
 
-/// All levels of a shadow map, smallest blocks first; each covers the map rounded up to whole largest blocks.
+/// Returns all levels of a shadow map, smallest blocks first. Each covers the map rounded up to whole blocks of the
+/// largest size.
 pub fn blocks(shadow_map: &[f32], map_size: [u32; 2]) -> [Level; BLOCKS.len()] {
     let mut parent = first_level(shadow_map, map_size);
     BLOCKS.map(|block| {
@@ -75,7 +76,7 @@ pub fn blocks(shadow_map: &[f32], map_size: [u32; 2]) -> [Level; BLOCKS.len()] {
     })
 }
 
-/// The level of the smallest blocks.
+/// Returns the level of the smallest blocks.
 pub fn first_level(shadow_map: &[f32], map_size: [u32; 2]) -> Level {
     let block = BLOCKS[0] as usize;
     let largest = BLOCKS[BLOCKS.len() - 1] as usize;
@@ -104,7 +105,7 @@ pub fn first_level(shadow_map: &[f32], map_size: [u32; 2]) -> Level {
     Level { block, size, bounds: bounds.collect() }
 }
 
-/// The level of twice the block size.
+/// Returns the level with twice the block size.
 pub fn next_level(level: &Level) -> Level {
     let size = level.size.map(|n| n / 2);
     let child_size = level.block as f64;
@@ -154,7 +155,7 @@ mod tests {
             let b = level.at([0, 0]);
             assert!((b.slope.x - 0.005).abs() < 1e-6 && b.slope.y.abs() < 1e-6, "{b:?}");
             assert!(b.high - b.low < 1e-4, "blocks of {}: {b:?}", level.block);
-            // The last block lies partly outside the map, where all is 1.
+            // The last block lies partly outside the map, where all depths are 1.
             let last = level.at([level.size[0] - 1, level.size[1] - 1]);
             assert!(last.high >= 1.0 - 0.005 * 64.0, "{last:?}");
         }

@@ -1,18 +1,19 @@
-//! Mirror of `glsl/common/hsm.comp` and of `hsmBounds` in `hsm.glsl`: exact, since smallest and largest are not rounded.
+//! Mirror of `glsl/common/hsm.comp` and of `hsmBounds` in `hsm.glsl`. It is exact because minimum and maximum do not
+//! round.
 
 /// One level of the hierarchical shadow map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Cells across and down.
+    /// Number of cells across and down.
     pub size: [usize; 2],
     /// Smallest and largest depth of each cell, row by row from the top.
     pub bounds: Vec<[f32; 2]>,
 }
 
-/// All levels of a map: cells of 2, 4, 8 ... texels, until one holds the map.
+/// All levels of a map: cells of 2, 4, 8 ... texels, until one cell covers the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hsm {
-    /// From the finest.
+    /// Levels from the finest to the coarsest.
     pub levels: Vec<Level>,
     map_size: [i64; 2],
 }
@@ -22,7 +23,7 @@ fn merge(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
 }
 
 impl Hsm {
-    /// Of a map's depths, row by row from the top. What lies outside the map counts as 1.
+    /// Builds the pyramid from a map's depths, row by row from the top. Texels outside the map count as 1.
     pub fn new(shadow_map: &[f32], map_size: [u32; 2]) -> Self {
         let (extent, count) = crate::technique::common::hsm::levels(map_size);
         let mut levels: Vec<Level> = vec![];
@@ -45,8 +46,8 @@ impl Hsm {
         Self { levels, map_size: map_size.map(i64::from) }
     }
 
-    /// `hsmBounds`: smallest and largest depth of the cells over texels `first` to `last`, both included, of a window that
-    /// lies over the map at least in part.
+    /// Mirror of `hsmBounds`: returns the smallest and largest depth of the cells over texels `first` to `last`, both
+    /// included. The window must overlap the map.
     pub fn bounds(&self, first: [i64; 2], last: [i64; 2]) -> [f32; 2] {
         let clamped = |t: [i64; 2]| [t[0].clamp(0, self.map_size[0] - 1), t[1].clamp(0, self.map_size[1] - 1)];
         let (a, b) = (clamped(first), clamped(last));
@@ -83,15 +84,15 @@ mod tests {
         bounds
     }
 
-    /// Windows whose bounds are narrower than the texels', and windows whose bounds are looser than those of the window
-    /// widened by itself.
+    /// Counts the windows whose bounds are narrower than their texels', and those whose bounds are looser than the
+    /// bounds of the window widened by its own size.
     fn violations(hsm: &Hsm, map: &[f32], size: [u32; 2], random: &mut Pcg32) -> (usize, usize) {
         let (mut narrow, mut loose) = (0, 0);
         for _ in 0..200 {
             let mut side = |i: usize| {
                 let n = i64::from(size[i]);
                 let wide = 1i64 << (random.next_u32() % (n.ilog2() + 2));
-                // Over the map, at least in part.
+                // The window overlaps the map.
                 let first = i64::from(random.next_u32()) % (n + 5) - 5;
                 (first, (first + i64::from(random.next_u32()) % wide).max(0))
             };
@@ -115,7 +116,7 @@ mod tests {
             let hsm = Hsm::new(&map, size);
             assert_eq!(hsm.levels.last().unwrap().size, [1, 1], "{size:?}");
             assert_eq!(violations(&hsm, &map, size, &mut random), (0, 0), "{size:?}");
-            // Both can fail: maps that have changed since.
+            // Both counts can fail: they are large for a map that has changed since.
             let changed: Vec<f32> = map.iter().map(|d| 0.5 * d - 0.1).collect();
             assert!(violations(&hsm, &changed, size, &mut random).0 > 20, "{size:?}");
             let empty = vec![1.0; map.len()];

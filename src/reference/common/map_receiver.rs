@@ -1,41 +1,42 @@
-//! Mirror of `glsl/common/map_receiver.glsl`: a pixel is decided without the map, or has a place, a depth and a plane in it.
+//! Mirror of `glsl/common/map_receiver.glsl`: a pixel is decided without the map, or gets a position, a depth and a
+//! plane in it.
 
 use super::view::{DEPTH_ULPS, Decision, LightPoint, Plane, Receiver, Verdict, View};
 
-/// What is known of a pixel before any texel is read.
+/// State of a pixel before any texel is read.
 pub(crate) enum MapReceiver {
-    /// Sky, facing away, outside the light's frustum.
+    /// The pixel is sky, faces away from the light, or lies outside the light's frustum.
     Decided(Verdict),
-    /// To be looked up.
+    /// The pixel needs a lookup in the map.
     Open(OpenReceiver),
 }
 
 pub(crate) struct OpenReceiver {
     pub light: LightPoint,
     pub plane: Plane,
-    /// Taken off the receiver's depth, and the bound of its error.
+    /// Bias subtracted from the receiver's depth, and the bound of its error.
     pub bias: f64,
     pub bias_error: f64,
-    /// Depth over a texel's world size.
+    /// Change of depth over a texel's world size.
     pub texel_depth: f64,
-    /// What the pixel is if a doubtful decision on the way goes the other way.
+    /// Visibility of the pixel if an earlier doubtful decision goes the other way.
     otherwise: Option<f64>,
 }
 
 impl OpenReceiver {
-    /// The verdict of a lookup, with the doubts of the way to it.
+    /// Adds the doubts of the earlier decisions to the verdict of a lookup.
     pub fn with_doubts(&self, verdict: Verdict) -> Verdict {
         let verdict = self.otherwise.map_or(verdict, |v| verdict.or(v));
         if self.plane.sure { verdict } else { verdict.or(0.0).or(1.0) }
     }
 
-    /// Whether anything on the way is in doubt.
+    /// Returns whether any earlier decision is in doubt.
     pub fn is_doubtful(&self) -> bool {
         self.otherwise.is_some() || !self.plane.sure
     }
 }
 
-/// `mapReceiver` of a pixel, with its two settings.
+/// Mirror of `mapReceiver` for a pixel, with its two settings.
 pub(crate) fn receive(view: &View<'_>, at: [usize; 2], normal_offset: f32, depth_bias: f32) -> MapReceiver {
     match view.receiver(at) {
         Some(r) => receive_point(view, &r, normal_offset, depth_bias),
@@ -43,7 +44,7 @@ pub(crate) fn receive(view: &View<'_>, at: [usize; 2], normal_offset: f32, depth
     }
 }
 
-/// `mapReceiver` of any point on a surface.
+/// Mirror of `mapReceiver` for any point on a surface.
 pub(crate) fn receive_point(view: &View<'_>, r: &Receiver, normal_offset: f32, depth_bias: f32) -> MapReceiver {
     let decided = |v| MapReceiver::Decided(Verdict::sure(v));
     let doubtful = |v: f64| MapReceiver::Decided(Verdict::sure(v).or(1.0 - v));

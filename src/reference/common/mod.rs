@@ -1,8 +1,8 @@
-//! Mirrors of what several rooms use.
+//! Mirrors of code that several rooms use.
 //!
-//! `view` covers `receiver.glsl`. `pixel_steps.glsl` is covered by the passes that take these steps, `pcf_bounds.glsl` by
-//! [`pcf`](super::filtering::pcf). `tiles.glsl` has no mirror: it only packs numbers of tiles and pixels, which
-//! [`pcf::listed`](super::filtering::pcf::listed) counts.
+//! `view` covers `receiver.glsl`. `pixel_steps.glsl` is covered by the passes that take these steps, and
+//! `pcf_bounds.glsl` by [`pcf`](super::filtering::pcf). `tiles.glsl` has no mirror of its own: it only packs the
+//! numbers of tiles and pixels that [`pcf::listed`](super::filtering::pcf::listed) counts.
 
 pub mod accumulate;
 pub mod area_light;

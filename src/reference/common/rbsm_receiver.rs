@@ -5,30 +5,31 @@ use super::view::{Decision, ROUNDING, View, shadow_test};
 use glam::{DVec2, dvec2};
 use std::cell::RefCell;
 
-/// How a receiver is placed, and texels around it tested.
+/// Settings that place a receiver and test the texels around it.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceiverSettings {
-    /// All texels are compared with the fragment's own depth.
+    /// Compares all texels with the fragment's own depth.
     pub fixed_depth: bool,
-    /// Multiples of what a plane needs.
+    /// Normal offset, in multiples of what a plane needs.
     pub normal_offset: f32,
-    /// Fraction of a texel's slope, along both axes.
+    /// Depth bias, as a fraction of the depth slope per texel, summed over both axes.
     pub depth_bias: f32,
-    /// Texels of depth a texel of distance that a curved receiver may lie before its plane.
+    /// Distance by which a curved receiver may lie in front of its plane, in texel sizes of depth per texel of
+    /// distance.
     pub slack: f32,
 }
 
-/// So many tests in doubt are tried out both ways; with more the pixel is.
+/// Largest number of doubtful tests that are tried both ways; with more, the pixel is in doubt.
 const MOST_TRIED: usize = 4;
 
-/// Single precision in the last steps, from a place in the texel to a decision: texels.
+/// Single-precision error of the last steps from a position in the texel to a decision, texels.
 pub(crate) const PLACE_ROUNDING: f64 = 40.0 * ROUNDING;
 
-/// The tests of a pixel.
+/// Shadow tests of a pixel.
 #[derive(Clone)]
 pub(crate) struct Tests<'a> {
     view: &'a View<'a>,
-    /// In texels.
+    /// Position in the map, texels.
     pub place: DVec2,
     pub place_error: DVec2,
     depth: f64,
@@ -36,7 +37,7 @@ pub(crate) struct Tests<'a> {
     slope: DVec2,
     slope_error: DVec2,
     slack: f64,
-    /// True if the map's border goes on beyond the map; otherwise all is lit there.
+    /// `true` if the map's border texels repeat outside the map; otherwise everything is lit there.
     map_goes_on: bool,
 }
 
@@ -63,7 +64,7 @@ impl<'a> Tests<'a> {
         Self { map_goes_on, ..self }
     }
 
-    /// The texels that the place may lie in, the exact one first.
+    /// Returns the texels that the position may lie in, the exact one first.
     pub fn texels(&self) -> Vec<[i64; 2]> {
         let axis = |i: usize| {
             let mut found = vec![self.place[i].floor() as i64];
@@ -78,12 +79,12 @@ impl<'a> Tests<'a> {
         axis(1).into_iter().flat_map(|y| columns.iter().map(move |&x| [x, y])).collect()
     }
 
-    /// The place in a texel that it may lie in.
+    /// Returns the position in a texel that it may lie in, 0 to 1 per axis.
     pub fn fraction(&self, texel: [i64; 2]) -> DVec2 {
         (self.place - vector(texel)).clamp(DVec2::ZERO, DVec2::splat(1.0 - f64::EPSILON))
     }
 
-    /// The test of a texel, by the plane through the centre of `first`.
+    /// Tests a texel against the receiver's plane, with steps counted from the texel `first`.
     pub fn test(&self, first: [i64; 2], texel: [i64; 2]) -> Decision {
         let texel = if self.map_goes_on { self.view.nearest_texel(texel) } else { texel };
         let away = vector(texel) - vector(first);
@@ -97,7 +98,8 @@ impl<'a> Tests<'a> {
         shadow_test(reference, error, self.view.stored(texel))
     }
 
-    /// What `ask` says of the tests around a texel, and how far tests in doubt may take its visibility from that.
+    /// Returns what `ask` computes from the tests around a texel, and how far doubtful tests may change its
+    /// visibility.
     pub fn ask<T>(
         &self,
         first: [i64; 2],
@@ -123,7 +125,7 @@ impl<'a> Tests<'a> {
             let other = ask(&|t| lit(&flipped, t));
             doubt = doubt.max((visibility(&other) - visibility(&outcome)).abs());
         }
-        // The other way may have come upon more.
+        // The other outcome may have met more doubtful tests.
         let doubt = if doubtful.borrow().len() > tried.len() { 1.0 } else { doubt };
         (outcome, doubt)
     }

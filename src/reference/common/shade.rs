@@ -9,13 +9,13 @@ const ZENITH: DVec3 = dvec3(0.30, 0.46, 0.78);
 const HORIZON: DVec3 = dvec3(0.78, 0.82, 0.86);
 const GROUND: DVec3 = dvec3(0.36, 0.32, 0.28);
 
-/// The picture: sRGB in `[0, 1]`, to be rounded to 8-bit codes.
+/// Returns the shaded picture: sRGB in `[0, 1]`, to be rounded to 8-bit codes.
 ///
-/// `data.normal` are the shading normals; `albedo` holds linear colours and `visibility` what the technique said,
-/// one a pixel.
+/// `data.normal` holds the shading normals, `albedo` linear colours and `visibility` the technique's result, one value
+/// per pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn picture(
     data: &FrameData<'_>,
     push: &ShadePush,
@@ -24,7 +24,7 @@ pub fn picture(
 ) -> Result<Vec<[f64; 3]>> {
     let view = View::new(data)?;
     if albedo.len() != data.depth.len() || visibility.len() != data.depth.len() {
-        return Err(Error::Usage("mirror: albedo or visibility is not of the depth image's size".into()));
+        return Err(Error::Usage("mirror: albedo or visibility does not have the size of the depth image".into()));
     }
     let width = view.size[0];
     Ok(view.every_pixel(|at| {
@@ -79,7 +79,7 @@ fn tone_map(color: DVec3) -> DVec3 {
     (color * (mapped / peak)).lerp(DVec3::splat(mapped), white)
 }
 
-/// IEC 61966-2-1.
+/// Encodes a linear value as sRGB (IEC 61966-2-1).
 fn srgb_encode(c: f64) -> f64 {
     let c = c.clamp(0.0, 1.0);
     if c > 0.0031308 { 1.055 * c.powf(1.0 / 2.4) - 0.055 } else { 12.92 * c }

@@ -20,7 +20,7 @@ pub(crate) fn test(view: &View<'_>, r: &Receiver, normal_offset: f64, depth_bias
     let lit = |t| shadow_test(reference, reference_error, view.stored(t));
     let exact = lit([texel(x.x, 0), texel(x.y, 1)]);
     let mut verdict = Verdict::sure(if exact.is_yes() { 1.0 } else { 0.0 });
-    // All texels that the point may have fallen into.
+    // Try all texels that the point may have fallen into.
     for j in [texel(x.y - x_error.y, 1), texel(x.y + x_error.y, 1)] {
         for i in [texel(x.x - x_error.x, 0), texel(x.x + x_error.x, 0)] {
             let other = lit([i, j]);

@@ -1,45 +1,47 @@
-//! What the mirrors share: a frame's data as the GPU has it, receivers, light space, the receiver plane.
+//! Code that the mirrors share: a frame's data as the GPU has it, receivers, light space, the receiver plane.
 //!
 //! A mirror computes in `f64` what a shader computes in `f32`, from the same `f32` inputs: images and constants as
-//! they were read back. With every value goes a bound on what the shader's single precision may have changed in
-//! it, a running error analysis. A decision whose margin lies within its bound is in doubt: the shader may rightly
-//! decide the other way.
+//! they were read back. Every value carries a bound on what the shader's single precision may have changed in it
+//! (running error analysis). A decision whose margin lies within its bound is in doubt: the shader may rightly decide
+//! the other way.
 
 use crate::technique::common::view::ViewConstants;
 use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Mat3, Mat4, Vec4, dvec2, dvec3};
 
-/// Rounding of a few dependent single-precision operations, relative: a division or an inverse square root is off
-/// by up to 2.5 times `f32::EPSILON` (Vulkan, "Precision and Operation of SPIR-V Instructions").
+/// Relative rounding error of a few dependent single-precision operations. A division or an inverse square root may be
+/// off by 2.5 times `f32::EPSILON` (Vulkan, "Precision and Operation of SPIR-V Instructions").
 pub(crate) const ROUNDING: f64 = 3.0 * f32::EPSILON as f64;
-/// Rounding of a sum of four products, relative to the sum of their sizes: four times half of `f32::EPSILON`.
+/// Rounding error of a sum of four products, relative to the sum of their magnitudes: four times half of
+/// `f32::EPSILON`.
 const PRODUCT_ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 /// `POSITION_ULPS` of `glsl/lib/bias.glsl`.
 const POSITION_ULPS: f64 = 4.0 / 8388608.0;
 /// `DEPTH_ULPS` of `glsl/lib/bias.glsl`.
 pub(crate) const DEPTH_ULPS: f64 = 4.0 / 8388608.0;
 
-/// The inputs of a frame, read back from the GPU: row by row from the top.
+/// Inputs of a frame, read back from the GPU, row by row from the top.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameData<'a> {
-    /// The uniform block that the passes got.
+    /// Uniform block that the passes were given.
     pub constants: &'a ViewConstants,
-    /// Camera depth, one value a pixel.
+    /// Camera depth, one value per pixel.
     pub depth: &'a [f32],
-    /// Normal texels as a shader fetches them, unused components 0; empty where the normals come from depth.
+    /// Normals as a shader fetches them, unused components 0; empty where the normals are derived from depth.
     pub normal: &'a [[f32; 3]],
-    /// Shadow-map depth, one value a texel.
+    /// Shadow-map depth, one value per texel.
     pub shadow_map: &'a [f32],
 }
 
-/// What a mirror of a visibility pass found.
+/// Result of the mirror of a visibility pass.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mirror {
-    /// Visibility of every pixel, 1 lit.
+    /// Visibility of every pixel: 1 is lit, 0 is in shadow.
     pub visibility: Vec<f64>,
-    /// How far decisions within the rounding may rightly take each pixel from that value; for a hard test 0 or 1.
+    /// Largest change of each pixel's visibility by decisions within the rounding; for a hard test 0 or 1.
     pub doubt: Vec<f64>,
-    /// What rounding may change on top without any decision: the place of a kernel, its sums.
+    /// Further change of each pixel's visibility by rounding without any decision, as of a kernel's position or its
+    /// sums.
     pub rounding: Vec<f64>,
 }
 
@@ -66,19 +68,19 @@ impl Verdict {
         Self { visibility, doubt: 0.0, rounding: 0.0 }
     }
 
-    /// The verdict where another branch with the visibility `other` is as likely to be taken.
+    /// Adds the doubt of another branch, with the visibility `other`, that may be taken as well.
     pub fn or(self, other: f64) -> Self {
         Self { doubt: self.doubt.max((self.visibility - other).abs() + self.doubt).min(1.0), ..self }
     }
 
-    /// The verdict where another one is as likely.
+    /// Adds the doubt of another verdict that may be reached as well.
     pub fn or_verdict(self, other: Self) -> Self {
         let doubt = self.doubt.max((self.visibility - other.visibility).abs() + other.doubt).min(1.0);
         Self { doubt, rounding: self.rounding.max(other.rounding), ..self }
     }
 }
 
-/// The constants in `f64`, with the images.
+/// Constants in `f64`, with the images.
 pub(crate) struct View<'a> {
     view_from_clip: DMat4,
     light_clip_from_view: DMat4,
@@ -96,28 +98,28 @@ pub(crate) struct View<'a> {
     shadow_map: &'a [f32],
 }
 
-/// A surface point with the bounds of its errors.
+/// Surface point with the bounds of its errors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Receiver {
     pub position: DVec3,
     pub position_error: DVec3,
     pub normal: DVec3,
     pub normal_error: f64,
-    /// What the shader allows for the camera depth's precision, world units.
+    /// Allowance of the shader for the camera depth's precision, world units.
     pub allowance: f64,
 }
 
-/// Which way a yes or no turned out.
+/// Answer to a yes-or-no question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Decision {
     Yes,
     No,
-    /// The exact answer, but its margin is within the rounding.
+    /// The exact answer, whose margin lies within the rounding.
     Doubtful(bool),
 }
 
 impl Decision {
-    /// `margin > 0`, known up to `error`.
+    /// Decides `margin > 0`, with `margin` known up to `error`.
     pub fn positive(margin: f64, error: f64) -> Self {
         match margin {
             m if m > error => Self::Yes,
@@ -126,7 +128,7 @@ impl Decision {
         }
     }
 
-    /// Both.
+    /// Returns whether both hold.
     pub fn and(self, other: Self) -> Self {
         match (self, other) {
             (Self::No, _) | (_, Self::No) => Self::No,
@@ -135,7 +137,7 @@ impl Decision {
         }
     }
 
-    /// The opposite.
+    /// Returns the opposite.
     pub fn opposite(self) -> Self {
         match self {
             Self::Yes => Self::No,
@@ -144,12 +146,12 @@ impl Decision {
         }
     }
 
-    /// At least one.
+    /// Returns whether at least one holds.
     pub fn or(self, other: Self) -> Self {
         self.opposite().and(other.opposite()).opposite()
     }
 
-    /// This, where `other` may as well be the answer.
+    /// Keeps this answer, but in doubt if `other` may be the answer as well and differs.
     pub fn unless(self, other: Self) -> Self {
         if self == other { self } else { Self::Doubtful(self.is_yes()) }
     }
@@ -163,7 +165,7 @@ impl Decision {
     }
 }
 
-/// A point in shadow-map space, with the bounds of its errors.
+/// Point in shadow-map space, with the bounds of its errors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightPoint {
     pub uv: DVec2,
@@ -175,16 +177,16 @@ pub(crate) struct LightPoint {
     ndc: DVec2,
     ndc_error: DVec2,
     pub inside: Decision,
-    /// Between the frustum's sides, whatever the depth.
+    /// `Yes` between the frustum's sides, whatever the depth.
     pub within_sides: Decision,
 }
 
-/// Slope of the receiver plane: depth over uv.
+/// Slope of the receiver plane: change of depth per uv.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plane {
     pub slope: DVec2,
     pub error: DVec2,
-    /// False where the shader may as well have taken the plane for edge-on.
+    /// `false` where the shader may as well have taken the plane for edge-on.
     pub sure: bool,
 }
 
@@ -201,7 +203,7 @@ impl<'a> View<'a> {
             ("shadow map", data.shadow_map.len(), map_size[0] * map_size[1]),
         ] {
             if found != wanted {
-                return Err(Error::Usage(format!("mirror: the {what} has {found} values, {wanted} are needed")));
+                return Err(Error::Usage(format!("mirror: the {what} has {found} values, but {wanted} are needed")));
             }
         }
         let matrix = |m: &[[f32; 4]; 4]| Mat4::from_cols_array_2d(m).as_dmat4();
@@ -223,7 +225,7 @@ impl<'a> View<'a> {
         })
     }
 
-    /// A verdict for every pixel, in parallel.
+    /// Computes a value for every pixel, in parallel.
     pub fn every_pixel<T: Send>(&self, pixel: impl Fn([usize; 2]) -> T + Sync) -> Vec<T> {
         use rayon::prelude::*;
         let width = self.size[0];
@@ -234,17 +236,17 @@ impl<'a> View<'a> {
         dvec2(self.map_size[0] as f64, self.map_size[1] as f64)
     }
 
-    /// World to camera view space: directions.
+    /// Returns the world's up direction in camera view space.
     pub fn up(&self) -> DVec3 {
         self.view_from_world * DVec3::Y
     }
 
-    /// Unit axis of the light's view: where `w` grows.
+    /// Returns the unit axis of the light's view along which `w` grows.
     pub fn light_axis(&self) -> DVec3 {
         self.row(3).normalize_or_zero()
     }
 
-    /// The map's axes: directions in which its `x` and `y` grow, and more.
+    /// Returns the map's axes, not normalised: the directions in which its `x` and `y` grow.
     pub fn light_sides(&self) -> [DVec3; 2] {
         [0, 1].map(|i| self.row(i))
     }
@@ -257,33 +259,33 @@ impl<'a> View<'a> {
         self.depth[self.index(pixel)] != self.far_depth
     }
 
-    /// Camera depth of a pixel.
+    /// Returns the camera depth of a pixel.
     pub fn depth_at(&self, pixel: [usize; 2]) -> f64 {
         f64::from(self.depth[self.index(pixel)])
     }
 
-    /// World width of a pixel at a point, and the bound of its error.
+    /// Returns the world width of a pixel at a point, and the bound of its error.
     pub fn pixel_width(&self, p: DVec3, p_error: DVec3) -> (f64, f64) {
         let [slope, offset] = self.pixel_size;
         let width = slope * p.z.abs() + offset;
         (width, slope * p_error.z + ROUNDING * width)
     }
 
-    /// What single precision loses of the distance between a pixel's point and a plane through `p` when the plane is
-    /// taken to clip space first: world units at the pixel.
+    /// Returns the error of the distance between a pixel's point and a plane through `p`, world units, when single
+    /// precision transforms the plane to clip space first.
     pub fn clip_plane_error(&self, pixel: [usize; 2], p: &Receiver) -> f64 {
         let ndc = |i: usize| (2.0 * pixel[i] as f64 + 1.0) / self.size[i] as f64 - 1.0;
         let clip = glam::dvec4(ndc(0), ndc(1), f64::from(self.depth[self.index(pixel)]), 1.0);
         let w = self.view_from_clip.row(3).dot(clip).abs();
         let plane = p.normal.extend(-p.normal.dot(p.position)).abs();
         let m = &self.view_from_clip;
-        // The device coordinates are off by a fraction of 1, wherever they are.
+        // The normalised device coordinates have an absolute error, a fraction of 1.
         let terms = (m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs() * clip.z.abs() + m.w_axis.abs()).dot(plane);
         3.0 * ROUNDING * terms / w
     }
 
-    /// Where the ray of a place in the image, whose pixels' centres are whole numbers, meets the plane through `p` with
-    /// normal `n`.
+    /// Returns the point where the ray of an image position meets the plane through `p` with normal `n`. Pixel centres
+    /// are whole numbers.
     pub fn meet(&self, at: DVec2, p: DVec3, n: DVec3) -> DVec3 {
         let ndc = |i: usize| (2.0 * at[i] + 1.0) / self.size[i] as f64 - 1.0;
         let point = |depth: f64| {
@@ -294,24 +296,24 @@ impl<'a> View<'a> {
         a + (b - a) * (n.dot(p - a) / n.dot(b - a))
     }
 
-    /// Where in the image a point is seen; pixels' centres are whole numbers.
+    /// Returns the image position at which a point is seen; pixel centres are whole numbers.
     pub fn pixel_of(&self, p: DVec3) -> DVec2 {
         let q = self.view_from_clip.inverse() * p.extend(1.0);
         let size = dvec2(self.size[0] as f64, self.size[1] as f64);
         0.5 * (dvec2(q.x, q.y) / q.w + 1.0) * size - 0.5
     }
 
-    /// Unit vector along the ray that sees a point.
+    /// Returns the unit vector along the ray that sees a point.
     pub fn ray(&self, p: DVec3) -> DVec3 {
         if self.view_from_clip.z_axis.w == 0.0 { DVec3::NEG_Z } else { p.normalize() }
     }
 
-    /// Unit vector along a side of the light's square.
+    /// Returns the unit vector along a side of the light's square.
     pub fn light_side(&self, axis: usize) -> DVec3 {
         self.row(axis).normalize_or_zero()
     }
 
-    /// The camera's projection.
+    /// Returns the camera's projection.
     pub fn clip_from_view(&self) -> DMat4 {
         self.view_from_clip.inverse()
     }
@@ -320,12 +322,12 @@ impl<'a> View<'a> {
         self.light_clip_from_view.row(i).truncate()
     }
 
-    /// Camera view space of a pixel at a depth, and the bound of the error.
+    /// Returns the camera-view position of a pixel at a depth, and the bound of its error.
     pub fn position_at(&self, pixel: [usize; 2], depth: f64) -> (DVec3, DVec3) {
         let ndc = |i: usize| (2.0 * pixel[i] as f64 + 1.0) / self.size[i] as f64 - 1.0;
         let m = &self.view_from_clip;
         let p = *m * glam::dvec4(ndc(0), ndc(1), depth, 1.0);
-        // The device coordinates are off by a fraction of 1, wherever they are; the depth is exact.
+        // The normalised device coordinates have an absolute error, a fraction of 1; the depth is exact.
         let size = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs() * depth.abs() + m.w_axis.abs();
         let error = ROUNDING * size;
         let position = p.truncate() / p.w;
@@ -336,7 +338,7 @@ impl<'a> View<'a> {
         self.position_at(pixel, f64::from(self.depth[self.index(pixel)]))
     }
 
-    /// The surface point of a pixel; `None` for the sky.
+    /// Returns the surface point of a pixel; `None` for the sky.
     pub fn receiver(&self, pixel: [usize; 2]) -> Option<Receiver> {
         if !self.is_surface(pixel) {
             return None;
@@ -362,7 +364,7 @@ impl<'a> View<'a> {
         Some(Receiver { position, position_error, normal, normal_error, allowance })
     }
 
-    /// Difference to the neighbour along an axis that the shader takes, forwards, and its error.
+    /// Returns the forward difference along an axis to the neighbour that the shader uses, and its error.
     fn tangent(&self, pixel: [usize; 2], axis: usize, p: DVec3, p_error: DVec3) -> Option<(DVec3, DVec3)> {
         let at = |steps: isize| {
             let mut q = pixel;
@@ -370,7 +372,7 @@ impl<'a> View<'a> {
             self.is_surface(q).then_some(q)
         };
         let depth = |q: [usize; 2]| self.depth[self.index(q)];
-        // Differences of stored depths are rounded alike here and there, so the choice is the same.
+        // Shader and mirror round the differences of stored depths alike, so they choose the same neighbour.
         let off = |steps: isize, q: [usize; 2]| {
             let step = depth(q) - depth(pixel);
             at(2 * steps).map_or(step.abs(), |beyond| step.abs().min((depth(beyond) - depth(q) - step).abs()))
@@ -398,12 +400,12 @@ impl<'a> View<'a> {
         let n = c / length;
         let n = if n.dot(ray) > 0.0 { -n } else { n };
         let error = (v.length() * h_error.length() + h.length() * v_error.length()) / length + 3.0 * ROUNDING;
-        // Seen edge-on, the side that faces the viewer is a matter of rounding.
+        // If the surface is seen edge-on, rounding decides which side faces the viewer.
         let edge_on = n.dot(ray).abs() <= error * ray.length() + p_error.length();
         (n, if edge_on { 2.0 } else { error.min(2.0) })
     }
 
-    /// Unit vector towards the light, and the bound of its error.
+    /// Returns the unit vector towards the light, and the bound of its error.
     pub fn towards_light(&self, p: DVec3, p_error: DVec3) -> (DVec3, f64) {
         let l = self.light_position_view;
         if l.w == 0.0 {
@@ -417,13 +419,13 @@ impl<'a> View<'a> {
         (d / distance, p_error.length() / distance + 2.0 * ROUNDING)
     }
 
-    /// Distance to a light that has a position.
+    /// Returns the distance to the light; `None` for a directional light.
     pub fn light_distance(&self, p: DVec3) -> Option<f64> {
         let l = self.light_position_view;
         (l.w != 0.0).then(|| (l.truncate() - p).length())
     }
 
-    /// Whether the surface faces the light.
+    /// Decides whether the surface faces the light.
     pub fn faces_light(&self, r: &Receiver) -> Decision {
         let (towards, error) = self.towards_light(r.position, r.position_error);
         Decision::positive(r.normal.dot(towards), r.normal_error + error + ROUNDING)
@@ -433,8 +435,8 @@ impl<'a> View<'a> {
         let m = &self.light_clip_from_view;
         let q = *m * p.extend(1.0);
         let absolute = DMat4::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs(), m.w_axis.abs());
-        // What the product itself loses; what the point was off by before is carried on by the gradients, since
-        // it moves all of q together.
+        // `own` is the product's own rounding error. The point's earlier error is carried on by the gradients, since
+        // it moves all of `q` together.
         let own = PRODUCT_ROUNDING * (absolute * p.abs().extend(1.0));
         let e = own + absolute * p_error.extend(0.0);
         let margins = [
@@ -477,18 +479,18 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Change of the stored depth over space, at a point whose `w` is `1 / by_w`.
+    /// Returns the gradient of the stored depth at a point whose `w` is `1 / by_w`.
     fn depth_gradient(&self, by_w: f64) -> DVec3 {
         if self.light_depth_scale > 0.0 { self.light_depth_scale * by_w * by_w * self.row(3) } else { self.row(2) }
     }
 
-    /// World size of a texel at the point's depth.
+    /// Returns the world size of a texel at the point's depth.
     fn texel_size(&self, l: &LightPoint) -> f64 {
         let scale = dvec2(self.row(0).length(), self.row(1).length()) * self.map_extent();
         2.0 * l.w / scale.x.min(scale.y)
     }
 
-    /// Change of the stored depth over a texel's world size along the light's axis.
+    /// Returns the change of the stored depth over a texel's world size along the light's axis.
     pub fn texel_depth(&self, l: &LightPoint) -> f64 {
         let by_w = 1.0 / l.w;
         let depth_per_unit =
@@ -500,7 +502,7 @@ impl<'a> View<'a> {
         0.5 * (n.dot(self.row(0).normalize()).abs() + n.dot(self.row(1).normalize()).abs())
     }
 
-    /// The receiver moved along its normal, and the bound of its error.
+    /// Returns the receiver moved along its normal, and the bound of its error.
     pub fn offset(&self, r: &Receiver, l: &LightPoint, texels: f64) -> (DVec3, DVec3) {
         let per_plane = texels * self.texel_size(l);
         let planes = self.plane_offset_texels(r.normal);
@@ -555,12 +557,12 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The texel of the map that lies nearest.
+    /// Returns the texel of the map nearest to `texel`.
     pub fn nearest_texel(&self, texel: [i64; 2]) -> [i64; 2] {
         [0, 1].map(|i| texel[i].clamp(0, self.map_size[i] as i64 - 1))
     }
 
-    /// Depth of a texel; outside the map 1, farther than everything.
+    /// Returns the depth of a texel; outside the map 1, farther than everything.
     pub fn stored(&self, texel: [i64; 2]) -> f64 {
         let [w, h] = self.map_size.map(|n| n as i64);
         let inside = (0..w).contains(&texel[0]) && (0..h).contains(&texel[1]);
@@ -568,9 +570,9 @@ impl<'a> View<'a> {
     }
 }
 
-/// The shadow test of a reference depth that is off by up to `error`: yes if lit.
+/// Tests a reference depth with an error of up to `error`: yes if lit.
 pub(crate) fn shadow_test(reference: f64, error: f64, stored: f64) -> Decision {
-    // Clamped to 1, a reference is never beyond an empty texel, whatever its error.
+    // Clamped to 1, a reference never lies behind an empty texel, whatever its error.
     if stored >= 1.0 {
         return Decision::Yes;
     }
@@ -581,7 +583,7 @@ pub(crate) fn shadow_test(reference: f64, error: f64, stored: f64) -> Decision {
     }
 }
 
-/// `octahedralDecode` of `glsl/lib/octahedral.glsl`.
+/// Mirror of `octahedralDecode` of `glsl/lib/octahedral.glsl`.
 fn octahedral_decode(e: DVec2) -> DVec3 {
     let mut n = dvec3(e.x, e.y, 1.0 - e.x.abs() - e.y.abs());
     if n.z < 0.0 {

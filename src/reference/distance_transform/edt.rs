@@ -1,26 +1,27 @@
-//! Mirror of `glsl/distance_transform/edt_*.comp`: the nearest seed of every pixel on integers, by trying.
+//! Mirror of `glsl/distance_transform/edt_*.comp`: the nearest seed of every pixel, in integers, by brute force.
 //!
-//! All passes of a transform work towards the one result that [`nearest`] defines, so they share it as their mirror.
+//! All passes of a transform work towards the one result that [`nearest`] defines, so they share this mirror.
 
 use crate::technique::distance_transform::NO_SEED;
 use rayon::prelude::*;
 
-/// Which pixels are seeds, row by row from the top.
+/// Mask of the pixels that are seeds, row by row from the top.
 #[derive(Clone, Debug)]
 pub struct Mask {
     /// Width and height in pixels, at most 65535 each.
     pub size: [usize; 2],
-    /// `size[0] * size[1]` pixels.
+    /// One value per pixel, `size[0] * size[1]` in all; `true` for a seed.
     pub seeds: Vec<bool>,
 }
 
 impl Mask {
-    /// True if a pixel is a seed.
+    /// Returns whether a pixel is a seed.
     pub fn at(&self, x: usize, y: usize) -> bool {
         self.seeds[y * self.size[0] + x]
     }
 
-    /// As the passes take them: see [`crate::technique::distance_transform::Edt::seed_bits`].
+    /// Packs the mask into words as the passes take them: see
+    /// [`crate::technique::distance_transform::Edt::seed_bits`].
     pub fn seed_bits(&self) -> Vec<u32> {
         let [width, height] = self.size;
         let mut words = vec![0; width * height.div_ceil(32)];
@@ -32,7 +33,7 @@ impl Mask {
     }
 }
 
-/// Orders seeds for a pixel: squared distance, then y, then x.
+/// Order of a pixel's seeds: squared distance, then y, then x.
 type Rank = (u64, usize, usize);
 
 fn rank(pixel: [usize; 2], seed: [usize; 2]) -> Rank {
@@ -47,8 +48,9 @@ fn label(best: Option<Rank>, radius: Option<u32>) -> u32 {
     }
 }
 
-/// The label `x | y << 16` of every pixel's nearest seed, [`NO_SEED`] where none is within the radius in pixels: every
-/// pixel against every seed. Of several nearest ones that with the smallest y counts, then that with the smallest x.
+/// Returns the label `x | y << 16` of every pixel's nearest seed by comparing it with every seed. The label is
+/// [`NO_SEED`] where no seed lies within the radius in pixels. Among equally near seeds the smallest y wins, then the
+/// smallest x.
 pub fn nearest(mask: &Mask, radius: Option<u32>) -> Vec<u32> {
     let [width, height] = mask.size;
     let pixels = |i: usize| [i % width, i / width];
@@ -57,15 +59,15 @@ pub fn nearest(mask: &Mask, radius: Option<u32>) -> Vec<u32> {
     (0..width * height).into_par_iter().map(best).collect()
 }
 
-/// The same as [`nearest`] for large images: the nearest seed of every column first, then from each pixel outwards along
-/// its row until no column can be nearer.
+/// Computes the same as [`nearest`], faster for large images. It first finds the nearest seed of every column, then
+/// searches outwards along each pixel's row until no column can be nearer.
 pub fn nearest_fast(mask: &Mask, radius: Option<u32>) -> Vec<u32> {
     let [width, height] = mask.size;
     let columns: Vec<Vec<usize>> =
         (0..width).into_par_iter().map(|x| (0..height).filter(|&y| mask.at(x, y)).collect()).collect();
     let live: Vec<usize> = (0..width).filter(|&x| !columns[x].is_empty()).collect();
     let row = |y: usize| {
-        // The seed of each live column that is nearest to its pixel in this row.
+        // Nearest seed of each column that has seeds, seen from this row.
         let seeds: Vec<[usize; 2]> = live
             .iter()
             .map(|&x| {
@@ -80,7 +82,7 @@ pub fn nearest_fast(mask: &Mask, radius: Option<u32>) -> Vec<u32> {
                 let right = live.partition_point(|&c| c < x);
                 let mut visit = |seed: &[usize; 2]| {
                     let gap = seed[0].abs_diff(x) as u64;
-                    // A column as far away as the best seed may still hold one as near.
+                    // A column as far away as the best seed may still hold a seed just as near.
                     if best.is_some_and(|b| gap * gap > b.0) {
                         return false;
                     }
@@ -88,7 +90,7 @@ pub fn nearest_fast(mask: &Mask, radius: Option<u32>) -> Vec<u32> {
                     best = Some(best.map_or(candidate, |b| b.min(candidate)));
                     true
                 };
-                // Outwards on both sides in turn: either side alone could run far before the other shows a near seed.
+                // Search both sides in turn: one side alone could run far before the other shows a near seed.
                 let (mut left, mut right) = (seeds[..right].iter().rev(), seeds[right..].iter());
                 let (mut go_left, mut go_right) = (true, true);
                 while go_left || go_right {
@@ -102,7 +104,7 @@ pub fn nearest_fast(mask: &Mask, radius: Option<u32>) -> Vec<u32> {
     (0..height).into_par_iter().flat_map_iter(row).collect()
 }
 
-/// Squared distance in pixels from pixel `i` (row by row) to its label's seed; `None` without one.
+/// Returns the squared distance in pixels from pixel `i` (row by row) to its label's seed; `None` without one.
 pub fn squared_distance(width: usize, i: usize, label: u32) -> Option<u64> {
     let seed = [(label & 0xffff) as usize, (label >> 16) as usize];
     (label != NO_SEED).then(|| rank([i % width, i / width], seed).0)
@@ -122,14 +124,14 @@ mod tests {
 
     #[test]
     fn ties_go_up_then_left() {
-        // Four seeds about the middle of 3 x 3: all are at distance 1 of it.
+        // Four seeds around the middle of 3 x 3 pixels, all at distance 1 from it.
         let cross = mask([3, 3], &[[1, 0], [0, 1], [2, 1], [1, 2]]);
         assert_eq!(nearest(&cross, None)[4], 1);
         let sides = mask([3, 1], &[[0, 0], [2, 0]]);
         assert_eq!(nearest(&sides, None), [0, 0, 2]);
         assert_eq!(nearest(&sides, Some(0)), [0, NO_SEED, 2]);
         assert_eq!(nearest(&mask([2, 2], &[]), None), [NO_SEED; 4]);
-        // The radius is inclusive, and of the distance, not of its parts.
+        // The radius is inclusive and applies to the distance, not to its components.
         let corner = mask([5, 4], &[[0, 0]]);
         let within = |r| nearest(&corner, Some(r)).iter().filter(|l| **l != NO_SEED).count();
         assert_eq!([0, 1, 2, 3, 4, 5].map(within), [1, 3, 6, 11, 16, 20]);

@@ -1,4 +1,4 @@
-//! Mirrors of the shadow map's own tests.
+//! Mirrors of the plain shadow-map test and its filters.
 //!
 //! [`pcf`] covers `pcf_receiver.glsl`.
 

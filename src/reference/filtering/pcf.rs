@@ -10,29 +10,29 @@ use glam::DVec2;
 /// Settings of the filter.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Texels along the kernel's side, odd.
+    /// Side of the kernel, texels; odd.
     pub width: u32,
-    /// Multiples of what a plane needs.
+    /// Normal offset, in multiples of what a plane needs.
     pub normal_offset: f32,
-    /// Fraction of a texel's slope, along both axes.
+    /// Depth bias, as a fraction of the depth slope per texel, summed over both axes.
     pub depth_bias: f32,
 }
 
-/// How many tiles `pcf_classify` lists: those that it must list, and those that it may, rounding being what it is.
+/// Number of tiles that `pcf_classify` lists: a range, because rounding may decide some of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Listed {
-    /// Tiles with a pixel that is certainly left open.
+    /// Number of tiles with a pixel that is certainly undecided.
     pub least: u32,
-    /// Tiles with a pixel that may be left open.
+    /// Number of tiles with a pixel that may be undecided.
     pub most: u32,
 }
 
-/// Where a kernel lies in the map.
+/// Position of a kernel in the map.
 struct Kernel {
     base: [i64; 2],
     fraction: DVec2,
     fraction_error: DVec2,
-    /// The receiver in texels, and the centre of `base` is at `base`.
+    /// Receiver position, texels, in coordinates where the centre of texel `base` is at `base`.
     center: DVec2,
     reference: f64,
     reference_error: f64,
@@ -40,10 +40,10 @@ struct Kernel {
     slope_error: DVec2,
 }
 
-/// The filtered visibility of every pixel.
+/// Returns the filtered visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
@@ -53,10 +53,11 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     Ok(Mirror::collect(pixels))
 }
 
-/// How many tiles of `TILE` x `TILE` pixels are left to the filter by the depth bounds of the map's blocks.
+/// Returns the number of tiles of `TILE` x `TILE` pixels that the depth bounds of the map's blocks leave to the
+/// filter.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn listed(data: &FrameData<'_>, settings: &Settings) -> Result<Listed> {
     let view = View::new(data)?;
     let levels = depth_bounds::blocks(data.shadow_map, data.constants.map_size);
@@ -109,7 +110,7 @@ fn kernel(view: &View<'_>, r: &OpenReceiver, width: u32) -> Kernel {
     }
 }
 
-/// Reference depth of a tap and the bound of its error.
+/// Returns the reference depth of a tap and the bound of its error.
 fn reference(k: &Kernel, tap: DVec2) -> (f64, f64) {
     let away = (vector(k.base) + tap - k.center).abs();
     let error = k.reference_error + k.slope_error.dot(away) + ROUNDING * k.slope.abs().dot(tap);
@@ -147,7 +148,7 @@ fn filter(view: &View<'_>, k: &Kernel, width: i64) -> Verdict {
         n if n == taps => 1.0,
         _ => (sum / area).clamp(0.0, 1.0),
     };
-    // The kernel slides by the error of its place; then at most a row and a column at its sides change.
+    // The kernel is displaced by the error of its position; this changes at most a row and a column at its sides.
     let uniform = lit == 0 || lit == taps;
     let slid = (k.fraction_error.x + k.fraction_error.y) / width as f64;
     // Sums of up to 64 x 64 terms are rounded at each addition.
@@ -155,9 +156,9 @@ fn filter(view: &View<'_>, k: &Kernel, width: i64) -> Verdict {
     Verdict { visibility, doubt: (doubtful / area).min(1.0), rounding }
 }
 
-/// Whether the depth bounds leave the pixel open.
+/// Decides whether the depth bounds leave the pixel undecided.
 fn is_open(view: &View<'_>, levels: &[depth_bounds::Level], k: &Kernel, width: i64) -> Decision {
-    // Where rounding may have moved the kernel by a texel, it may have read other blocks.
+    // If rounding moved the kernel by a texel, it may have read other blocks.
     let moved = (0..2).any(|i| {
         let (f, e) = (k.fraction[i], k.fraction_error[i]);
         f < e || f > 1.0 - e
@@ -189,7 +190,7 @@ fn is_open(view: &View<'_>, levels: &[depth_bounds::Level], k: &Kernel, width: i
             let all = (k.slope.abs() + bounds.slope.abs()).dot(DVec2::splat(size as f64));
             let rounding = 2.5e-7 + 5e-7 * all;
             let slack = (k.slope - bounds.slope).abs().dot(half) + rounding;
-            // The bounds themselves are rounded, once a level.
+            // The bounds themselves are rounded once per level.
             let error = error + k.slope_error.dot(half) + 2.0 * ROUNDING * (1.0 + all);
             lit = both(lit, Decision::positive(stored + bounds.low - depth - slack, error));
             dark = both(dark, Decision::positive(depth - slack - stored - bounds.high, error));
@@ -220,7 +221,7 @@ fn corner_vector(a: [i64; 2], b: [i64; 2], pick: fn(i64, i64) -> i64) -> DVec2 {
     vector([pick(a[0], b[0]), pick(a[1], b[1])])
 }
 
-/// A certain no outweighs all doubts.
+/// Combines two decisions; a certain no outweighs all doubts.
 fn both(a: Decision, b: Decision) -> Decision {
     match (a, b) {
         (Decision::No, _) | (_, Decision::No) => Decision::No,

@@ -4,10 +4,10 @@ use crate::Result;
 use crate::reference::common::shadow_map_test::test;
 use crate::reference::common::view::{FrameData, Mirror, Verdict, View};
 
-/// The hard test of every pixel; the two settings are the technique's own.
+/// Returns the hard shadow test of every pixel; the two settings are those of the technique.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, normal_offset: f32, depth_bias: f32) -> Result<Mirror> {
     let view = View::new(data)?;
     Ok(Mirror::collect(view.every_pixel(|p| pixel(&view, p, normal_offset.into(), depth_bias.into()))))

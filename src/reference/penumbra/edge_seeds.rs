@@ -9,35 +9,36 @@ use crate::technique::common::tiles::TILE;
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Half a step of 16 bits along both octahedral axes moves a unit normal by at most so much: the vector before it is
-/// normalised by half a step times the root of 6, and that is at least 1 / root 3 long.
+/// Largest error of a unit normal stored with 16 bits per octahedral axis. Half a step along both axes moves the
+/// vector before normalisation by half a step times the square root of 6, and that vector's length is at least 1 /
+/// sqrt(3).
 const NORMAL_STEP: f64 = 2.13 / 32767.0;
 
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// How surfaces are told apart.
+    /// Test that decides whether two pixels lie on one surface.
     pub surfaces: SurfaceTest,
-    /// Of that test: pixels off the plane a pixel, or a share of the eye depth.
+    /// Tolerance of that test: pixels off the plane per pixel, or a fraction of the eye depth.
     pub tolerance: f32,
-    /// Neighbours on any surface count.
+    /// Counts neighbours on any surface.
     pub any_surface: bool,
-    /// Where edges run.
+    /// Rule that places the edge's points.
     pub points: Points,
 }
 
-/// Where the edge runs that a pixel is a seed of.
+/// Rule for the point of the shadow edge at a seed.
 #[derive(Clone, Copy, Debug)]
 pub enum Points {
-    /// Through the pixels' own centres; pixels on both sides are seeds.
+    /// Centre of the pixel; pixels on both sides of the edge are seeds.
     Pixels,
-    /// Half-way between pixels.
+    /// Midpoint between the pixels.
     Between,
-    /// Where the hard shadow ends between them.
+    /// Point between the pixels where the hard shadow ends.
     Traced {
-        /// What the hard shadows are made by.
+        /// Settings of the hard shadows.
         hard: rbsm::Settings,
-        /// Bisections of the way from pixel to pixel.
+        /// Number of bisections of the path from pixel to pixel.
         steps: u32,
     },
 }
@@ -48,55 +49,55 @@ impl Points {
     }
 }
 
-/// A seed: a pixel next to a shadow edge.
+/// Seed: a pixel next to a shadow edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Seed {
-    /// Its pixel.
+    /// Pixel coordinates.
     pub pixel: [usize; 2],
-    /// The point of the edge in camera view space, world units.
+    /// Point of the edge in camera view space, world units.
     pub point: DVec3,
-    /// How far off single precision may put the point, world units.
+    /// Bound on the point's error in single precision, world units.
     pub error: f64,
-    /// By how much the point may be moved either way where a test on the way to it is a tie, world units.
+    /// Largest displacement of the point either way where a test on the way to it is a tie, world units.
     pub doubt: DVec3,
-    /// Unit normal of the surface there, in camera view space.
+    /// Unit normal of the surface at the pixel, in camera view space.
     pub normal: DVec3,
-    /// Bound of the error that precision and storage may leave in the normal.
+    /// Bound on the normal's error from precision and storage.
     pub normal_error: f64,
-    /// False where a test for one surface lies within the rounding: the seed may rightly be missing, or its point lie
-    /// anywhere within `error`.
+    /// `false` where a same-surface test lies within the rounding. Then the seed may rightly be missing, or its point
+    /// may lie anywhere within `error`.
     pub sure: bool,
 }
 
 impl Seed {
-    /// How far off the point may be in all, world units.
+    /// Returns the bound on the point's total error, world units.
     pub fn off(&self) -> f64 {
         self.error + self.doubt.length()
     }
 
-    /// `x + 65536 y` of its pixel.
+    /// Returns the label of the seed's pixel, `x + 65536 y`.
     pub fn label(&self) -> u32 {
         self.pixel[0] as u32 | (self.pixel[1] as u32) << 16
     }
 }
 
-/// All seeds, row by row. `hard` is the image of hard shadows, 0 or 1 a pixel.
+/// Returns all seeds, row by row. `hard` is the image of hard shadows: 0 or 1 per pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn seeds(data: &FrameData<'_>, hard: &[f32], settings: &Settings) -> Result<Vec<Seed>> {
     let view = View::new(data)?;
     check_hard(&view, hard)?;
     Ok(view.every_pixel(|pixel| seed_at(&view, hard, settings, pixel)).into_iter().flatten().collect())
 }
 
-/// How many tiles of 8 x 8 pixels are both lit and dark, with a ring of pixels around that is lit outside the image: those
-/// that `edge_tiles.comp` lists.
+/// Returns the number of tiles of 8 x 8 pixels that `edge_tiles.comp` lists: those with both lit and shadowed pixels
+/// in the tile and the ring of pixels around it. Pixels outside the image count as lit.
 pub fn mixed_tiles(size: [usize; 2], hard: &[f32]) -> usize {
     let tile = TILE as usize;
     let count = size.map(|n| n.div_ceil(tile));
     let lit = |x: usize, y: usize| {
-        // One more than the pixel, so that -1 has a place.
+        // Coordinates are one more than the pixel's, so that -1 can be represented.
         let inside = (1..=size[0]).contains(&x) && (1..=size[1]).contains(&y);
         !inside || hard[(y - 1) * size[0] + x - 1] > 0.5
     };
@@ -112,11 +113,11 @@ pub fn mixed_tiles(size: [usize; 2], hard: &[f32]) -> usize {
 pub(super) fn check_hard(view: &View<'_>, hard: &[f32]) -> Result<()> {
     let wanted = view.size[0] * view.size[1];
     if hard.len() != wanted {
-        let problem = format!("mirror: the hard shadows have {} values, {wanted} are needed", hard.len());
+        let problem = format!("mirror: the hard shadows have {} values, but {wanted} are needed", hard.len());
         return Err(Error::Usage(problem));
     }
     if let Some(v) = hard.iter().find(|v| **v != 0.0 && **v != 1.0) {
-        return Err(Error::Usage(format!("mirror: a hard shadow of {v}, 0 or 1 is needed")));
+        return Err(Error::Usage(format!("mirror: a hard shadow is {v}, but must be 0 or 1")));
     }
     Ok(())
 }
@@ -132,7 +133,7 @@ fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixel
     let apart = Apart { vector, error };
     let widths = [p, q].map(|r| view.pixel_width(r.position, r.position_error));
     let width = if widths[0].0 < widths[1].0 { widths[0] } else { widths[1] };
-    // `isRidge`.
+    // Mirror of `isRidge`.
     let turned = p.normal_error + q.normal_error + ROUNDING;
     let sharp = Decision::positive(CREASE_COSINE - p.normal.dot(q.normal), turned);
     let falls = -(p.normal - q.normal).dot(vector);
@@ -145,18 +146,18 @@ fn same_surface(view: &View<'_>, s: &Settings, p: &Receiver, q: &Receiver, pixel
 
 fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Option<Seed> {
     let own = hard[view.index(pixel)];
-    // The points of both sides are the same.
+    // The points of both sides coincide, so lit pixels alone are enough.
     if own < 0.5 && !s.points.at_pixels() {
         return None;
     }
     let p = view.receiver(pixel)?;
-    // Neighbours that differ: how they lie to the pixel, and whether they count.
+    // Neighbours whose visibility differs: the vector to each, and whether it counts.
     let mut pairs: Vec<(Apart, Decision)> = vec![];
     let mut other_error = DVec3::ZERO;
     for y in pixel[1].saturating_sub(1)..(pixel[1] + 2).min(view.size[1]) {
         for x in pixel[0].saturating_sub(1)..(pixel[0] + 2).min(view.size[0]) {
             let steps = x.abs_diff(pixel[0]) + y.abs_diff(pixel[1]);
-            // Between pixels those across a corner do not count.
+            // Between pixels, diagonal neighbours do not count.
             if hard[view.index([x, y])] == own || (steps == 2 && !s.points.at_pixels()) {
                 continue;
             }
@@ -182,7 +183,7 @@ fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Op
         let sum: DVec3 = taken.iter().map(|pair| pair.0.vector).sum();
         point += 0.5 / taken.len().max(1) as f64 * sum;
         error += pairs.iter().map(|pair| pair.0.error).fold(0.0, f64::max) + ROUNDING * farthest;
-        // Whichever count, the point lies within half the farthest of the pixel.
+        // Whichever neighbours count, the point lies within half the distance of the farthest one.
         error += if sure { 0.0 } else { farthest };
         if let Points::Traced { hard, steps } = s.points {
             let along;
@@ -190,13 +191,13 @@ fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Op
             point = p.position + along;
         }
     }
-    // At a pixel only whether there is any matters.
+    // At the pixel's centre, it only matters whether any neighbour counts.
     let sure = sure || (s.points.at_pixels() && pairs.iter().any(|pair| pair.1 == Decision::Yes));
     Some(Seed { pixel, point, error, doubt, normal: p.normal, normal_error: p.normal_error + NORMAL_STEP, sure })
 }
 
-/// How far from `p` along `across` the hard shadow ends, and how far to either side of that ties may put it. Where there is
-/// none at the end of `across`, half of it. `error` is that of the other end.
+/// Returns the vector from `p` along `across` to where the hard shadow ends, and how far ties may move that point to
+/// either side. Returns half of `across` if the shadow does not end there. `error` is that of the other end.
 fn trace(
     view: &View<'_>,
     p: &Receiver,

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/penumbra/mean_filter.comp`, both axes.
+//! Mirror of `glsl/penumbra/mean_filter.comp`, for both axes.
 
 use crate::reference::common::surface::{Apart, is_smooth, one_patch, same_depth};
 use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, View};
@@ -8,46 +8,48 @@ use crate::{Error, Result};
 /// Settings of the passes.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// How surfaces are told apart.
+    /// Test that decides whether two pixels lie on one surface.
     pub surfaces: SurfaceTest,
-    /// Of that test: pixels off the plane a pixel, or a share of the eye depth.
+    /// Tolerance of that test: pixels off the plane per pixel, or a fraction of the eye depth.
     pub tolerance: f32,
-    /// World units, or a share of the penumbra's.
+    /// Width of the filter: world units, or a fraction of the penumbra's width.
     pub filter_width: f32,
-    /// A pass at most; odd.
+    /// Largest number of taps per pass; odd.
     pub taps: u32,
 }
 
-/// What a pass knows of a pixel.
+/// Data of a pixel between the passes.
 #[derive(Clone, Copy, Debug)]
 struct Value {
     value: f64,
     doubt: f64,
     rounding: f64,
-    /// In reach of an edge: to be filtered.
+    /// `true` within reach of a shadow edge, where the pixel is filtered.
     near: bool,
 }
 
-/// Half a step of 15 bits along both octahedral axes moves a unit normal by at most so much (`packNormal` of
-/// `glsl/penumbra/seed_format.glsl`): see `NORMAL_STEP` of the seeds.
+/// Largest error of a unit normal stored with 15 bits per octahedral axis (`packNormal` of
+/// `glsl/penumbra/seed_format.glsl`); compare `NORMAL_STEP` of the seeds.
 const PACKED_STEP: f64 = 4.26 / 32767.0;
 
-/// A tap: its value, and whether it counts.
+/// Tap: its value, and whether it counts.
 type Tap = (Value, Decision);
 
-/// The visibility of every pixel from its intensity, which is that less 2 of pixels out of an edge's reach.
+/// Returns the visibility of every pixel from its intensity. Out of an edge's reach, the intensity is the visibility
+/// minus 2.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings, intensity: &[f32]) -> Result<Mirror> {
     let width = f64::from(settings.filter_width);
     filtered(data, settings, intensity, |_| width)
 }
 
-/// The same where every pixel has a penumbra width of its own, world units, of which the filter's is a share.
+/// Returns the visibility where every pixel has a penumbra width of its own, world units. The filter's width is a
+/// fraction of it.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility_by_widths(
     data: &FrameData<'_>,
     settings: &Settings,
@@ -106,7 +108,7 @@ fn mean(
     let pixels = filter_width / width;
     let pixels_error = pixels * (width_error / width + ROUNDING);
     let half_taps = |pixels: f64| match pixels > 1.0 {
-        // As many as pixels, odd.
+        // As many taps as pixels, but odd.
         true => (s.taps.min(pixels.ceil().min(64.0) as u32 | 1) / 2) as i64,
         false => 0,
     };
@@ -130,7 +132,7 @@ fn mean(
     let taken: Vec<&Value> = taps.iter().filter(|t| t.1.is_yes()).map(|t| &t.0).collect();
     let count = taken.len() as f64;
     let value = taken.iter().map(|v| v.value).sum::<f64>() / count;
-    // Each that flips moves the mean towards or away from its value.
+    // Each tap that flips moves the mean towards or away from its value.
     let sure_count = taps.iter().filter(|t| t.1 == Decision::Yes).count() as f64;
     let flips: f64 = taps.iter().filter(|t| t.1.is_doubtful()).map(|t| (t.0.value - value).abs() / sure_count).sum();
     Value {
@@ -145,7 +147,7 @@ fn doubtful((value, taken): Tap, nominal: bool) -> Tap {
     (value, Decision::Doubtful(nominal && taken.is_yes()))
 }
 
-/// `None` where there is nothing: out of the image, at the sky, or surely on another surface.
+/// Returns the tap; `None` outside the image, at the sky, or surely on another surface.
 fn tap(
     view: &View<'_>,
     s: &Settings,

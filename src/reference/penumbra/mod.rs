@@ -1,4 +1,4 @@
-//! Mirrors of shadow edges in the image and of the penumbrae around them.
+//! Mirrors of the passes for shadow edges in the image and the penumbrae around them.
 //!
 //! [`edge_seeds`] covers `seed_format.glsl`, `edge_marks.glsl`, `edge_pixels.comp` and `edge_pixels.glsl`.
 

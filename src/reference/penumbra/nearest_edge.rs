@@ -1,5 +1,5 @@
-//! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`: what they search for, by trying all
-//! seeds; and the intensity of a penumbra of fixed width.
+//! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`: the nearest edge by
+//! brute force over all seeds, and the intensity of a penumbra of fixed width.
 
 pub mod soft;
 
@@ -18,7 +18,7 @@ use std::collections::HashMap;
 /// Settings of the passes.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Those of the seeds.
+    /// Settings of the seeds.
     pub seeds: edge_seeds::Settings,
     /// Full width of the penumbra, world units.
     pub penumbra: f32,
@@ -27,44 +27,44 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Within this distance of an edge the image may differ from hard shadows, world units.
+    /// Returns the distance from an edge, world units, within which the image may differ from hard shadows.
     pub fn reach(&self) -> f64 {
-        // The passes take a little more, so that rounding takes nothing off.
+        // The passes use a slightly larger reach, so that rounding excludes nothing.
         0.5 * (f64::from(self.penumbra) + f64::from(self.filter_width)) * 1.000001f64.sqrt()
     }
 }
 
-/// The edge nearest to a pixel.
+/// Nearest shadow edge of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
-    /// Of the exact nearest seed, `x + 65536 y`; [`NO_SEED`] if there is none in reach.
+    /// Label of the exact nearest seed, `x + 65536 y`; [`NO_SEED`] if none is in reach.
     pub label: u32,
-    /// To its point, world units; infinite if there is none.
+    /// Distance to the seed's point, world units; infinite if there is none.
     pub distance: f64,
-    /// The same, at the least and at the most that rounding may make of it, by another point, or by another decision
-    /// which seeds there are or lie on the pixel's surface.
+    /// Smallest and largest distance that is possible by rounding, by another point, or by another decision about
+    /// which seeds exist or lie on the pixel's surface.
     pub range: [f64; 2],
 }
 
 const NOTHING: Nearest = Nearest { label: NO_SEED, distance: f64::INFINITY, range: [f64::INFINITY; 2] };
 
-/// A pixel and the seed that it was given.
+/// Link between a pixel and the seed of its label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// From the pixel's point to the edge's, world units.
+    /// Distance from the pixel's point to the edge's, world units.
     pub distance: f64,
-    /// What single precision may have changed in it.
+    /// Bound on the distance's error in single precision, world units.
     pub error: f64,
-    /// Whether the edge lies on the pixel's surface.
+    /// `true` if the edge lies on the pixel's surface.
     pub on_surface: bool,
-    /// True where that lies within the rounding, or the seed itself is in doubt.
+    /// `true` where that decision lies within the rounding, or the seed itself is in doubt.
     pub doubtful: bool,
 }
 
-/// Every pixel's nearest seed in the world, of those on its surface and in reach.
+/// Returns every pixel's nearest seed in the world, among those on its surface and in reach.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Nearest>> {
     let view = View::new(data)?;
     Ok(view.every_pixel(|pixel| {
@@ -72,7 +72,7 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Re
         let (reach, p_error) = (settings.reach(), p.position_error.length());
         let mut found = NOTHING;
         for seed in seeds {
-            // Most are too far off by any measure.
+            // Most seeds are clearly too far away.
             let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.off());
             if p.position.distance_squared(seed.point) > limit * limit {
                 continue;
@@ -83,10 +83,11 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Re
     }))
 }
 
-/// Every pixel's nearest seed in the image, as the paper takes it: nothing if it lies on another surface or out of reach.
+/// Returns every pixel's nearest seed in the image, as in the paper. There is none if that seed lies on another
+/// surface or out of reach.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn in_image(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Nearest>> {
     let view = View::new(data)?;
     let mut mask = Mask { size: view.size, seeds: vec![false; view.size[0] * view.size[1]] };
@@ -105,10 +106,10 @@ pub fn in_image(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Re
     }))
 }
 
-/// Every pixel with the seed of its label; `None` for [`NO_SEED`].
+/// Returns every pixel's link to the seed of its label; `None` for [`NO_SEED`].
 ///
 /// # Errors
-/// Images that do not fit the constants, or a label that is no seed's.
+/// Fails if the images do not fit the constants, or if a label belongs to no seed.
 pub fn links(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed], labels: &[u32]) -> Result<Vec<Option<Link>>> {
     let view = View::new(data)?;
     if labels.len() != view.size[0] * view.size[1] {
@@ -122,7 +123,7 @@ pub fn links(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed], labels: 
         }
         let (x, y) = (label & 0xffff, label >> 16);
         let Some(seed) = seeds.get(&label) else {
-            return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, which is no seed")));
+            return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, but there is no seed")));
         };
         let Some(p) = view.receiver(pixel) else {
             return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, but no surface")));
@@ -135,8 +136,8 @@ pub fn links(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed], labels: 
     view.every_pixel(link).into_iter().collect()
 }
 
-/// Eq. 8: the intensity at a point of hard visibility 0 or 1, `distance` away from the edge of a penumbra of full width
-/// `penumbra`, both in world units.
+/// Evaluates eq. 8: the intensity at a point with hard visibility 0 or 1, at `distance` from the edge of a penumbra of
+/// full width `penumbra`. Both are in world units.
 ///
 /// ```
 /// # use edgeshade::reference::penumbra::nearest_edge::intensity;
@@ -176,7 +177,7 @@ fn consider(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, seed
     }
 }
 
-/// Whether the seed's edge lies on the surface of `p`.
+/// Decides whether the seed's edge lies on the surface of `p`.
 fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, seed: &Seed) -> Decision {
     let tolerance = f64::from(s.seeds.tolerance);
     let vector = seed.point - p.position;
@@ -185,11 +186,11 @@ fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, se
         return same_depth(p.position.z, seed.point.z, error + seed.doubt.z.abs(), tolerance);
     }
     let away = [0, 1].map(|i| pixel[i].abs_diff(seed.pixel[i]) as f64);
-    // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
+    // At least one pixel: a pixel's own edge lies somewhere on the way to its neighbour.
     let pixels = away[0].hypot(away[1]).max(1.0);
     let width = view.pixel_width(p.position, p.position_error);
     let (n, m) = ((p.normal, p.normal_error), (seed.normal, seed.normal_error));
-    // What is in doubt moves the point along the surface, and hardly off its planes.
+    // The doubt moves the point along the surface, and hardly off its planes.
     let off_plane = 0.5 * (n.0 + m.0).dot(seed.doubt).abs() + 0.5 * (n.1 + m.1) * seed.doubt.length();
     let patch = |tolerance| one_patch(n, m, &Apart { vector, error: error + off_plane }, pixels, width, tolerance);
     let smooth = is_smooth(n, m);
@@ -202,7 +203,7 @@ fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, se
     level.or(curved.and(bends_evenly(view, &End::of(pixel, p), &there, width, tolerance)))
 }
 
-/// One end of a way over a surface.
+/// One end of a path over a surface.
 struct End {
     pixel: [usize; 2],
     position: DVec3,
@@ -217,8 +218,8 @@ impl End {
     }
 }
 
-/// `bendsEvenly` of `glsl/penumbra/nearest_edge.glsl`: between `a` and `b`, whose normals differ by more than a crease's angle.
-/// `width`: that of the pixel at which the whole way starts.
+/// Mirror of `bendsEvenly` of `glsl/penumbra/nearest_edge.glsl`, between `a` and `b`, whose normals differ by more
+/// than a crease's angle. `width` is that of the pixel at which the whole path starts.
 fn bends_evenly(view: &View<'_>, a: &End, b: &End, width: Width, tolerance: f64) -> Decision {
     let middle = [0, 1].map(|i| (a.pixel[i] + b.pixel[i]) / 2);
     let Some(r) = view.receiver(middle) else { return Decision::No };

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/penumbra/seed_width.comp`: the penumbra's width at every seed.
+//! Mirror of `glsl/penumbra/seed_width.comp`: the penumbra width at every seed.
 
 use super::edge_seeds::Seed;
 use crate::Result;
@@ -12,47 +12,47 @@ use crate::technique::penumbra::seed_width::Metric;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// `NARROWEST_SEARCH`, texels; `NARROWEST_WIDTH`, pixels; `LEAST_COSINE`.
+/// `NARROWEST_SEARCH` (texels), `NARROWEST_WIDTH` (pixels) and `LEAST_COSINE` of the shader.
 const NARROWEST_SEARCH: f64 = 1.5;
 const NARROWEST_WIDTH: f64 = 1e-3;
 const LEAST_COSINE: f64 = 0.1;
-/// `DIAGONAL`.
+/// `DIAGONAL` of the shader.
 const DIAGONAL: f64 = 0.804737;
 
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Taps of the blocker search along each axis.
+    /// Number of blocker-search taps per axis.
     pub search_taps: u32,
-    /// Where blockers are searched.
+    /// Rule for the size of the search window.
     pub window: SearchWindow,
-    /// How distances will be measured.
+    /// Measure of the distances that the widths are compared with.
     pub metric: Metric,
-    /// Factor of the width.
+    /// Factor on the width.
     pub beta: f32,
-    /// Multiples of what a plane needs.
+    /// Normal offset, in multiples of what a plane needs.
     pub normal_offset: f32,
-    /// Fraction of a texel's slope, along both axes.
+    /// Depth bias, as a fraction of the depth slope per texel, summed over both axes.
     pub depth_bias: f32,
 }
 
-/// The penumbra at a seed.
+/// Penumbra at a seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Width {
-    /// Full width, world units; 0 if there is none.
+    /// Full width, world units; 0 if there is no penumbra.
     pub width: f64,
-    /// The same, at the least and at the most that rounding may make of it, by itself or by other decisions what blocks.
+    /// Smallest and largest width that rounding, or other decisions about what blocks, may give.
     pub range: [f64; 2],
-    /// What distances may shrink by when they are measured.
+    /// Factor by which the metric may shorten distances.
     pub cosine: f64,
-    /// The bound of its error.
+    /// Bound on the cosine's error.
     pub cosine_error: f64,
 }
 
-/// The widths of the seeds, in their order.
+/// Returns the widths of the seeds, in their order.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn widths(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Width>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
@@ -123,7 +123,7 @@ fn width_at(view: &View<'_>, light: &AreaLight, hsm: Option<&Hsm>, s: &Settings,
     (width, if open.is_doubtful() { ANYTHING } else { range })
 }
 
-/// `penumbraWidth`, times a factor.
+/// Mirror of `penumbraWidth`, times a factor.
 fn scaled(beta: f64, light: &AreaLight, z: Bounded<f64>, z_blocker: Bounded<f64>) -> Bounded<f64> {
     let value = beta * light.penumbra_width(z.value, z_blocker.value);
     let (inverse, relative) = match light.depth_scale > 0.0 {

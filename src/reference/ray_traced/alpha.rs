@@ -1,7 +1,7 @@
-//! Holes: the alpha test of masked materials.
+//! Alpha test: holes of masked materials.
 //!
-//! The arithmetic is fixed so that a shader with four loads and explicit weights gets the same bit. From
-//! `u, v` (`f32`; here rounded from the `f64` barycentrics) on everything is `f32`, one rounding an operation,
+//! The arithmetic is fixed so that a shader with four loads and explicit weights gets the same bits. `u` and `v` are
+//! rounded to `f32` from the `f64` barycentrics. Everything after that is `f32`, with one rounding per operation and
 //! no fused multiply-add:
 //!
 //! * nearest: texel `floor(u * w), floor(v * h)`;
@@ -12,16 +12,16 @@
 //! * a texel's alpha is `byte / 255`;
 //! * `alpha = (factor * texel) * vertex`; the surface has a hole where `alpha < cutoff`.
 //!
-//! Level of detail 0 always: a shadow must not depend on how far the viewer stands.
+//! The level of detail is always 0: a shadow must not depend on the viewer's distance.
 
 use crate::scene::{Material, Mesh, Scene, Texture, Wrap};
 
-/// What the alpha test of a mesh needs.
+/// Data of a mesh for the alpha test.
 #[derive(Debug)]
 pub(super) struct Mask {
     indices: Vec<u32>,
     uvs: Vec<[f32; 2]>,
-    /// Vertex alpha, or empty for 1.
+    /// Vertex alpha; empty if it is 1 everywhere.
     vertex: Vec<f32>,
     cutoff: f32,
     factor: f32,
@@ -29,7 +29,7 @@ pub(super) struct Mask {
 }
 
 impl Mask {
-    /// None if the material has no holes.
+    /// Returns the data for the alpha test; `None` if the material has no holes.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Option<Self> {
         let material: &Material = scene.materials.get(mesh.material)?;
         Some(Self {
@@ -42,7 +42,7 @@ impl Mask {
         })
     }
 
-    /// Whether the `triangle`-th triangle of the mesh has a hole at these barycentrics.
+    /// Returns whether the `triangle`-th triangle of the mesh has a hole at these barycentrics.
     pub fn is_hole(&self, triangle: usize, barycentrics: [f64; 3]) -> bool {
         let corner = |k: usize| self.indices[3 * triangle + k] as usize;
         let interpolate =
@@ -55,7 +55,7 @@ impl Mask {
         self.factor * texel * vertex < self.cutoff
     }
 
-    /// Bytes held.
+    /// Returns the number of bytes held on the heap.
     pub fn bytes(&self) -> usize {
         4 * self.indices.len()
             + 8 * self.uvs.len()
@@ -64,7 +64,7 @@ impl Mask {
     }
 }
 
-/// The alpha channel of a texture.
+/// Alpha channel of a texture.
 #[derive(Debug)]
 struct AlphaTexture {
     size: [u32; 2],
@@ -97,7 +97,7 @@ impl AlphaTexture {
         let (x, y) = (x - 0.5, y - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
-        // The cast saturates; halving leaves room for the + 1 of a coordinate that is no number.
+        // The cast saturates; NaN becomes 0. Halving the range leaves room for the + 1.
         let index = |c: f32| (c as i64).clamp(i64::MIN / 2, i64::MAX / 2);
         let (x0, y0) = (index(x0), index(y0));
         let mix = |a: f32, b: f32, f: f32| a * (1.0 - f) + b * f;
@@ -141,7 +141,7 @@ mod tests {
         assert_eq!([-1, 0, 3, 4, 9].map(|x| at(Wrap::Repeat, x)), [3, 0, 3, 0, 1]);
         assert_eq!([-1, -2, 4, 7, 8].map(|x| at(Wrap::MirroredRepeat, x)), [0, 1, 3, 0, 0]);
         assert_eq!([-9, 2, 4].map(|x| at(Wrap::ClampToEdge, x)), [0, 2, 3]);
-        // At u = 0 a repeating image blends its two ends, a clamped one does not.
+        // At u = 0 a repeating image blends its two ends; a clamped one does not.
         assert!((ramp(Wrap::Repeat, false).sample(0.0, 0.5) - 0.5).abs() < 1e-6);
         assert_eq!(ramp(Wrap::ClampToEdge, false).sample(0.0, 0.5), 0.0);
     }

@@ -1,8 +1,7 @@
-//! The box hierarchy: built by `obvhs`, walked here.
+//! Bounding volume hierarchy: built by `obvhs`, traversed here.
 //!
-//! `obvhs` builds; its own traversal is not used because it clamps small direction components to an
-//! absolute 1e-7, and because its stack panics when a tree is deeper than it expected. Nodes here hold
-//! both children's boxes in one cache line.
+//! The traversal of `obvhs` is not used because it clamps small direction components to an absolute 1e-7, and because
+//! its stack panics when a tree is deeper than expected. Nodes here hold both children's boxes in one cache line.
 
 use super::triangle::Triangle;
 use glam::{DVec3, Vec3A, Vec4, Vec4Swizzles};
@@ -14,30 +13,30 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
 use rayon::prelude::*;
 
-/// Every box grows by this on each side, in local space (coordinates in `[-1, 1]`).
+/// Padding of every box on each side, in local space (coordinates in `[-1, 1]`).
 ///
-/// The slab test of a box is done in `f32` with the origin rounded (2^-25) and the inverse direction
-/// rounded. Each slab distance carries at most three roundings, two distances are compared, and no two
-/// points of the scene are further apart than 2 sqrt(3): 2 * 3 * 2^-24 * 3.47 + 2^-25 < 1.3e-6. Then no box of a
-/// triangle that the `f64` test would hit is missed.
+/// The slab test of a box runs in `f32`, with a rounded origin (2^-25) and a rounded inverse direction. Each slab
+/// distance carries at most three roundings, two distances are compared, and no two points of the scene are more than
+/// 2 sqrt(3) apart: 2 * 3 * 2^-24 * 3.47 + 2^-25 < 1.3e-6. So no box is missed whose triangle the `f64` test would
+/// hit.
 pub(super) const BOX_PADDING: f64 = 1.0 / (1 << 19) as f64;
 
-/// Both children of an inner node: their boxes and where they are.
+/// Inner node: the boxes and the indices of both children.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Node {
-    /// A row an axis: left min, right min, left max, right max.
+    /// One row per axis: left min, right min, left max, right max.
     rows: [Vec4; 3],
-    /// Index of the child's node, or of its first triangle.
+    /// Index of the child's node, or of its first triangle if it is a leaf.
     first: [u32; 2],
-    /// Number of triangles; 0 for an inner node.
+    /// Number of the child's triangles; 0 if it is an inner node.
     count: [u32; 2],
 }
 
-/// A box that nothing meets.
+/// Box that no ray meets.
 const NOTHING: Aabb = Aabb { min: Vec3A::splat(f32::MAX), max: Vec3A::splat(f32::MIN) };
 
-/// A binary box hierarchy over triangles that lie in leaf order.
+/// Binary hierarchy of boxes over triangles in leaf order.
 #[derive(Debug, Default)]
 pub(super) struct Bvh {
     nodes: Vec<Node>,
@@ -68,12 +67,12 @@ impl Bvh {
         Self { nodes: pair_children(&tree) }
     }
 
-    /// Bytes held.
+    /// Returns the number of bytes held on the heap.
     pub fn bytes(&self) -> usize {
         self.nodes.len() * size_of::<Node>()
     }
 
-    /// Calls `leaf` with ranges of triangles whose box the ray meets until one call returns true.
+    /// Calls `leaf` with the ranges of triangles whose box the ray meets, until one call returns `true`.
     #[inline(always)]
     pub fn any(&self, ray: &BoxRay, t_max: f32, mut leaf: impl FnMut(std::ops::Range<usize>) -> bool) -> bool {
         if self.nodes.is_empty() {
@@ -113,8 +112,8 @@ impl Bvh {
         }
     }
 
-    /// Calls `leaf` with the ranges of triangles whose box the ray meets before `t_max`, which `leaf`
-    /// shortens as it finds hits.
+    /// Calls `leaf` with the ranges of triangles whose box the ray meets before `t_max`. `leaf` shortens `t_max` when
+    /// it finds a hit.
     pub fn closest(&self, ray: &BoxRay, t_max: &mut f32, mut leaf: impl FnMut(std::ops::Range<usize>, &mut f32)) {
         let mut stack: Vec<(u32, f32)> = Vec::with_capacity(64);
         if !self.nodes.is_empty() {
@@ -141,8 +140,8 @@ impl Bvh {
         }
     }
 
-    /// Calls `leaf` with the ranges of triangles whose box (centre, half size) `outside` does not
-    /// reject, until one call returns false.
+    /// Calls `leaf` with the ranges of triangles whose box (centre, half size) `outside` does not reject, until one
+    /// call returns `false`.
     pub fn overlapping(
         &self,
         outside: impl Fn(DVec3, DVec3) -> bool,
@@ -179,14 +178,14 @@ fn padded_box(triangle: &Triangle) -> Aabb {
     Aabb { min: min.as_vec3a(), max: max.as_vec3a() }
 }
 
-/// Rewrites a tree with a box a node into one with two boxes a node.
+/// Converts a tree with one box per node into one with two boxes per node.
 fn pair_children(tree: &Bvh2) -> Vec<Node> {
     let root = &tree.nodes[0];
     if root.is_leaf() {
         return vec![node([root.aabb, NOTHING], [root.first_index, 0], [root.prim_count, 1])];
     }
-    // Children lie side by side, so the pair at `i, i + 1` becomes one node; its new index is handed out
-    // when the parent is written. Depth first keeps a subtree's nodes near each other.
+    // Siblings are adjacent in `tree.nodes`, so the pair at `i, i + 1` becomes one node. The parent learns the new
+    // node's index when that node is written. Depth-first order keeps a subtree's nodes close together.
     let mut nodes = Vec::with_capacity(tree.nodes.len() / 2);
     let mut pending = vec![(root.first_index as usize, None::<(usize, usize)>)];
     while let Some((pair, parent)) = pending.pop() {
@@ -215,7 +214,7 @@ fn node(boxes: [Aabb; 2], first: [u32; 2], count: [u32; 2]) -> Node {
     Node { rows: [row(0), row(1), row(2)], first, count }
 }
 
-/// A ray prepared for boxes.
+/// Ray prepared for box tests.
 pub(super) struct BoxRay {
     origin: [Vec4; 3],
     inverse: [Vec4; 3],
@@ -223,10 +222,10 @@ pub(super) struct BoxRay {
 }
 
 impl BoxRay {
-    /// `origin` must lie within a few units of the scene's box: its rounding to `f32` is part of
-    /// [`BOX_PADDING`].
+    /// Prepares a ray. `origin` must lie within a few units of the scene's box, because [`BOX_PADDING`] accounts for
+    /// its rounding to `f32`.
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        // 1e30 keeps products with coordinates finite, and 0 * inverse from being NaN.
+        // 1e30 keeps products with coordinates finite and 0 * inverse from being NaN.
         let inverse = |d: f64| if d.abs() < 1e-30 { 1e30f64.copysign(d) } else { 1.0 / d } as f32;
         let d = direction.to_array();
         Self {
@@ -236,7 +235,7 @@ impl BoxRay {
         }
     }
 
-    /// Entry distance of both children, and whether each is met within `[0, t_max]`.
+    /// Returns the entry distances of both children, and whether each is met within `[0, t_max]`.
     #[inline(always)]
     fn meet(&self, node: &Node, t_max: f32) -> ([f32; 2], [bool; 2]) {
         let slab = |axis: usize| {
@@ -251,7 +250,7 @@ impl BoxRay {
     }
 }
 
-/// A traversal stack that does not touch the heap until it is unusually deep.
+/// Traversal stack that uses the heap only when it is unusually deep.
 struct Stack {
     shallow: [u32; 64],
     len: usize,

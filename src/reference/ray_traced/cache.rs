@@ -1,7 +1,7 @@
-//! Truths on disk: tracing one can take minutes, and a benchmark asks for the same one again and again.
+//! Truths on disk. Tracing one can take minutes, and benchmarks ask for the same one again and again.
 //!
-//! One file a truth, named by its key: a magic number, the key, a BLAKE3 hash of the rest, and the rest as zstd.
-//! A file that is not exactly that is ignored and written anew; nothing in the cache folder can make a run
+//! Each truth has one file, named by its key. It holds a magic number, the key, a BLAKE3 hash of the rest, and the
+//! rest compressed with zstd. Any other file is ignored and written anew; nothing in the cache folder can make a run
 //! fail.
 
 use super::key::CacheKey;
@@ -13,61 +13,61 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, SystemTime};
 
-/// Default bound on the folder's size: 1 GiB.
+/// Default limit of the folder's size in bytes: 1 GiB.
 pub const DEFAULT_CACHE_BYTES: u64 = 1 << 30;
 
-/// Native byte order on purpose: a file from a machine with the other one does not match.
+/// Magic number in native byte order: a file from a machine with another byte order does not match.
 const MAGIC: u64 = u64::from_ne_bytes(*b"EDGTRU01");
 const EXTENSION: &str = "truth";
 const HEADER: usize = 8 + 32 + 32;
 
-/// A folder of truths, bounded in size; the least recently used files go first.
+/// Folder of truths with a size limit; the least recently used files are removed first.
 #[derive(Clone, Debug)]
 pub struct Cache {
     folder: Option<PathBuf>,
     max_bytes: u64,
 }
 
-/// Where a truth came from.
+/// Source of a truth.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// Read from the cache.
     Cached,
     /// Traced, and written to the cache if there is one.
     Traced,
-    /// Traced; the cache could not be written, for this reason.
+    /// Traced, but the cache could not be written; holds the reason.
     TracedNotStored(String),
 }
 
 impl Cache {
-    /// The cache in `folder`; without one in `$EDGESHADE_CACHE`, and without that in the platform's cache folder
-    /// (`$XDG_CACHE_HOME/edgeshade`, `~/.cache/edgeshade`, `~/Library/Caches/edgeshade`,
-    /// `%LOCALAPPDATA%\edgeshade`). Where there is none of these, nothing is cached. The folder is created when
-    /// the first truth is stored.
+    /// Opens the cache in `folder`. Without a folder, uses `$EDGESHADE_CACHE`, and without that the platform's cache
+    /// folder (`$XDG_CACHE_HOME/edgeshade`, `~/.cache/edgeshade`, `~/Library/Caches/edgeshade`,
+    /// `%LOCALAPPDATA%\edgeshade`). If there is none of these, nothing is cached. The folder is created when the first
+    /// truth is stored.
     pub fn open(folder: Option<&Path>) -> Self {
         let folder = folder.map(Path::to_owned).or_else(|| variable("EDGESHADE_CACHE")).or_else(platform_folder);
         Self { folder, max_bytes: DEFAULT_CACHE_BYTES }
     }
 
-    /// A cache that holds nothing.
+    /// Returns a cache that stores nothing.
     pub fn disabled() -> Self {
         Self { folder: None, max_bytes: 0 }
     }
 
-    /// With another bound on the folder's size, in bytes.
+    /// Sets another limit of the folder's size, in bytes.
     pub fn with_max_bytes(self, max_bytes: u64) -> Self {
         Self { max_bytes, ..self }
     }
 
-    /// The folder, if anything is cached.
+    /// Returns the folder; `None` if nothing is cached.
     pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
     }
 
-    /// The truth of `key`, from the cache if it is there, else from `trace`.
+    /// Returns the truth of `key`, from the cache if it is there, else from `trace`.
     ///
     /// # Errors
-    /// Those of `trace`; trouble with the cache is none.
+    /// Errors are those of `trace`; cache failures are ignored.
     pub fn get_or_trace(
         &self,
         key: &CacheKey,
@@ -85,27 +85,27 @@ impl Cache {
         Ok((truth, origin))
     }
 
-    /// The stored truth, or `None` if there is none, or none that is intact.
+    /// Returns the stored truth; `None` if there is none or it is damaged.
     pub fn get(&self, key: &CacheKey, size: [u32; 2]) -> Option<Truth> {
         let path = self.path(key)?;
         let raw = raw_bytes(size)?;
-        // Incompressible data grows by less than this; a larger file is not ours.
+        // Incompressible data grows by less than this, so a longer file is not a truth of this size.
         let longest = (raw + raw / 64 + 4096) as u64;
         if fs::metadata(&path).ok()?.len() > longest {
             return None;
         }
         let truth = decode(&fs::read(&path).ok()?, key, size)?;
-        // Use keeps a file alive. If the time cannot be set, it merely ages.
+        // A file in use stays young. If its time cannot be set, it merely ages.
         if let Ok(file) = fs::File::options().append(true).open(&path) {
             let _ = file.set_modified(SystemTime::now());
         }
         Some(truth)
     }
 
-    /// Stores a truth, whole or not at all, and then trims the folder to its bound.
+    /// Stores a truth, completely or not at all, then trims the folder to its limit.
     ///
     /// # Errors
-    /// What the file system says.
+    /// Errors are those of the file system.
     pub fn put(&self, key: &CacheKey, truth: &Truth) -> io::Result<()> {
         static COUNTER: AtomicU32 = AtomicU32::new(0);
         let (Some(folder), Some(path)) = (&self.folder, self.path(key)) else { return Ok(()) };
@@ -126,13 +126,13 @@ impl Cache {
         self.trim(folder, &path)
     }
 
-    /// Removes the oldest files until the rest fits; `newest` stays, and so does what is not ours.
+    /// Removes the oldest files until the rest fits. Keeps `newest` and every file that is not a truth.
     fn trim(&self, folder: &Path, newest: &Path) -> io::Result<()> {
         let now = SystemTime::now();
         let mut files = Vec::new();
         for entry in fs::read_dir(folder)?.flatten() {
             let path = entry.path();
-            // Another process may have removed it meanwhile.
+            // Another process may have removed the file meanwhile.
             let Ok(data) = entry.metadata() else { continue };
             let modified = data.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_owned();
@@ -141,7 +141,7 @@ impl Cache {
             } else if extension == format!("{EXTENSION}-part")
                 && now.duration_since(modified).is_ok_and(|age| age > Duration::from_secs(3600))
             {
-                // Left behind by a run that was killed.
+                // A run that was killed left this file behind.
                 let _ = fs::remove_file(path);
             }
         }
@@ -180,7 +180,7 @@ fn platform_folder() -> Option<PathBuf> {
     Some(base.join("edgeshade"))
 }
 
-/// Size of an uncompressed truth: 28 bytes, then 17 a pixel.
+/// Returns the size of an uncompressed truth in bytes: 28, and 17 per pixel.
 fn raw_bytes(size: [u32; 2]) -> Option<usize> {
     let pixels = usize::try_from(u64::from(size[0]) * u64::from(size[1])).ok()?;
     pixels.checked_mul(17)?.checked_add(28)

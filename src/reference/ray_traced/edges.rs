@@ -1,28 +1,28 @@
-//! Which triangles share an edge.
+//! Adjacency of triangles over their edges.
 
 use super::triangle::Triangle;
 use rayon::prelude::*;
 
-/// For every triangle slot and each of its edges `(k, k + 1)`: the other triangle of the edge.
+/// Neighbour across each edge `(k, k + 1)` of every triangle slot.
 #[derive(Debug)]
 pub(super) struct Edges {
     neighbours: Vec<[u32; 3]>,
 }
 
-/// An edge with one triangle, or with more than two.
+/// Marks an edge with one triangle, or with more than two.
 const BORDER: u32 = u32::MAX;
 
-/// One side of an edge, sortable so that both sides meet.
+/// One side of an edge; sorting brings both sides together.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct HalfEdge {
-    /// Hashes of both end positions, smaller first.
+    /// Hashes of both end positions, the smaller first.
     key: [u64; 2],
     slot: u32,
     edge: u32,
 }
 
 impl Edges {
-    /// Corners are the same where all bits of their positions are.
+    /// Finds the neighbours. Corners are the same if all bits of their positions are.
     pub fn build(triangles: &[Triangle]) -> Self {
         let mut half_edges: Vec<HalfEdge> = triangles
             .par_iter()
@@ -39,7 +39,7 @@ impl Edges {
         let mut neighbours = vec![[BORDER; 3]; triangles.len()];
         for run in half_edges.chunk_by(|a, b| a.key == b.key) {
             let [a, b] = run else { continue };
-            // Hashes may collide; positions decide.
+            // Hashes may collide; the positions decide.
             if same_ends(triangles, a, b) {
                 neighbours[a.slot as usize][a.edge as usize] = b.slot << 2 | b.edge;
                 neighbours[b.slot as usize][b.edge as usize] = a.slot << 2 | a.edge;
@@ -48,14 +48,14 @@ impl Edges {
         Self { neighbours }
     }
 
-    /// The corner opposite to edge `k` of a triangle in the other triangle of that edge: its slot and its number
-    /// in there. `None` for an edge with one triangle or more than two.
+    /// Returns the corner opposite to edge `k` in the other triangle of that edge: that triangle's slot and the
+    /// corner's number in it. Returns `None` for an edge with one triangle or more than two.
     pub fn across(&self, slot: usize, k: usize) -> Option<(usize, usize)> {
         let code = self.neighbours[slot][k];
         (code != BORDER).then(|| ((code >> 2) as usize, ((code & 3) as usize + 2) % 3))
     }
 
-    /// Bytes held.
+    /// Returns the number of bytes held on the heap.
     pub fn bytes(&self) -> usize {
         self.neighbours.len() * size_of::<[u32; 3]>()
     }
@@ -71,6 +71,6 @@ fn same_ends(triangles: &[Triangle], a: &HalfEdge, b: &HalfEdge) -> bool {
 }
 
 fn hash(v: &[f64; 3]) -> u64 {
-    // + 0.0 turns -0 into 0.
+    // Adding 0.0 turns -0 into 0.
     v.iter().fold(0, |h, x| crate::sampling::mix(h ^ (x + 0.0).to_bits()))
 }

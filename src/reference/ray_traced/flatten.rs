@@ -1,4 +1,4 @@
-//! From meshes and instances to triangles in local space.
+//! Conversion of meshes and instances to triangles in local space.
 
 use super::triangle::MASKED;
 use crate::scene::{Bounds, Instance, Mesh, Scene};
@@ -6,10 +6,10 @@ use crate::{Error, Result};
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
-/// One instance's transform into local space, arranged so that each vertex is rounded relative to the scene's
-/// size, not to its distance from the origin.
+/// Transform of an instance into local space. Each vertex is rounded relative to the scene's size, not to its distance
+/// from the origin.
 pub(super) struct Placement {
-    /// The object-space point that lands near local 0.
+    /// Object-space point that maps to near local 0.
     pivot: DVec3,
     local_from_object: DAffine3,
 }
@@ -31,12 +31,12 @@ impl Placement {
     }
 }
 
-/// Smallest power of two that is not below `x > 0`.
+/// Returns the smallest power of two that is at least `x > 0`.
 pub(super) fn power_of_two_above(x: f64) -> f64 {
     x.log2().ceil().exp2()
 }
 
-/// Box around all finite vertices that a triangle uses, world space.
+/// Returns the world-space box around all finite vertices that a triangle uses.
 pub(super) fn world_bounds(scene: &Scene) -> Bounds {
     let boxes: Vec<Bounds> = scene
         .meshes
@@ -60,7 +60,7 @@ pub(super) fn world_bounds(scene: &Scene) -> Bounds {
         .fold(Bounds::EMPTY, Bounds::union)
 }
 
-/// What [`Mesh`] promises, and what indexing relies on.
+/// Checks what [`Mesh`] promises and what indexing relies on.
 pub(super) fn check(scene: &Scene) -> Result<()> {
     let wrong = |mesh: &Mesh, problem: String| Err(Error::Usage(format!("mesh {}: {problem}", mesh.name)));
     for mesh in &scene.meshes {
@@ -69,7 +69,7 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
             return wrong(mesh, format!("index {i} into {n} positions"));
         }
         if mesh.indices.len() % 3 != 0 {
-            return wrong(mesh, format!("{} indices are no list of triangles", mesh.indices.len()));
+            return wrong(mesh, format!("{} indices, which is not a multiple of three", mesh.indices.len()));
         }
         let Some(material) = scene.materials.get(mesh.material) else {
             return wrong(mesh, format!("material {} of {}", mesh.material, scene.materials.len()));

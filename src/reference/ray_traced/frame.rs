@@ -1,4 +1,4 @@
-//! What hard and soft truth share: primary rays in tiles over all cores.
+//! Code that hard and soft truth share: primary rays in tiles over all cores.
 
 use super::trace::{Hit, RayScene};
 use super::truth::{SKY, Truth};
@@ -9,25 +9,26 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-/// Called from any thread with pixels done and pixels in total; calls may come out of order.
+/// Callback with the pixels done and the pixels in total. Any thread may call it, and calls may come out of order.
 pub type Progress<'a> = dyn Fn(u64, u64) + Sync + 'a;
 
-/// Tiles keep neighbouring rays in one thread, where they share their occluder and the cache.
+/// Side of a tile, pixels. A tile keeps neighbouring rays in one thread, where they share their occluder and the
+/// cache.
 const TILE: u32 = 16;
 
-/// Most pixels of an image: 17 bytes each.
+/// Largest number of pixels of an image; each takes 17 bytes.
 const MAX_PIXELS: u64 = 1 << 28;
 
-/// A surface point that is to be shaded.
+/// Surface point to be shaded.
 pub(super) struct Point<'a> {
     pub hit: &'a Hit,
     /// Index of the pixel.
     pub pixel: u64,
-    /// Where shadow rays start: a little above the surface, local space.
+    /// Start of shadow rays: slightly above the surface, local space.
     pub origin: DVec3,
 }
 
-/// Visibility of a point, and the shadow rays that it took.
+/// Visibility of a point, and the number of shadow rays traced for it.
 pub(super) struct Shade {
     pub visibility: f32,
     pub rays: u64,
@@ -42,8 +43,8 @@ struct Pixel {
     outside_light: bool,
 }
 
-/// Traces an image; `shade` is asked about each point that faces the light. Its second argument is the slot of the
-/// last occluder in this tile.
+/// Traces an image. Calls `shade` for each point that faces the light; its second argument is the slot of the last
+/// occluder in this tile.
 pub(super) fn render(
     scene: &RayScene,
     camera: &CameraView,
@@ -137,7 +138,7 @@ fn trace_pixel(
     (out, shade.rays)
 }
 
-/// The camera, ready to make rays in local space.
+/// Camera prepared to make rays in local space.
 pub(super) struct Eye {
     size: [u32; 2],
     view_from_clip: DMat4,
@@ -166,34 +167,34 @@ impl Eye {
         }
     }
 
-    /// Through a point of the picture, pixels right and down from the centre of the first one: from the near plane, and
-    /// the `t` of the far plane. Local space.
+    /// Returns origin and direction of the ray through a point of the picture, in pixels right and down from the first
+    /// pixel's centre, and the `t` of the far plane. The ray starts on the near plane. Local space.
     pub fn ray_at(&self, at: [f64; 2]) -> (DVec3, DVec3, f64) {
         let ndc = |p: f64, n: u32| (2.0 * p + 1.0) / f64::from(n) - 1.0;
         let (x, y) = (ndc(at[0], self.size[0]), ndc(at[1], self.size[1]));
         let near = self.view_from_clip * glam::dvec4(x, y, self.near, 1.0);
         let far = self.view_from_clip * glam::dvec4(x, y, self.far, 1.0);
         let start = near.truncate() / near.w;
-        // A far plane at infinity has w = 0, up to rounding of the inverse: then its xyz is the direction.
+        // A far plane at infinity has w = 0, up to rounding of the inverse; its xyz is then the direction.
         let (direction, t_max) = if far.w.abs() <= 1e-12 * far.truncate().length() {
             (far.truncate(), f64::INFINITY)
         } else {
             (far.truncate() / far.w - start, 1.0)
         };
-        // In front of the camera, whatever the sign of the homogeneous direction.
+        // The homogeneous direction may have either sign; turn it to point forward.
         let direction = if t_max.is_infinite() && direction.z > 0.0 { -direction } else { direction };
         (self.local_from_view.transform_point3(start), self.local_from_view.transform_vector3(direction), t_max)
     }
 
-    /// A local point in the camera's own space, world units.
+    /// Returns a local point in camera view space, world units.
     pub fn to_view(&self, local: DVec3) -> DVec3 {
         self.local_from_view.inverse().transform_point3(local)
     }
 }
 
-/// The light's frustum in local space.
+/// Frustum of the light in local space.
 pub(super) struct Lamp {
-    /// Position of the light's view.
+    /// Position of the light's view, local space.
     pub position: DVec3,
     /// Unit axes of the light's view in the world: right, up, and towards the light.
     pub axes: [DVec3; 3],
@@ -214,7 +215,7 @@ impl Lamp {
         }
     }
 
-    /// Unit vector from a local point to the centre of the light.
+    /// Returns the unit vector from a local point to the centre of the light.
     pub fn towards(&self, local: DVec3) -> DVec3 {
         if self.directional { self.axes[2] } else { (self.position - local).normalize_or_zero() }
     }

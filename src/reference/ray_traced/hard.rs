@@ -1,4 +1,4 @@
-//! One ray a pixel to the centre of the light.
+//! Hard shadows: one ray per pixel to the centre of the light.
 
 use super::frame::{Lamp, Progress, Shade, render};
 use super::trace::{Hit, RayScene};
@@ -6,10 +6,10 @@ use super::truth::Truth;
 use crate::Result;
 use crate::view::{CameraView, LightView};
 
-/// Exact hard shadows of a point or parallel light: visibility is 0 or 1. The light's size is ignored.
+/// Traces exact hard shadows of a point or directional light: visibility is 0 or 1. The light's size is ignored.
 ///
 /// # Errors
-/// If the size is zero or absurd, or a view is not finite.
+/// Fails if the image has no pixels or too many, or if a view is not finite.
 pub fn hard(
     scene: &RayScene,
     camera: &CameraView,
@@ -26,7 +26,7 @@ pub fn hard(
     Ok(truth)
 }
 
-/// Whether a point that faces the light sees its centre; `last` is the slot of the last occluder.
+/// Returns whether a point that faces the light sees its centre; `last` is the slot of the last occluder.
 pub(super) fn is_lit(scene: &RayScene, lamp: &Lamp, hit: &Hit, last: &mut u32) -> bool {
     let origin = scene.above(hit);
     let (direction, t_max) =

@@ -1,4 +1,4 @@
-//! What a truth depends on, as a hash.
+//! Hash of everything that a truth depends on.
 
 use super::fixed_penumbra::FixedPenumbraSettings;
 use super::soft::SoftSettings;
@@ -6,10 +6,10 @@ use crate::scene::{Material, Mesh, Scene, Wrap};
 use crate::view::{CameraView, DepthRange, LightKind, LightView};
 use glam::{DAffine3, DMat4};
 
-/// Raised whenever the tracer's results change: old cache files then no longer match.
+/// Version of the tracer. Raise it whenever results change, so that old cache files no longer match.
 const TRACER_VERSION: u32 = 1;
 
-/// How visibility is found.
+/// Method that computes the visibility.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// [`super::hard`].
@@ -24,9 +24,8 @@ pub enum Method {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct CacheKey(pub [u8; 32]);
 
-/// The key of a truth: BLAKE3 over the geometry, what decides on holes and culling, instances, camera, light,
-/// image size, method and the tracer's version. Names and colours do not matter, nor does what only unmasked
-/// materials hold.
+/// Returns the key of a truth: BLAKE3 over the geometry, alpha test and culling, instances, camera, light, image size,
+/// method and the tracer's version. Names and colours do not matter, nor do alpha values of unmasked materials.
 pub fn cache_key(scene: &Scene, camera: &CameraView, light: &LightView, size: [u32; 2], method: &Method) -> CacheKey {
     let mut k = Hasher(blake3::Hasher::new());
     k.bytes(b"edgeshade truth");
@@ -47,7 +46,7 @@ pub fn cache_key(scene: &Scene, camera: &CameraView, light: &LightView, size: [u
     k.matrix(&light.clip_from_view);
     let is_soft = matches!(method, Method::Soft(_));
     match light.kind {
-        // Hard shadows, and penumbrae of a given width, do not depend on the light's size.
+        // Hard shadows and penumbrae of a given width do not depend on the light's size.
         LightKind::Spot { size } => k.f64s(&[0.0, if is_soft { size } else { 0.0 }]),
         LightKind::Directional { angle } => k.f64s(&[1.0, if is_soft { angle } else { 0.0 }]),
     }
@@ -73,7 +72,7 @@ pub fn cache_key(scene: &Scene, camera: &CameraView, light: &LightView, size: [u
 struct Hasher(blake3::Hasher);
 
 impl Hasher {
-    /// With its length, so that two neighbours cannot trade bytes.
+    /// Hashes bytes with their length, so that two neighbouring fields cannot exchange bytes.
     fn bytes(&mut self, bytes: &[u8]) {
         self.u64(bytes.len() as u64);
         self.0.update(bytes);

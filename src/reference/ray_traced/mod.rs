@@ -1,15 +1,16 @@
-//! `ray-traced`: exact visibility, the truth that every technique is measured against.
+//! `ray-traced`: exact visibility, the truth that every technique is compared with.
 //!
-//! A primary ray goes through each pixel centre, and from the surface that it meets one ray ([`hard`]) or many
-//! ([`soft`]) go to the light. Everything is `f64` except the boxes of the hierarchy, which are padded so that
-//! they never reject what the `f64` triangle test would hit. [`fixed_penumbra`](mod@fixed_penumbra) puts penumbrae of a
-//! given width around the boundary of the hard shadows.
+//! A primary ray goes through each pixel centre. From the surface that it meets, one ray ([`hard`]) or many ([`soft`])
+//! go to the light. Everything is `f64` except the boxes of the hierarchy; they are padded so that they never reject
+//! what the `f64` triangle test would hit. [`fixed_penumbra`](mod@fixed_penumbra) puts penumbrae of a given width
+//! around the boundary of the hard shadows.
 //!
-//! What counts as an occluder, for every ray:
+//! These are occluders, for every ray:
 //!
 //! * triangles of any material, from both sides; holes of masked materials let light through;
-//! * also casters between the light and its near plane, and outside the shadow map's frustum;
-//! * not the triangle that the ray starts on, and nothing of zero area.
+//! * casters between the light and its near plane, and outside the shadow map's frustum.
+//!
+//! The triangle that the ray starts on and triangles of zero area are not.
 //!
 //! ```no_run
 //! use edgeshade::reference::ray_traced::{RayScene, hard};
@@ -20,7 +21,7 @@
 //! # Ok(()) }
 //! ```
 
-// `!(x > y)` is how NaN is kept on the safe side.
+// Conditions are written as `!(x > y)` so that NaN fails on the safe side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod alpha;
@@ -52,10 +53,10 @@ pub use truth::{LeftOut, MIN_N_DOT_L, SKY, Truth};
 use crate::Result;
 use crate::view::{CameraView, LightView};
 
-/// [`hard`], [`soft`] or [`fixed_penumbra()`], as `method` says.
+/// Traces the truth with [`hard`], [`soft`] or [`fixed_penumbra()`], as `method` says.
 ///
 /// # Errors
-/// As the three functions.
+/// Fails like the chosen function.
 pub fn trace(
     scene: &RayScene,
     camera: &CameraView,

@@ -1,53 +1,58 @@
-//! When one ray decides about a whole area light.
+//! Tests whether one ray decides about a whole area light.
 //!
-//! Let `P` be the pyramid from a point `p` over a convex light. What `p` sees of the light can change only across
-//! the projection of an edge that is a silhouette *as seen from `p`*: at any other edge the surface goes on to the
-//! other side. So if no silhouette edge meets the inside of `P`, the light is seen as a whole or not at all, and
-//! any one ray tells which. (Laine, Aila, Assarsson, Lehtinen and Akenine-Moeller, *Soft Shadow Volumes for
-//! Ray Tracing*, 2005, build on the same fact.)
+//! Let `P` be the pyramid from a point `p` over a convex light. What `p` sees of the light can change only across the
+//! projection of an edge that is a silhouette *as seen from `p`*; at any other edge the surface continues on the other
+//! side. So if no silhouette meets the inside of `P`, the light is seen entirely or not at all, and any single ray
+//! tells which. Laine, Aila, Assarsson, Lehtinen and Akenine-Moeller, *Soft Shadow Volumes for Ray Tracing*, 2005,
+//! build on the same fact.
 //!
-//! Every doubt counts as a penumbra, which is sampled in full: an edge with one triangle or more than two, a side
-//! test within rounding of zero, a masked triangle in `P`, a triangle that cuts through the light, a light
-//! that the horizon of `p` cuts, a pyramid too flat or too thin for its planes to be exact, and a pyramid with so many
-//! triangles in it that sampling is cheaper.
+//! Every doubt counts as a penumbra, which is sampled in full:
+//!
+//! * an edge with one triangle or more than two,
+//! * a side test within rounding of zero,
+//! * a masked triangle in `P`,
+//! * a triangle that cuts through the light,
+//! * a light that the horizon of `p` cuts,
+//! * a pyramid too flat or too thin for exact planes,
+//! * a pyramid with so many triangles that sampling is cheaper.
 
 use super::trace::RayScene;
 use super::triangle::Triangle;
 use glam::DVec3;
 
-/// What is known about the light as seen from a point.
+/// Visibility of the whole light from a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Class {
-    /// Nothing is in between.
+    /// Nothing lies in between.
     Lit,
-    /// All or nothing of it is seen.
+    /// The light is seen entirely or not at all.
     Uniform,
-    /// Perhaps a part of it is seen.
+    /// The light may be seen in part.
     Unknown,
 }
 
-/// Triangles that are looked at before sampling is cheaper than looking on.
+/// Number of triangles above which sampling is cheaper than further tests.
 const MAX_TRIANGLES: u32 = 512;
 
-/// The side planes must be exact to this, or else the box test would not be safe: the padding of the boxes is
-/// 8 times as large, and no corner is further from the apex than 4.
+/// Largest error of a side plane for which the box test is safe: the padding of the boxes is 8 times as large, and no
+/// corner is further than 4 from the apex.
 const MAX_SIDE_TOLERANCE: f64 = 1.0 / (1 << 22) as f64;
 
 pub(super) struct Pyramid {
     apex: DVec3,
-    /// Unit normals of the sides, inwards.
+    /// Unit normals of the sides, pointing inwards.
     sides: [DVec3; 4],
-    /// Rounding of `side . v`, relative to `|v|`.
+    /// Rounding error of `side . v`, relative to `|v|`.
     tolerance: f64,
-    /// The horizon: nothing below it is in the pyramid.
+    /// Normal of the horizon: nothing below it is in the pyramid.
     normal: DVec3,
-    /// Plane of the light: unit normal away from the apex, distance. `None` for an infinitely distant light.
+    /// Plane of the light: unit normal away from the apex, and distance. `None` for an infinitely distant light.
     lid: Option<(DVec3, f64)>,
 }
 
 impl Pyramid {
-    /// `rim` runs around the light: vectors from the apex to its corners. `lid` is the light's plane through them,
-    /// as a unit normal. `None` if the point cannot be classified.
+    /// Builds the pyramid; `None` if the point cannot be classified. `rim` holds the vectors from the apex to the
+    /// light's corners, in order around the light. `lid` is the unit normal of the light's plane.
     pub fn new(apex: DVec3, normal: DVec3, rim: [DVec3; 4], lid: Option<DVec3>) -> Option<Self> {
         if rim.iter().any(|d| !(normal.dot(*d) > 1e-9 * d.length())) {
             return None;
@@ -117,7 +122,7 @@ impl Pyramid {
             || self.lid.is_some_and(|(n, distance)| -highest(-n) > distance * (1.0 + 1e-12))
     }
 
-    /// What one triangle means: `Lit` if it is not in the pyramid.
+    /// Classifies one triangle: `Lit` if it is not in the pyramid.
     fn look_at(&self, scene: &RayScene, slot: usize, triangle: &Triangle) -> Class {
         let v = [0, 1, 2].map(|k| triangle.corner(k) - self.apex);
         if self.excludes(&v) {
@@ -130,7 +135,7 @@ impl Pyramid {
             let margin = 1e-12 * distance;
             if v.iter().any(|p| n.dot(*p) > distance - margin) {
                 let heights: Vec<f64> = self.clip(&v).iter().map(|p| n.dot(*p)).collect();
-                // Nothing of it within the sides, or only behind the light.
+                // No part of the triangle lies within the sides, or only a part behind the light.
                 if heights.iter().all(|h| *h > distance + margin) {
                     return Class::Lit;
                 }
@@ -147,14 +152,14 @@ impl Pyramid {
         Class::Uniform
     }
 
-    /// All corners lie outside of one plane.
+    /// Returns whether all corners lie outside one plane.
     fn excludes(&self, v: &[DVec3; 3]) -> bool {
         self.sides.iter().any(|n| v.iter().all(|p| n.dot(*p) < -self.tolerance * p.length()))
             || v.iter().all(|p| self.normal.dot(*p) < -1e-14)
             || self.lid.is_some_and(|(n, d)| v.iter().all(|p| n.dot(*p) > d * (1.0 + 1e-12)))
     }
 
-    /// The part of a triangle within the sides and above the horizon.
+    /// Returns the part of a triangle within the sides and above the horizon.
     fn clip(&self, v: &[DVec3; 3]) -> Vec<DVec3> {
         let reach = self.tolerance * v.iter().map(|p| p.length()).fold(0.0, f64::max);
         let mut polygon = v.to_vec();
@@ -177,7 +182,7 @@ impl Pyramid {
         polygon
     }
 
-    /// Whether a segment meets the pyramid.
+    /// Returns whether a segment meets the pyramid.
     fn meets(&self, a: DVec3, b: DVec3) -> bool {
         let margin = self.tolerance * a.length().max(b.length());
         let (mut from, mut to) = (0f64, 1f64);
@@ -201,13 +206,13 @@ impl Pyramid {
         from <= to
     }
 
-    /// Whether the surface does *not* provably go on beyond edge `k`, as seen from the apex.
+    /// Returns `false` only if the surface provably continues beyond edge `k`, as seen from the apex.
     fn is_silhouette(&self, scene: &RayScene, slot: usize, k: usize, v: &[DVec3; 3]) -> bool {
         let Some((other, corner)) = scene.edges().across(slot, k) else { return true };
         let far = scene.triangles[other].corner(corner) - self.apex;
         let (a, b) = (v[k], v[(k + 1) % 3]);
         let cross = a.cross(b);
-        // The corners are exact inputs; this bounds the rounding of the determinant.
+        // The corners are exact inputs; this bounds the rounding error of the determinant.
         let rounding = (-48f64).exp2() * a.length() * b.length();
         let side = |p: DVec3| {
             let h = cross.dot(p);

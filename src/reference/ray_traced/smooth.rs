@@ -1,18 +1,18 @@
-//! Which triangles are one smooth surface.
+//! Grouping of triangles into smooth surfaces.
 
 use super::trace::RayScene;
 use glam::DVec3;
 
 impl RayScene {
-    /// A number for every triangle id: the same for triangles that hang together over edges at which the surface turns
-    /// by less than the angle of cosine `min_cosine`. An edge of more than two triangles joins none; degenerate
-    /// triangles are alone.
+    /// Returns a surface number for every triangle id. Triangles have the same number if they are connected over edges
+    /// at which the surface turns by less than the angle of cosine `min_cosine`. An edge of more than two triangles
+    /// connects none; a degenerate triangle is a surface of its own.
     pub(super) fn smooth_surfaces(&self, min_cosine: f64) -> Vec<u32> {
         let mut parents: Vec<u32> = (0..self.triangles()).collect();
         for (slot, triangle) in self.triangles.iter().enumerate() {
             for k in 0..3 {
                 let Some((other, far)) = self.edges().across(slot, k) else { continue };
-                // Each edge once.
+                // Visit each edge once.
                 if other < slot {
                     continue;
                 }
@@ -28,15 +28,15 @@ impl RayScene {
     }
 }
 
-/// Cosine of the angle by which a surface turns at the edge `a b`, whatever way its triangles run: -1 where it folds
-/// back onto itself.
+/// Returns the cosine of the angle by which a surface turns at the edge `a b`, whatever the triangles' winding; -1
+/// where it folds back onto itself.
 fn turn_cosine(a: DVec3, b: DVec3, across: [DVec3; 2]) -> f64 {
     let edge = (b - a).normalize_or_zero();
     let [one, other] = across.map(|c| (c - a).reject_from_normalized(edge).normalize_or_zero());
     -one.dot(other)
 }
 
-/// The smallest id that an id is joined with; shortens the way for the next.
+/// Returns the smallest id that an id is joined with, and shortens the path for the next call.
 fn root(parents: &mut [u32], mut id: u32) -> u32 {
     while parents[id as usize] != id {
         let next = parents[parents[id as usize] as usize];
@@ -51,7 +51,8 @@ mod tests {
     use crate::scene::{Instance, Material, Mesh, Scene};
     use glam::DAffine3;
 
-    /// A strip that turns by the angles, degrees, between its quads; `flipped` quads run the other way.
+    /// Returns a strip that turns by these angles, degrees, between its quads. Quads in `flipped` have reversed
+    /// winding.
     fn strip(turns: &[f64], flipped: &[usize]) -> Scene {
         let mut positions = vec![[0.0f32, 0.0, 0.0], [0.0, 0.0, 1.0]];
         let (mut x, mut y, mut angle) = (0.0, 0.0, 0.0f64);
@@ -86,7 +87,7 @@ mod tests {
         assert_eq!(surfaces(&strip(&[20.0, -25.0, 35.0, 29.0], &[])), [0, 0, 0, 0, 0, 0, 6, 6, 6, 6]);
         assert_eq!(surfaces(&strip(&[20.0, 90.0], &[1])), [0, 0, 0, 0, 4, 4]);
         assert_eq!(surfaces(&strip(&[31.0, -31.0], &[0])), [0, 0, 2, 2, 4, 4]);
-        // Folded back by nearly half a turn is no smooth surface, however it runs.
+        // A surface folded back by nearly half a turn is not smooth, whatever its winding.
         assert_eq!(surfaces(&strip(&[179.0], &[1])), [0, 0, 2, 2]);
     }
 }

@@ -1,4 +1,4 @@
-//! Many rays a pixel to a square light.
+//! Soft shadows: many rays per pixel to a square light.
 
 use super::frame::{Lamp, Point, Progress, Shade, render};
 use super::hard::hard;
@@ -10,15 +10,16 @@ use crate::view::{CameraView, LightKind, LightView};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// How [`soft`] samples.
+/// Settings of [`soft`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SoftSettings {
-    /// Rays a pixel, 1 to 2^20; rounded to the nearest square, as they lie one in each cell of a grid.
+    /// Number of rays per pixel, 1 to 2^20. It is rounded to the nearest square, since the rays lie one in each cell
+    /// of a grid.
     pub samples: u32,
-    /// Decide with one ray, or none, where the light is provably seen as a whole or not at all. The result is
-    /// the same, and comes several times sooner.
+    /// Decides with one ray, or none, where the light is provably seen entirely or not at all. The result is the same
+    /// and takes a fraction of the time.
     pub adaptive: bool,
-    /// Another seed gives an independent truth: their difference is the noise floor.
+    /// Seed of the samples. Another seed gives an independent truth; the difference is the noise floor.
     pub seed: u64,
 }
 
@@ -28,29 +29,29 @@ impl Default for SoftSettings {
     }
 }
 
-/// Most samples a pixel.
+/// Largest number of samples per pixel.
 const MAX_SAMPLES: u32 = 1 << 20;
 
-/// The light as a square, in local space.
+/// Light as a square, in local space.
 struct Square {
-    /// Its middle, or the direction to it.
+    /// Middle of the square, or the direction to it for a directional light.
     middle: DVec3,
-    /// Half its sides.
+    /// Half-sides of the square.
     half: [DVec3; 2],
     normal: DVec3,
     directional: bool,
 }
 
-/// Soft shadows: the share of a square light that each pixel sees, by stratified sampling.
+/// Traces soft shadows: the fraction of a square light that each pixel sees, by stratified sampling.
 ///
-/// A spot light's square is centred on the light and lies across its view axis; a directional light's is
-/// centred on its direction, with a half width of `tan(angle / 2)` at distance 1. Both are aligned with
-/// the axes of the light's view and shine equally from each point. A sample below the horizon of the geometric
-/// normal counts as hidden, and a pixel whose normal is turned away from the light's *centre* is dark, as in
-/// [`hard`]. A light without size gives [`hard`].
+/// A spot light's square is centred on the light and perpendicular to its view axis. A directional light's square is
+/// centred on its direction, with a half width of `tan(angle / 2)` at distance 1. Both are aligned with the axes of
+/// the light's view and emit equally from every point. A sample below the horizon of the geometric normal counts as
+/// hidden. A pixel whose normal is turned away from the light's *centre* is dark, as in [`hard`]. A light without size
+/// gives the result of [`hard`].
 ///
 /// # Errors
-/// As [`hard`], or if the number of samples is out of range.
+/// Fails like [`hard`], or if the number of samples is out of range.
 pub fn soft(
     scene: &RayScene,
     camera: &CameraView,
@@ -95,7 +96,8 @@ pub fn soft(
 }
 
 impl Square {
-    /// From a shadow ray's origin to the point `x, y` in `[-1, 1]` of the square.
+    /// Returns the vector from a shadow ray's origin to the point `x, y` in `[-1, 1]` of the square; for a directional
+    /// light, the direction.
     fn to(&self, origin: DVec3, x: f64, y: f64) -> DVec3 {
         let on_light = self.middle + self.half[0] * x + self.half[1] * y;
         if self.directional { on_light } else { on_light - origin }

@@ -1,4 +1,4 @@
-//! The scene as rays see it: world triangles in a hierarchy, and the two kinds of ray.
+//! Scene prepared for ray tracing: triangles in a hierarchy, with primary and shadow rays.
 
 use super::alpha::Mask;
 use super::bvh::{BoxRay, Bvh};
@@ -11,15 +11,15 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
-/// A scene prepared for rays.
+/// Scene prepared for rays.
 ///
-/// Triangles live in *local space*: world space moved to the middle of the scene and divided by a power of
-/// two, so that all coordinates are in `[-1, 1]`. So a scene far from the origin, or of any size, loses
-/// nothing to the `f32` boxes, and scaling it by a power of two changes no bit of the result.
+/// Triangles live in *local space*: world space moved to the middle of the scene and divided by a power of two, so
+/// that all coordinates are in `[-1, 1]`. Thus the `f32` boxes lose nothing, however large the scene is or far from
+/// the origin. Scaling the scene by a power of two changes no bit of the result.
 #[derive(Debug)]
 pub struct RayScene {
     pub(super) bvh: Bvh,
-    /// In leaf order.
+    /// Triangles in leaf order.
     pub(super) triangles: Vec<Triangle>,
     instances: Vec<Placed>,
     masks: Vec<Option<Mask>>,
@@ -30,52 +30,52 @@ pub struct RayScene {
     edges: OnceLock<Edges>,
 }
 
-/// What a hit has to know of an instance.
+/// Data of an instance that a hit needs.
 #[derive(Clone, Copy, Debug)]
 struct Placed {
     mesh: usize,
-    /// A mirroring transform turns counter-clockwise into clockwise.
+    /// `true` for a mirroring transform, which reverses the winding.
     mirrored: bool,
     double_sided: bool,
 }
 
-/// Where a primary ray met a surface.
+/// Hit of a primary ray on a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
     /// Id of the triangle: instances in order, triangles of their mesh in order.
     pub triangle: u32,
     /// Weights of the triangle's corners, in the order of the mesh.
     pub barycentrics: [f64; 3],
-    /// In units of the ray's direction.
+    /// Distance along the ray, in units of its direction.
     pub t: f64,
-    /// World space.
+    /// Position in world space.
     pub position: DVec3,
     /// Unit geometric normal in world space, on the side that the ray came from.
     pub normal: DVec3,
-    /// The position in local space.
+    /// Position in local space.
     pub(super) local: DVec3,
 }
 
-/// Where a shadow ray goes.
+/// End of a shadow ray.
 #[derive(Clone, Copy, Debug)]
 pub enum Target {
-    /// To a point of the world; what lies beyond it does not occlude.
+    /// Point in world space; objects beyond it do not occlude.
     Point(DVec3),
-    /// Without end along a direction.
+    /// Direction without an end.
     Direction(DVec3),
 }
 
-/// The triangle of no ray: nothing is skipped.
+/// Triangle id that matches none: nothing is skipped.
 pub(super) const NONE: u32 = u32::MAX;
 
 impl RayScene {
     /// Places all instances and builds the hierarchy, in parallel.
     ///
-    /// Nothing is dropped: a degenerate or non-finite triangle keeps its id and is never hit.
+    /// No triangle is dropped: a degenerate or non-finite one keeps its id and is never hit.
     ///
     /// # Errors
-    /// If a mesh breaks the rules of [`crate::scene::Mesh`] (an index out of range, arrays of different lengths), or the
-    /// scene has 2^31 triangles or instances or more.
+    /// Fails if a mesh breaks the rules of [`crate::scene::Mesh`] (an index out of range, arrays of different
+    /// lengths), or if the scene has 2^31 or more triangles or instances.
     pub fn build(scene: &Scene) -> Result<Self> {
         check(scene)?;
         let mut first_triangle = Vec::with_capacity(scene.instances.len());
@@ -85,7 +85,7 @@ impl RayScene {
             total += scene.meshes[instance.mesh].triangles() as u64;
             if total >= u64::from(MASKED) {
                 return Err(Error::Usage(format!(
-                    "scene {}: more than {} triangles, instances counted; ray tracing takes no more",
+                    "scene {}: more than {} triangles over all instances, the limit of ray tracing; split the scene",
                     scene.name,
                     MASKED - 1
                 )));
@@ -136,17 +136,17 @@ impl RayScene {
         })
     }
 
-    /// Number of triangles, instances counted, degenerate ones included.
+    /// Returns the number of triangles over all instances, degenerate ones included.
     pub fn triangles(&self) -> u32 {
         self.total
     }
 
-    /// Id of the first triangle of an instance, or `None` if there is no such instance.
+    /// Returns the id of an instance's first triangle; `None` if there is no such instance.
     pub fn first_triangle(&self, instance: usize) -> Option<u32> {
         self.first_triangle.get(instance).copied()
     }
 
-    /// Bytes held on the heap.
+    /// Returns the number of bytes held on the heap.
     pub fn bytes(&self) -> usize {
         self.bvh.bytes()
             + self.triangles.len() * size_of::<Triangle>()
@@ -155,16 +155,16 @@ impl RayScene {
             + self.edges.get().map_or(0, Edges::bytes)
     }
 
-    /// The nearest surface that a viewer at `origin` sees along `direction` (any length but 0).
+    /// Returns the nearest surface that a viewer at `origin` sees along `direction` (any length but 0).
     ///
-    /// A single-sided material is invisible from behind, as it is to a rasteriser that culls: the front is
-    /// where the corners run counter-clockwise, under a mirroring transform where they run clockwise. Of surfaces at
-    /// exactly the same distance the smallest id wins.
+    /// A single-sided material is invisible from behind, as with back-face culling. The front is the side from which
+    /// the corners run counter-clockwise, or clockwise under a mirroring transform. Among surfaces at exactly the same
+    /// distance the smallest id wins.
     pub fn primary(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         self.primary_local(self.to_local(origin), direction / self.scale, f64::INFINITY)
     }
 
-    /// [`RayScene::primary`] for an origin and a direction in local space, up to `t_max`.
+    /// Performs [`RayScene::primary`] for an origin and a direction in local space, up to `t_max`.
     pub(super) fn primary_local(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
         let (enter, leave) = enter_scene(origin, direction)?;
         let t_max = t_max.min(leave) - enter;
@@ -192,10 +192,10 @@ impl RayScene {
         })
     }
 
-    /// Whether anything stands between `from` and `to`, both ends excluded; triangle `skip` is ignored.
+    /// Returns whether anything lies between `from` and `to`, both ends excluded. Triangle `skip` is ignored.
     ///
-    /// World space. The ray starts exactly at `from`: a caller on a surface moves it off that surface, as
-    /// [`hard`](super::hard) does.
+    /// Points are in world space. The ray starts exactly at `from`: a caller on a surface moves it off that surface,
+    /// as [`hard`](super::hard) does.
     pub fn occluded(&self, from: DVec3, to: Target, skip: Option<u32>) -> bool {
         let origin = self.to_local(from);
         let (direction, t_max) = match to {
@@ -205,8 +205,8 @@ impl RayScene {
         self.occluded_local(origin, direction, t_max, skip.unwrap_or(NONE), &mut NONE.clone())
     }
 
-    /// [`RayScene::occluded`] in local space; `last` is the slot of the triangle that occluded last, which is
-    /// tried first: neighbouring rays tend to be stopped by the same one.
+    /// Performs [`RayScene::occluded`] in local space. `last` is the slot of the last occluder, which is tried first,
+    /// since neighbouring rays often share their occluder.
     pub(super) fn occluded_local(
         &self,
         origin: DVec3,
@@ -233,7 +233,7 @@ impl RayScene {
         if self.triangles.get(*last as usize).is_some_and(stops) {
             return true;
         }
-        // The boxes are walked from where the ray enters the scene, so that the f32 origin is small.
+        // The traversal starts where the ray enters the scene, so that the `f32` origin is small.
         let Some((enter, leave)) = enter_scene(origin, direction) else { return false };
         let boxes = BoxRay::new(origin + enter * direction, direction);
         let end = round_up(t_max.min(leave) - enter);
@@ -255,7 +255,7 @@ impl RayScene {
         self.bvh.closest(&BoxRay::new(origin, direction), &mut end, |range, end| {
             for slot in range {
                 let triangle = &self.triangles[slot];
-                // Not `< best.t`: among equals the smallest id wins, whatever the order of the leaves.
+                // Not `< best.t`: among equal distances the smallest id wins, whatever the order of the leaves.
                 let Some(crossing) = shear.hit(triangle, t_max) else { continue };
                 let nearer = best.is_none_or(|(other, b)| {
                     crossing.t < b.t || crossing.t == b.t && triangle.id < self.triangles[other].id
@@ -269,7 +269,7 @@ impl RayScene {
         best
     }
 
-    /// Not culled, and no hole.
+    /// Returns whether the triangle is neither culled nor has a hole here.
     fn is_visible(&self, triangle: &Triangle, direction: DVec3, barycentrics: [f64; 3]) -> bool {
         let instance = &self.instances[triangle.instance()];
         if !instance.double_sided {
@@ -287,7 +287,7 @@ impl RayScene {
         self.masks[self.instances[instance].mesh].as_ref().is_some_and(|m| m.is_hole(index as usize, barycentrics))
     }
 
-    /// Which triangles share an edge; found on first use.
+    /// Returns the adjacency of the triangles, built on first use.
     pub(super) fn edges(&self) -> &Edges {
         self.edges.get_or_init(|| Edges::build(&self.triangles))
     }
@@ -300,33 +300,34 @@ impl RayScene {
         local * self.scale + self.center
     }
 
-    /// World units a local unit.
+    /// Returns the number of world units per local unit.
     pub(super) fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Where a shadow ray starts: a little above the surface, local space.
+    /// Returns the start of a shadow ray: slightly above the surface, local space.
     pub(super) fn above(&self, hit: &Hit) -> DVec3 {
         hit.local + hit.normal * self.surface_offset()
     }
 
-    /// How far a shadow ray starts above its surface, in local space.
+    /// Returns the height of a shadow ray's start above its surface, in local space.
     ///
-    /// 2^-40 of the scene's size is far above the rounding of a point on a triangle (2^-51) and far below
-    /// anything seen. World coordinates that are large against the scene add their own rounding: two
-    /// instances that touch do so to within it.
+    /// 2^-40 of the scene's size is far above the rounding error of a point on a triangle (2^-51) and far below
+    /// anything visible. World coordinates that are large compared with the scene add their own rounding error,
+    /// because instances touch only to within it.
     fn surface_offset(&self) -> f64 {
         let rounding = self.center.abs().max_element() / self.scale;
         3.0 * (-40f64).exp2() + rounding * (-50f64).exp2()
     }
 }
 
-/// `f32` not below `t`, with room for the three roundings of a box's entry distance.
+/// Returns an `f32` that is at least `t`, with a margin for the three roundings of a box's entry distance.
 fn round_up(t: f64) -> f32 {
     (t * (1.0 + (-20f64).exp2())) as f32
 }
 
-/// Range of `t >= 0` outside of which a ray is outside the box of the scene; for a ray that starts inside, all.
+/// Returns the range of `t >= 0` in which a ray may be inside the scene's box; everything for a ray that starts
+/// inside.
 fn enter_scene(origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
     const HALF: f64 = 1.0 + 1e-3;
     if origin.abs().max_element() <= HALF {

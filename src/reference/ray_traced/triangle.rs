@@ -1,14 +1,14 @@
-//! The leaf test: a ray against a triangle, watertight, in `f64`.
+//! Leaf test: a watertight ray-triangle intersection in `f64`.
 //!
-//! After Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, JCGT 2013. The triangle is
-//! sheared so that the ray becomes the axis `Z`; what is left is the sign of three 2D edge functions.
-//! Each is the difference of two rounded products. Rounding is monotone, so such a difference never has
-//! the wrong sign: it is right or zero, and zero counts as inside. Two triangles that share an edge with
-//! bit-equal vertices compute exactly opposite values for it. So no ray slips between them.
+//! This follows Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, JCGT 2013. The triangle is sheared so
+//! that the ray becomes the axis `Z`; then the signs of three 2D edge functions decide. Each is the difference of two
+//! rounded products. Rounding is monotone, so the sign of such a difference is right or the difference is zero, and
+//! zero counts as inside. Two triangles that share an edge with bit-equal vertices compute exactly opposite values for
+//! it, so no ray slips between them.
 
 use glam::DVec3;
 
-/// A triangle of the scene in local space (see [`super::RayScene`]), with what a hit has to know.
+/// Triangle of the scene in local space (see [`super::RayScene`]), with the data that a hit needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
     /// Corners in the order of the mesh.
@@ -27,7 +27,7 @@ impl Triangle {
         DVec3::from_array(self.v[k])
     }
 
-    /// `(b - a) x (c - a)`: twice the area, along the counter-clockwise normal.
+    /// Returns `(b - a) x (c - a)`: twice the area, along the counter-clockwise normal.
     pub fn cross(&self) -> DVec3 {
         (self.corner(1) - self.corner(0)).cross(self.corner(2) - self.corner(0))
     }
@@ -41,23 +41,23 @@ impl Triangle {
     }
 }
 
-/// A ray prepared for triangles; `Z` is the axis of its largest direction component.
+/// Ray prepared for triangles; `Z` is the axis of its largest direction component.
 pub(super) struct Shear<const Z: usize> {
     origin: [f64; 3],
     /// `d[x]/d[z]`, `d[y]/d[z]`, `1/d[z]`.
     shear: [f64; 3],
 }
 
-/// Where a ray crosses a triangle.
+/// Crossing of a ray with a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing {
-    /// In units of the ray's direction.
+    /// Distance along the ray, in units of its direction.
     pub t: f64,
     /// Weights of the three corners; their sum is 1.
     pub barycentrics: [f64; 3],
 }
 
-/// The axis `Z` that [`Shear::new`] wants for a direction.
+/// Returns the axis `Z` that [`Shear::new`] needs for a direction.
 pub(super) fn largest_axis(d: DVec3) -> usize {
     let a = d.abs();
     if a.x > a.y && a.x > a.z {
@@ -78,7 +78,7 @@ impl<const Z: usize> Shear<Z> {
         Self { origin: origin.to_array(), shear: [d[Self::X] / d[Z], d[Self::Y] / d[Z], 1.0 / d[Z]] }
     }
 
-    /// The crossing with `0 < t < t_max`, from either side.
+    /// Returns the crossing with `0 < t < t_max`, from either side.
     #[inline(always)]
     pub fn hit(&self, triangle: &Triangle, t_max: f64) -> Option<Crossing> {
         let o = &self.origin;
@@ -97,7 +97,7 @@ impl<const Z: usize> Shear<Z> {
             return None;
         }
         let det = u + v + w;
-        // All zero: the triangle is seen edge-on. Its neighbours stand for it.
+        // All are zero: the triangle is seen edge-on, and its neighbours are hit instead.
         if det == 0.0 {
             return None;
         }

@@ -1,58 +1,60 @@
-//! What the ray tracer found out about every pixel.
+//! Result of ray tracing for every pixel.
 
-/// [`Truth::triangle`] of a pixel that sees no surface.
+/// Value of [`Truth::triangle`] where a pixel sees no surface.
 pub const SKY: u32 = u32::MAX;
 
-/// Smallest `n . l` of a pixel that counts in a comparison: nearer to the terminator a shadow map's resolution
-/// and the facets of a smooth object decide, not the technique.
+/// Smallest `n . l` of a pixel that a comparison uses. Closer to the terminator, the shadow map's resolution and the
+/// facets of a smooth object decide, not the technique.
 pub const MIN_N_DOT_L: f32 = 0.02;
 
-/// Exact visibility of an image, with what is needed to tell which pixels a comparison may use.
+/// Exact visibility of an image, with the data that tells which pixels a comparison may use.
 ///
 /// Every vector holds `size[0] * size[1]` values, rows from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// 1 lit, 0 in shadow, the share of the light that is seen in between. 1 for the sky. 0 where `n_dot_l <= 0`.
-    /// Outside the light's frustum it is what the rays say, too.
+    /// Visibility: 1 is lit, 0 is in shadow, and a value in between is the fraction of the light that is seen. It is 1
+    /// for the sky and 0 where `n_dot_l <= 0`. Outside the light's frustum, too, it is what the rays say.
     pub visibility: Vec<f32>,
     /// Id of the visible triangle, or [`SKY`].
     pub triangle: Vec<u32>,
     /// Distance of the surface along the camera's view axis, world units; infinite for the sky.
     pub depth_view: Vec<f32>,
-    /// Cosine between the geometric normal on the viewer's side and the direction to the centre of the light; 0
-    /// for the sky.
+    /// Cosine between the geometric normal on the viewer's side and the direction to the centre of the light; 0 for
+    /// the sky.
     pub n_dot_l: Vec<f32>,
-    /// True where the surface projects outside the shadow map, or lies before its near or beyond its far
-    /// plane. Techniques call such pixels lit without looking.
+    /// `true` where the surface projects outside the shadow map, or lies in front of its near plane or behind its far
+    /// plane. Techniques call such pixels lit without a lookup.
     pub outside_light: Vec<bool>,
-    /// Rays to the light a pixel; 1 for [`super::hard`].
+    /// Number of rays to the light per pixel; 1 for [`super::hard`].
     pub samples: u32,
-    /// Shadow rays that were really traced.
+    /// Number of shadow rays actually traced.
     pub rays: u64,
-    /// Seconds the tracing took, without building the hierarchy.
+    /// Tracing time in seconds, without building the hierarchy.
     pub seconds: f64,
 }
 
-/// Pixels that a comparison leaves out, by the first reason that holds.
+/// Numbers of pixels that a comparison leaves out, by the first reason that holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "app", derive(serde::Serialize))]
 pub struct LeftOut {
-    /// No surface is seen.
+    /// Pixels that see no surface.
     pub sky: u64,
-    /// The rasteriser drew another triangle than the ray hit, or only one of them found a surface.
+    /// Pixels where the rasteriser drew another triangle than the ray hit, or where only one of them found a surface.
     pub another_triangle: u64,
-    /// Turned away from the light, or grazed by it ([`MIN_N_DOT_L`]), by the ray's triangle and by the G-buffer's normal.
+    /// Pixels turned away from the light or grazed by it ([`MIN_N_DOT_L`]), by the ray's triangle and by the
+    /// G-buffer's normal.
     pub facing_away: u64,
     /// Pixels turned away by the ray's triangle, but not by the G-buffer's normal.
     pub facing_differently: u64,
-    /// Outside the light's frustum.
+    /// Pixels outside the light's frustum.
     pub outside_light: u64,
 }
 
 impl LeftOut {
-    /// Number of pixels with a description, in the order in which the reasons are asked for.
+    /// Returns the number of pixels for each reason with its description, in the order in which the reasons are
+    /// tested.
     pub fn reasons(&self) -> [(u64, &'static str); 5] {
         [
             (self.sky, "sky"),
@@ -65,16 +67,16 @@ impl LeftOut {
 }
 
 impl Truth {
-    /// Pixels that a comparison may use: a surface, turned to the light by at least `min_n_dot_l`
-    /// ([`MIN_N_DOT_L`]), and inside the light's frustum.
+    /// Returns the mask of pixels that a comparison may use: a surface inside the light's frustum, turned to the light
+    /// by more than `min_n_dot_l` ([`MIN_N_DOT_L`]).
     pub fn valid(&self, min_n_dot_l: f32) -> Vec<bool> {
         (0..self.visibility.len())
             .map(|i| self.triangle[i] != SKY && self.n_dot_l[i] > min_n_dot_l && !self.outside_light[i])
             .collect()
     }
 
-    /// Why pixels are not among those of [`Truth::judged`]. `facing` holds the cosine between each pixel's G-buffer normal and
-    /// the direction to the light.
+    /// Counts why pixels are not in [`Truth::judged`]. `facing` holds the cosine between each pixel's G-buffer normal
+    /// and the direction to the light.
     pub fn left_out(&self, triangle_ids: &[u32], facing: &[f32]) -> LeftOut {
         let mut left_out = LeftOut::default();
         for (i, (&seen, &facing)) in triangle_ids.iter().zip(facing).enumerate() {
@@ -92,8 +94,8 @@ impl Truth {
         left_out
     }
 
-    /// Those of [`Truth::valid`], by [`MIN_N_DOT_L`], in which the rasteriser drew the triangle that the ray hit;
-    /// `triangle_ids` as a G-buffer holds them, a pixel each.
+    /// Returns the pixels of [`Truth::valid`] with [`MIN_N_DOT_L`] in which the rasteriser drew the triangle that the
+    /// ray hit. `triangle_ids` holds one id per pixel, as a G-buffer does.
     pub fn judged(&self, triangle_ids: &[u32]) -> Vec<bool> {
         let valid = self.valid(MIN_N_DOT_L).into_iter();
         valid.zip(&self.triangle).zip(triangle_ids).map(|((valid, traced), seen)| valid && traced == seen).collect()

@@ -1,4 +1,4 @@
-//! Mirrors of revectorized visibility, and the shapes that its functions are studied on.
+//! Mirrors of the revectorization techniques, and the shapes on which visibility functions are studied.
 //!
 //! [`rbsm`] covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_function.glsl`, `rbsm_visibility.glsl`, `edge_list.glsl` and
 //! `pixel_list.glsl`.

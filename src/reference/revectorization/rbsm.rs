@@ -1,4 +1,5 @@
-//! Mirror of `glsl/revectorization/rbsm.comp`: the functions of [`super::revectorize`] over the tests on a receiver's plane.
+//! Mirror of `glsl/revectorization/rbsm.comp`: the functions of [`super::revectorize`] applied to the tests on a
+//! receiver's plane.
 
 use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};
 use crate::Result;
@@ -10,17 +11,18 @@ use std::cell::RefCell;
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// What becomes of a fragment at an edge.
+    /// Visibility function at a discontinuity.
     pub function: Function,
-    /// All texels are compared with the fragment's own depth.
+    /// Compares all texels with the fragment's own depth.
     pub fixed_depth: bool,
     /// `MAXDIST`, texels.
     pub max_distance: u32,
-    /// Multiples of what a plane needs.
+    /// Normal offset, in multiples of what a plane needs.
     pub normal_offset: f32,
-    /// Fraction of a texel's slope, along both axes.
+    /// Depth bias, as a fraction of the depth slope per texel, summed over both axes.
     pub depth_bias: f32,
-    /// Texels of depth a texel of distance that a curved receiver may lie before its plane.
+    /// Distance by which a curved receiver may lie in front of its plane, in texel sizes of depth per texel of
+    /// distance.
     pub slack: f32,
 }
 
@@ -31,10 +33,10 @@ impl Settings {
     }
 }
 
-/// The visibility of every pixel.
+/// Returns the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let pixels = view.every_pixel(|p| {
@@ -51,28 +53,29 @@ fn verdict(view: &View<'_>, receiver: MapReceiver, settings: &Settings) -> Verdi
     }
 }
 
-/// The visibility of any point on a surface.
+/// Returns the visibility of any point on a surface.
 pub(crate) fn visibility_at(view: &View<'_>, r: &Receiver, settings: &Settings) -> Verdict {
     verdict(view, receive_point(view, r, settings.normal_offset, settings.depth_bias), settings)
 }
 
-/// What `rbsm_view.comp` finds of a pixel; channels left, right, +v, -v.
+/// Intermediate results of a pixel, as `rbsm_view.comp` computes them. Arrays of four are in the order left, right,
+/// +v, -v.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Intermediates {
-    /// Listing 2's packed form.
+    /// Packed discontinuity of listing 2.
     pub discontinuity: [f64; 3],
-    /// Listing 3's signed steps; 0 where there is no edge.
+    /// Signed steps of listing 3; 0 without a discontinuity.
     pub traversal: [f64; 4],
-    /// The edge profile's height over each side that differs, texels.
+    /// Height of the edge profile over each side that differs, texels.
     pub height: [f64; 4],
-    /// False where a test or the place in the map may rightly differ in single precision.
+    /// `false` where a test or the position in the map may rightly differ in single precision.
     pub sure: bool,
 }
 
-/// The intermediates of every pixel; `quality` is that of the profile.
+/// Returns the intermediate results of every pixel; `quality` is that of the edge profile.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn intermediates(data: &FrameData<'_>, settings: &Settings, quality: Quality) -> Result<Vec<Intermediates>> {
     let view = View::new(data)?;
     Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
@@ -85,7 +88,7 @@ pub fn intermediates(data: &FrameData<'_>, settings: &Settings, quality: Quality
             let tests = Tests::new(&view, &r, &settings.receiver());
             let texels = tests.texels();
             let ask = |lit: &dyn Fn([i64; 2]) -> bool| found_at(&tests, texels[0], lit, settings, quality);
-            // Any test in doubt makes the pixel so.
+            // Any test in doubt puts the pixel in doubt.
             let doubt = RefCell::new(false);
             let found = ask(&|t| {
                 let test = tests.test(texels[0], t);
@@ -133,13 +136,13 @@ pub(crate) fn look_up(tests: &Tests<'_>, settings: &Settings) -> Verdict {
         };
         let (outcome, doubt) = tests.ask(texel, |o: &Outcome| o.visibility, ask);
         let place_error = tests.place_error.length() + PLACE_ROUNDING;
-        // A ramp changes by at most 1 a texel along each axis.
+        // A ramp changes by at most 1 per texel along each axis.
         let is_ramp = settings.function == Function::Filtered;
         let rounding = if is_ramp { tests.place_error.x + tests.place_error.y + PLACE_ROUNDING } else { 0.0 };
         let verdict = Verdict { visibility: outcome.visibility, doubt, rounding };
         let verdict = if outcome.margin <= place_error { verdict.or(1.0 - outcome.visibility) } else { verdict };
         found = Some(found.map_or(verdict, |first| first.or_verdict(verdict)));
     }
-    // There is at least the exact texel.
+    // The loop visits at least the exact texel.
     found.unwrap_or(Verdict::sure(1.0))
 }

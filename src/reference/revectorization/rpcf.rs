@@ -1,4 +1,5 @@
-//! Mirror of `glsl/revectorization/rpcf.comp`: the mean of a function over texel offsets, each sample for itself.
+//! Mirror of `glsl/revectorization/rpcf.comp`: the mean of a visibility function over texel offsets, every sample
+//! computed separately.
 
 use super::rbsm::Settings;
 use super::revectorize::{self, Function};
@@ -7,10 +8,10 @@ use crate::reference::common::map_receiver::{MapReceiver, receive};
 use crate::reference::common::rbsm_receiver::{PLACE_ROUNDING, Tests};
 use crate::reference::common::view::{FrameData, Mirror, ROUNDING, Verdict, View};
 
-/// The filtered visibility of every pixel, over `width` x `width` texels, an odd number.
+/// Returns the filtered visibility of every pixel, over `width` x `width` texels; `width` is odd.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings, width: u32) -> Result<Mirror> {
     let view = View::new(data)?;
     let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
@@ -44,11 +45,11 @@ fn average(tests: &Tests<'_>, settings: &Settings, width: u32) -> Verdict {
         let mean = Verdict {
             visibility: sum.visibility / area,
             doubt: (sum.doubt / area).min(1.0),
-            // The sum of so many is rounded at each addition.
+            // Each addition of the sum is rounded.
             rounding: sum.rounding / area + ROUNDING * f64::from(width),
         };
         found = Some(found.map_or(mean, |first| first.or_verdict(mean)));
     }
-    // There is at least the exact texel.
+    // The loop visits at least the exact texel.
     found.unwrap_or(Verdict::sure(1.0))
 }

@@ -1,4 +1,4 @@
-//! Mirrors of penumbrae of an area light.
+//! Mirrors of the techniques for penumbrae of an area light.
 //!
 //! [`rbssm`] covers `edge_blockers.glsl` and `revectorized_filter.glsl`.
 

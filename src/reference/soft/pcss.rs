@@ -11,35 +11,35 @@ use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Verd
 use crate::technique::common::blocker_search::SearchWindow;
 use glam::DVec2;
 
-/// `NARROWEST_FILTER` and `NARROWEST_SEARCH`, texels.
+/// `NARROWEST_FILTER` and `NARROWEST_SEARCH` of the shader, texels.
 const NARROWEST: [f64; 2] = [0.5, 1.0];
 
-/// Where too much is in doubt to be followed up.
+/// Verdict of a pixel with too much in doubt to follow up.
 const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
 
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Taps of the blocker search along each axis.
+    /// Number of blocker-search taps per axis.
     pub search_taps: u32,
-    /// Taps of the filter along each axis.
+    /// Number of filter taps per axis.
     pub filter_taps: u32,
-    /// Where blockers are searched.
+    /// Rule for the size of the search window.
     pub window: SearchWindow,
-    /// The filter's taps test 2 x 2 texels.
+    /// Tests 2 x 2 texels per filter tap.
     pub bilinear: bool,
-    /// Windows of no more texels than the filter has taps are averaged exactly.
+    /// Averages windows exactly if they have no more texels than the filter has taps.
     pub exact_box: bool,
-    /// Multiples of what a plane needs.
+    /// Normal offset, in multiples of what a plane needs.
     pub normal_offset: f32,
-    /// Fraction of a texel's slope, along both axes.
+    /// Depth bias, as a fraction of the depth slope per texel, summed over both axes.
     pub depth_bias: f32,
 }
 
-/// The visibility of every pixel.
+/// Returns the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
@@ -65,10 +65,10 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     Ok(Mirror::collect(pixels))
 }
 
-/// The class of every pixel by what the map is classified by.
+/// Returns the class of every pixel by the map's depth bounds.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> Result<Vec<Classified>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
@@ -103,14 +103,14 @@ fn search_and_filter(
     let found = blockers::find_blockers(view, r, light, window, settings.search_taps.into());
     let Some(z) = found.z else {
         let none = Verdict::sure(1.0);
-        // What a doubtful blocker's filter would make of it is anything between.
+        // If the only blocker is in doubt, its filter may give anything in between.
         return if found.range.is_some() { none.or(0.0) } else { none };
     };
     let verdict = filter_for(view, light, r, window, (z, found.range), settings);
     if found.doubtful { verdict.or(1.0) } else { verdict }
 }
 
-/// The filter for blockers at a mean distance, which decisions in doubt may take through a range.
+/// Filters for blockers at a mean distance. `range` holds the distances that decisions in doubt may lead to.
 pub(super) fn filter_for(
     view: &View<'_>,
     light: &AreaLight,
@@ -126,7 +126,7 @@ pub(super) fn filter_for(
             blockers::texels(view, in_search).value.max(DVec2::splat(NARROWEST[0]))
         };
         let value = clamped(h.value);
-        // Where the clamps hold it rounding does not move it; but they may move themselves.
+        // Rounding does not change a width that a clamp holds, but the clamps themselves may change.
         let moved = (clamped(h.value + h.error) - clamped(h.value - h.error)).max(DVec2::ZERO);
         let search = (window.error * view.map_extent()).min(value * 1e-3);
         Bounded { value, error: moved + search + ROUNDING * value }
@@ -140,7 +140,7 @@ pub(super) fn filter_for(
         let [a, b] = range.map(|value| width(Bounded { value, ..z }));
         let apart = (a.value - texels.value).abs().max((b.value - texels.value).abs());
         let error = texels.error + apart;
-        // Blockers in doubt move the width farther than rounding does, but no farther than can be gone through.
+        // Blockers in doubt change the width more than rounding does, but it is followed up only within a limit.
         verdict.doubt = if error.max_element() > 2.0 {
             1.0
         } else {
@@ -151,7 +151,7 @@ pub(super) fn filter_for(
     verdict
 }
 
-/// Over a half-width in texels.
+/// Filters over a half-width in texels.
 fn filter(view: &View<'_>, r: &SoftReceiver, half: Bounded<DVec2>, settings: &Settings) -> Verdict {
     let n = i64::from(settings.filter_taps);
     let taps = || soft_filter::filter_taps(view, r, half, n, settings.bilinear);

@@ -9,43 +9,43 @@ use crate::reference::common::view::{Decision, FrameData, ROUNDING, View};
 use crate::technique::common::blocker_search::SearchWindow;
 use glam::DVec2;
 
-/// `NARROWEST_SEARCH`, texels.
+/// `NARROWEST_SEARCH` of the shader, texels.
 const NARROWEST: f64 = 1.0;
-/// What `windowRange` of `hsm.glsl` adds to a window: a factor, and texels.
+/// Factor and texels by which `windowRange` of `hsm.glsl` enlarges a window.
 const RANGE: (f64, f64) = (1.00001, 0.51);
 
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Taps of the search along each axis.
+    /// Number of search taps per axis.
     pub taps: u32,
-    /// Where blockers are searched.
+    /// Rule for the size of the search window.
     pub window: SearchWindow,
-    /// Windows of no more texels than taps are averaged exactly.
+    /// Averages windows exactly if they have no more texels than taps.
     pub exact_box: bool,
-    /// Multiples of what a plane needs.
+    /// Normal offset, in multiples of what a plane needs.
     pub normal_offset: f32,
-    /// Fraction of a texel's slope, along both axes.
+    /// Depth bias, as a fraction of the depth slope per texel, summed over both axes.
     pub depth_bias: f32,
-    /// How far the filter that is to come looks, penumbra half-widths.
+    /// Reach of the filter that follows, in penumbra half-widths.
     pub reach: f32,
 }
 
-/// What the pass may find at a pixel.
+/// Result that the pass may have at a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Width {
-    /// World units; 0 without blockers.
+    /// Width of the penumbra, world units; 0 without blockers.
     pub width: f64,
-    /// Smallest and largest that rounding, and decisions within it, may lead to.
+    /// Smallest and largest width that rounding, and decisions within it, may lead to.
     pub range: [f64; 2],
-    /// 0 is right as well: no blocker for sure, or none but blockers.
+    /// `true` if 0 is right as well: possibly no blocker, or only blockers.
     pub none: bool,
-    /// Every texel that a tap may touch is in shadow, for sure.
+    /// `true` if every texel that a tap may touch is surely in shadow.
     pub umbra: bool,
 }
 
 impl Width {
-    /// Whether a width is explained.
+    /// Returns whether the pass may have found this width.
     pub fn explains(&self, found: f64) -> bool {
         self.none && found == 0.0 || (self.range[0]..=self.range[1]).contains(&found)
     }
@@ -58,13 +58,13 @@ impl Width {
 
 const NONE: Width = Width { width: 0.0, range: [0.0; 2], none: true, umbra: false };
 
-/// Where rounding leaves it open.
+/// Result where rounding leaves everything open.
 const ANY: Width = Width { range: [0.0, f64::INFINITY], ..NONE };
 
-/// The width of every pixel's penumbra.
+/// Returns the penumbra width of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
@@ -74,7 +74,7 @@ pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
     };
     Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
         MapReceiver::Decided(verdict) if verdict.doubt == 0.0 => NONE,
-        // The other way there may be any.
+        // If the decision goes the other way, any width is possible.
         MapReceiver::Decided(_) => ANY,
         MapReceiver::Open(open) => {
             let r = SoftReceiver::new(&view, &light, &open);
@@ -103,7 +103,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Over a window in uv.
+    /// Searches over a window in uv.
     fn width(&self, window: Bounded<DVec2>) -> Width {
         let n = f64::from(self.settings.taps);
         let texels = blockers::texels(self.view, window);
@@ -135,13 +135,13 @@ impl Search<'_> {
         Width {
             width: found.z.map_or(0.0, |b| width(z.value, b.value)),
             range: [least, most],
-            // In front of the receiver's plane, but no nearer to the light than itself.
+            // The blocker is in front of the receiver's plane, but no nearer to the light than the receiver.
             none: found.doubtful || least == 0.0,
             umbra: false,
         }
     }
 
-    /// Whether no texel that classification looks at is lit: possibly, and for sure.
+    /// Returns whether all texels that the classification reads are in shadow: possibly, and surely.
     fn all_in_shadow(&self, half: Bounded<DVec2>) -> (bool, bool) {
         let at = self.r.at;
         let reach = half.value * RANGE.0 + RANGE.1;
@@ -166,13 +166,13 @@ impl Search<'_> {
     }
 }
 
-/// A texel that may block: its distance, the likely share of the window, the smallest and largest.
+/// Texel that may block: its distance, its likely share of the window, and the smallest and largest share.
 type Share = (f64, f64, [f64; 2]);
 
-/// `findBlockersBox` over a half-width in texels.
+/// Mirror of `findBlockersBox` over a half-width in texels.
 fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight, half: Bounded<DVec2>) -> Blockers {
     let error = r.at.error + half.error + ROUNDING * (r.at.value.abs() + half.value);
-    // Share of a texel in a window that is wider by so much on each side.
+    // Share of a texel in a window that is wider by `by` on each side.
     let share = |t: i64, axis: usize, by: f64| {
         let (low, high) = (r.at.value[axis] - half.value[axis] - by, r.at.value[axis] + half.value[axis] + by);
         (((t + 1) as f64).min(high) - (t as f64).max(low)).max(0.0)
@@ -197,7 +197,7 @@ fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight, half: Bou
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     let sum = |of: &dyn Fn(&Share) -> f64| found.iter().map(of).sum::<f64>();
     let (likely, least, most) = (sum(&|t| t.1), sum(&|t| t.2[0]), sum(&|t| t.2[1]));
-    // Weights as large as they can be on the far side of the mean make it an extreme one.
+    // The mean is extreme if the weights on its far side are as large as possible.
     let extreme = |order: &mut dyn Iterator<Item = &Share>, farther: fn(f64, f64) -> bool| {
         let (mut weighted, mut weight) = (sum(&|t| t.2[0] * t.0), least);
         for &(z, _, [least, most]) in order {

@@ -1,4 +1,4 @@
-//! Mirror of `glsl/soft/rbssm.comp`: every tap for itself.
+//! Mirror of `glsl/soft/rbssm.comp`, with every tap computed separately.
 
 use crate::Result;
 use crate::reference::common::area_light::AreaLight;
@@ -14,27 +14,27 @@ use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::soft::rbssm::RbssmVisibility;
 use glam::{DVec2, dvec2};
 
-/// Where too much is in doubt to be followed up.
+/// Verdict of a pixel with too much in doubt to follow up.
 const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
 
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Taps of the blocker search along each axis.
+    /// Number of blocker-search taps per axis.
     pub search_taps: u32,
-    /// Taps of the filter along each axis.
+    /// Number of filter taps per axis.
     pub filter_taps: u32,
-    /// Where blockers are searched.
+    /// Rule for the size of the search window.
     pub window: SearchWindow,
-    /// What is averaged.
+    /// Visibility function that the filter averages.
     pub visibility: RbssmVisibility,
-    /// Of the filter, texels.
+    /// Smallest width of the filter, texels.
     pub least_width: f32,
     /// `MAXDIST`, texels.
     pub max_distance: u32,
-    /// Multiples of what a plane needs.
+    /// Normal offset, in multiples of what a plane needs.
     pub normal_offset: f32,
-    /// Fraction of a texel's slope, along both axes.
+    /// Depth bias, as a fraction of the depth slope per texel, summed over both axes.
     pub depth_bias: f32,
 }
 
@@ -54,10 +54,10 @@ impl Settings {
     }
 }
 
-/// The visibility of every pixel.
+/// Returns the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
@@ -79,10 +79,10 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     Ok(Mirror::collect(pixels))
 }
 
-/// The class of every pixel by what the map is classified by.
+/// Returns the class of every pixel by the map's depth bounds.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> Result<Vec<Classified>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
@@ -94,7 +94,7 @@ pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> R
             match pixel.soft.search_windows(&light, &view, hsm, 1.0) {
                 Some(windows) if !open.is_doubtful() => {
                     let windows: Vec<_> = windows.into_iter().map(|w| pixel.at_least(w)).collect();
-                    // With the ring around it, by which edges are known.
+                    // Includes the ring of texels around the window, which discontinuities depend on.
                     pixel.soft.classify(&view, map, &windows, 1.0)
                 }
                 _ => Classified::OPEN,
@@ -120,7 +120,7 @@ impl<'a> Pixel<'a> {
         Self { view, light, settings, hard, soft, tests }
     }
 
-    /// Least half-width of the filter, texels.
+    /// Returns the smallest half-width of the filter, texels.
     fn least(&self) -> Bounded<DVec2> {
         let near = self.light.near();
         let near = Bounded { value: near, error: ROUNDING * near };
@@ -133,7 +133,7 @@ impl<'a> Pixel<'a> {
         Bounded { value: least.min(possible.value), error }
     }
 
-    /// A search window, widened to the least filter.
+    /// Widens a search window to the smallest filter.
     pub fn at_least(&self, window: Bounded<DVec2>) -> Bounded<DVec2> {
         let (least, extent) = (self.least(), self.view.map_extent());
         Bounded {
@@ -156,7 +156,7 @@ impl<'a> Pixel<'a> {
         if found.doubtful { verdict.or(0.0).or(1.0) } else { verdict }
     }
 
-    /// The filter for blockers at a mean distance, which decisions in doubt may take through `range`.
+    /// Filters for blockers at a mean distance. `range` holds the distances that decisions in doubt may lead to.
     pub fn filter_for(&self, window: Bounded<DVec2>, z: Bounded<f64>, range: Option<[f64; 2]>) -> Verdict {
         let mut verdict = self.filter(self.width(window, z));
         if range.is_some() {
@@ -165,7 +165,7 @@ impl<'a> Pixel<'a> {
         verdict
     }
 
-    /// Half-width of the filter, texels, for blockers as in [`Self::filter_for`].
+    /// Returns the half-width of the filter, texels, for blockers as in [`Self::filter_for`].
     pub fn width_for(&self, window: Bounded<DVec2>, z: Bounded<f64>, range: Option<[f64; 2]>) -> Bounded<DVec2> {
         let texels = self.width(window, z);
         let apart = range.map_or(DVec2::ZERO, |range| {
@@ -175,18 +175,18 @@ impl<'a> Pixel<'a> {
         Bounded { error: texels.error + apart, ..texels }
     }
 
-    /// Half-width of the filter, texels.
+    /// Returns the half-width of the filter, texels.
     fn width(&self, window: Bounded<DVec2>, z: Bounded<f64>) -> Bounded<DVec2> {
         let h = blockers::texels(self.view, blockers::half_width(self.light, self.soft.z, z));
         let (searched, least) = (blockers::texels(self.view, window), self.least());
         let clamped = |h: DVec2| h.max(least.value).min(searched.value);
         let value = clamped(h.value);
-        // Where the clamps hold it rounding does not move it; but they may move themselves.
+        // Rounding does not change a width that a clamp holds, but the clamps themselves may change.
         let moved = (clamped(h.value + h.error) - clamped(h.value - h.error)).max(DVec2::ZERO);
         Bounded { value, error: moved + searched.error.min(value * 1e-3) + least.error + ROUNDING * value }
     }
 
-    /// `neighbouringBlockers`, and what `follow` makes of their mean distance.
+    /// Mirror of `neighbouringBlockers`; `follow` computes the verdict from their mean distance.
     pub fn neighbouring_blockers(&self, follow: impl Fn(Bounded<f64>) -> Verdict) -> Verdict {
         let mut found: Option<Verdict> = None;
         for own in self.tests.texels() {
@@ -208,11 +208,11 @@ impl<'a> Pixel<'a> {
             }
             found = Some(found.map_or(verdict, |first| first.or_verdict(verdict)));
         }
-        // There is at least the exact texel.
+        // The loop visits at least the exact texel.
         found.unwrap_or(Verdict::sure(1.0))
     }
 
-    /// Mean of the taps over a half-width in texels.
+    /// Returns the mean of the taps over a half-width in texels.
     fn filter(&self, half: Bounded<DVec2>) -> Verdict {
         if !blockers::is_followed(half.error) {
             return ANYTHING;
@@ -232,7 +232,7 @@ impl<'a> Pixel<'a> {
         Verdict { visibility: sum.visibility / taps, doubt: (sum.doubt / taps).min(1.0), rounding: ROUNDING }
     }
 
-    /// Revectorized visibility at a place.
+    /// Returns the revectorized visibility at a position.
     fn tap(&self, place: DVec2, error: DVec2) -> Verdict {
         let own = [self.tests.place.x.floor() as i64, self.tests.place.y.floor() as i64];
         let likely = [place.x.floor() as i64, place.y.floor() as i64];
@@ -272,7 +272,7 @@ mod tests {
 
     const MOST: u32 = 16;
 
-    /// `sameRun` of the shader: signed distances to the left and the right end, `by` texels farther right.
+    /// Mirror of the shader's `sameRun`: signed distances to the left and the right end, `by` texels farther right.
     fn moved([left, right]: [i64; 2], by: i64) -> Option<[i64; 2]> {
         let most = i64::from(MOST);
         let limited = |sign: i64, d: i64| if d > most { -(most + 1) } else { sign.signum() * d };
@@ -280,13 +280,13 @@ mod tests {
         known.then(|| [limited(left, left.abs() + by), limited(right, right.abs() - by)])
     }
 
-    /// Two branches as the paper prints them, with steps in texels: right where exactly one end is an edge's.
+    /// The paper's two branches as printed, with steps in texels: right where exactly one end is an edge end.
     fn as_printed([left, right]: [i64; 2], by: i64) -> Option<[i64; 2]> {
         (right.abs() <= i64::from(MOST) && right.abs() > by)
             .then(|| if left > right { [left + by, right + by] } else { [left - by, right - by] })
     }
 
-    /// How often a reuse is possible along the rows of noise, and how often it is wrong.
+    /// Returns how often a reuse is possible along the rows of a noise pattern, and how often it is wrong.
     fn reuses(reuse: impl Fn([i64; 2], i64) -> Option<[i64; 2]>) -> (usize, usize) {
         let (mut possible, mut wrong) = (0, 0);
         for seed in 0..40 {
@@ -323,7 +323,7 @@ mod tests {
         let (possible, wrong) = reuses(moved);
         println!("{possible} runs reused, {wrong} wrongly");
         assert!(possible > 10_000 && wrong == 0, "{wrong} of {possible}");
-        // As printed they are not, nor without the limit on their length.
+        // The printed form is wrong, and so is one without the limit on the run's length.
         let (possible, wrong) = reuses(as_printed);
         assert!(wrong * 10 > possible, "{wrong} of {possible}");
         let unlimited = |[left, right]: [i64; 2], by: i64| {

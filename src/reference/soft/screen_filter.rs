@@ -1,7 +1,7 @@
-//! Mirror of `glsl/soft/screen_filter.comp`, both passes.
+//! Mirror of `glsl/soft/screen_filter.comp`, for both passes.
 //!
-//! The footprint is found by another way than the shader's: by where view rays meet the plane, and where points of the plane
-//! are seen.
+//! It finds the footprint in another way than the shader: from where view rays meet the plane, and from where points
+//! of the plane are seen.
 
 use crate::reference::common::surface::{Apart, near_plane, same_depth};
 use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, View};
@@ -21,21 +21,21 @@ const LONGEST: f64 = 4096.0;
 pub struct Settings {
     /// Weights of the taps.
     pub kernel: Kernel,
-    /// Shape in the image.
+    /// Shape of the filter in the image.
     pub footprint: Footprint,
-    /// A pass at most; odd.
+    /// Largest number of taps per pass; odd.
     pub taps: u32,
-    /// How surfaces are told apart.
+    /// Test that decides whether two pixels lie on one surface.
     pub surfaces: SurfaceTest,
-    /// Of that test: pixels off the plane a pixel, or a share of the eye depth.
+    /// Tolerance of that test: pixels off the plane per pixel, or a fraction of the eye depth.
     pub tolerance: f32,
-    /// Standard deviation of the Gaussian, penumbra widths.
+    /// Standard deviation of the Gaussian, in penumbra widths.
     pub sigma: f32,
-    /// The first pass keeps to the surface too.
+    /// Makes the first pass bilateral too.
     pub both_bilateral: bool,
 }
 
-/// What a pass knows of a pixel.
+/// Data of a pixel between the passes.
 #[derive(Clone, Copy, Debug)]
 struct Value {
     value: f64,
@@ -43,13 +43,13 @@ struct Value {
     rounding: f64,
 }
 
-/// A tap: its value, its weight, and whether it counts.
+/// Tap: its value, its weight, and whether it counts.
 type Tap = (Value, f64, Decision);
 
-/// The visibility of every pixel from the hard shadows and the widths of the penumbrae, world units.
+/// Returns the visibility of every pixel from the hard shadows and the penumbra widths, world units.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings, hard: &[f32], widths: &[f32]) -> Result<Mirror> {
     let view = View::new(data)?;
     for (what, found) in [("hard shadows", hard.len()), ("widths", widths.len())] {
@@ -81,10 +81,10 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// Pixels from the middle to the end of the filter on a receiver.
+    /// Returns the vector from the middle to the end of the filter on a receiver, pixels.
     fn reach(&self, pixel: [usize; 2], p: &Receiver, half_width: f64) -> DVec2 {
         let center = dvec2(pixel[0] as f64, pixel[1] as f64);
-        // By rays close by, through a plane with normal `n`.
+        // Image steps on a plane with normal `n`, from nearby rays.
         let steps = |n: DVec3| {
             let step = |d: DVec2| {
                 let seen = |by: f64| self.view.meet(center + by * d, p.position, n);
@@ -94,7 +94,7 @@ impl Pass<'_> {
         };
         let [x, y] = steps(DVec3::Z);
         let n = p.normal;
-        // Where a point is seen that lies `d` away, to first order.
+        // Image displacement of a point that moves by `d`, to first order.
         let pixels_of = |d: DVec3| {
             let small = 1e-3 * x.length() / d.length().max(1e-300);
             (self.view.pixel_of(p.position + small * d) - self.view.pixel_of(p.position - small * d)) / (2.0 * small)
@@ -106,7 +106,7 @@ impl Pass<'_> {
                 let ray = self.view.ray(p.position);
                 let [x, y] = match n.dot(ray) < -GRAZING {
                     true => steps(n),
-                    // No plane any more that rays meet.
+                    // View rays no longer meet the plane usefully.
                     false => [x, y].map(|d| d + ray * (n.dot(d) / GRAZING)),
                 };
                 in_plane(x, y, half_width, self.second)
@@ -124,7 +124,7 @@ impl Pass<'_> {
         }
     }
 
-    /// `reach` with the bound of its error, from what it changes by with its inputs.
+    /// Returns `reach` with the bound of its error, from how it changes with its inputs.
     fn bounded_reach(&self, pixel: [usize; 2], p: &Receiver, half_width: f64) -> (DVec2, f64) {
         let reach = self.reach(pixel, p, half_width);
         let mut error = 0.0;
@@ -167,7 +167,7 @@ impl Pass<'_> {
             let rounded = |x: f64| (x + 0.5).floor() as i64;
             let nominal = [rounded(place.x), rounded(place.y)];
             let mut offsets = vec![];
-            // A place that is a number exactly stays one.
+            // A position that is exactly an integer stays one.
             for x in if reach.x == 0.0 { 0..=0 } else { rounded(place.x - error)..=rounded(place.x + error) } {
                 for y in if reach.y == 0.0 { 0..=0 } else { rounded(place.y - error)..=rounded(place.y + error) } {
                     offsets.push([x, y]);
@@ -184,18 +184,18 @@ impl Pass<'_> {
         let weights: f64 = taken().map(|t| t.1).sum();
         let mean = |of: &dyn Fn(&Value) -> f64| taken().map(|t| t.1 * of(&t.0)).sum::<f64>() / weights;
         let value = mean(&|v| v.value);
-        // Each that flips moves the mean towards or away from its value.
+        // Each tap that flips moves the mean towards or away from its value.
         let sure: f64 = found.iter().filter(|t| t.2 == Decision::Yes).map(|t| t.1).sum();
         let flips: f64 =
             found.iter().filter(|t| t.2.is_doubtful()).map(|t| t.1 * (t.0.value - value).abs() / sure).sum();
-        // One more tap at each end of a Gaussian, where the number is in doubt.
+        // A Gaussian has one more tap at each end where the number of taps is in doubt.
         let ends = if gaussian && number(half_taps * (1.0 + relative)) != number(half_taps * (1.0 - relative)) {
             2.0 * weight(taps) / sure
         } else {
             0.0
         };
         let uniform = taken().all(|t| t.0.value == value && t.0.rounding == 0.0);
-        // How much the weights change: those at the ends of a box, all of a Gaussian by up to nine times as much.
+        // Change of the weights: those at the ends of a box, or all of a Gaussian's by up to nine times as much.
         let weighing = if gaussian { 2.0 * (1.0 + GAUSSIAN_REACH * GAUSSIAN_REACH) } else { 2.0 * half_taps / weights };
         Value {
             value,
@@ -205,7 +205,7 @@ impl Pass<'_> {
         }
     }
 
-    /// `None` where there is nothing: out of the image, at the sky, or surely on another surface.
+    /// Returns the tap; `None` outside the image, at the sky, or surely on another surface.
     fn tap(&self, pixel: [usize; 2], p: &Receiver, offset: [i64; 2], values: &[Value]) -> Option<(Value, Decision)> {
         let view = self.view;
         let place =
@@ -216,7 +216,7 @@ impl Pass<'_> {
         if offset == [0, 0] {
             return Some((value, Decision::Yes));
         }
-        // A pixel that a spot does not reach says nothing about its shadows.
+        // A pixel outside a spot light's cone has no information about its shadows.
         let reached = match view.light_distance(q.0) {
             Some(_) => view.light_point(q.0, q.1).within_sides,
             None => Decision::Yes,
@@ -242,13 +242,13 @@ impl Pass<'_> {
     }
 }
 
-/// Half a side of a square in a plane, pixels, of which one to the right and one down are `x` and `y`: along the image's rows,
-/// or upright on that.
+/// Returns half a side, in pixels, of a square in a plane: along the image's rows, or perpendicular to that side. `x`
+/// and `y` are the steps on the plane for one pixel right and one pixel down.
 fn in_plane(x: DVec3, y: DVec3, half_width: f64, second: bool) -> DVec2 {
     if !second {
         return dvec2(half_width / x.length(), 0.0);
     }
-    // half_width w = a x + b y, with w a unit vector at a right angle to x.
+    // half_width w = a x + b y, with w a unit vector perpendicular to x.
     let unit = x.normalize();
     let along = unit.dot(y);
     let b = half_width / (y - unit * along).length();

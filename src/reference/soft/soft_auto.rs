@@ -1,6 +1,7 @@
-//! Mirror of `glsl/soft/soft_auto.comp` and of what works on its lists: composed of the mirrors of these passes.
+//! Mirror of `glsl/soft/soft_auto.comp` and of the passes that work on its lists, composed of the mirrors of those
+//! passes.
 //!
-//! Where the shader decides a pixel by its filter's window, the filter itself comes to the same.
+//! Where the shader decides a pixel by its filter's window, the filter itself gives the same result.
 
 use super::{pcss, rbssm};
 use crate::Result;
@@ -13,26 +14,27 @@ use crate::reference::revectorization::rbsm;
 use crate::technique::common::blocker_search::SearchWindow;
 use glam::DVec2;
 
-/// `NARROWEST_SEARCH`, texels.
+/// `NARROWEST_SEARCH` of the shader, texels.
 const NARROWEST: f64 = 1.0;
-/// `GRAZING`.
+/// `GRAZING` of the shader.
 const GRAZING: f64 = 0.05;
 
-/// Where too much is in doubt to be followed up.
+/// Verdict of a pixel with too much in doubt to follow up.
 const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
 
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Of the search, and of the filter of narrow penumbrae.
+    /// Settings of the search, and of the filter of narrow penumbrae.
     pub kernel: rbssm::Settings,
-    /// Taps of the filter of wide penumbrae along each axis.
+    /// Number of taps per axis of the filter of wide penumbrae.
     pub filter_taps: u32,
-    /// Filters that are narrower on the screen, pixels, are left out.
+    /// Width on the screen, pixels, below which the filter is skipped and shadows are hard.
     pub hard_pixels: f32,
-    /// Filters that are narrower in the map, texels, average revectorized visibility.
+    /// Width in the map, texels, below which the filter averages revectorized visibility.
     pub kernel_texels: f32,
-    /// Not beside bars and gaps one texel wide that are farther from the receiver, widths of a texel.
+    /// Distance from the receiver, in texel widths, above which revectorized visibility is not used beside bars and
+    /// gaps one texel wide.
     pub thin_distance: f32,
 }
 
@@ -54,10 +56,10 @@ impl Settings {
     }
 }
 
-/// The visibility of every pixel.
+/// Returns the visibility of every pixel.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
@@ -87,12 +89,12 @@ struct Pixel<'a> {
     light: &'a AreaLight,
     settings: &'a Settings,
     receiver: Receiver,
-    /// Depth over a texel's world size.
+    /// Change of depth over a texel's world size.
     texel_depth: f64,
     narrow: rbssm::Pixel<'a>,
 }
 
-/// One of two, as decided; the other one too where that is in doubt.
+/// Returns one of two verdicts, combined with the other where the decision is in doubt.
 fn either(decision: Decision, yes: impl Fn() -> Verdict, no: impl Fn() -> Verdict) -> Verdict {
     match decision {
         Decision::Yes => yes(),
@@ -102,7 +104,7 @@ fn either(decision: Decision, yes: impl Fn() -> Verdict, no: impl Fn() -> Verdic
     }
 }
 
-/// Whether a test differs from both others.
+/// Decides whether a test differs from both others.
 fn is_between(middle: Decision, ends: [Decision; 2]) -> Decision {
     let may_be = |d: Decision, lit: bool| d.is_yes() == lit || d.is_doubtful();
     let possible = [false, true].iter().any(|&lit| may_be(middle, lit) && ends.iter().all(|&e| may_be(e, !lit)));
@@ -133,14 +135,14 @@ impl Pixel<'_> {
                 true => self.narrow.neighbouring_blockers(|z| self.filter(window, z, None)),
                 false => Verdict::sure(1.0),
             };
-            // What a doubtful blocker's filter would make of it is anything.
+            // If the only blocker is in doubt, its filter may give anything.
             return if found.range.is_some() { next_door.or(0.0).or(1.0) } else { next_door };
         };
         let verdict = self.filter(window, z, found.range);
         if found.doubtful { verdict.or(0.0).or(1.0) } else { verdict }
     }
 
-    /// What the blockers' distance makes of the pixel.
+    /// Computes the pixel's verdict from the blockers' distance.
     fn filter(&self, window: Bounded<DVec2>, z: Bounded<f64>, range: Option<[f64; 2]>) -> Verdict {
         let width = self.narrow.width_for(window, z, range);
         let apart = range.map_or(0.0, |[a, b]| (a - z.value).abs().max((b - z.value).abs()));
@@ -150,7 +152,7 @@ impl Pixel<'_> {
             pcss::filter_for(self.view, self.light, &self.narrow.soft, window, (z, range), &settings)
         };
         let kernel = || self.narrow.filter_for(window, z, range);
-        // The hard shadows' own pass, which ends with the map.
+        // The pass for hard shadows treats everything outside the map as lit.
         let tests = self.narrow.tests.clone().with_map_going_on(false);
         let hard = || rbsm::look_up(&tests, &self.settings.kernel.hard());
         either(self.is_hard(width), hard, || either(self.is_kernel(width, z_any), kernel, wide))
@@ -169,7 +171,7 @@ impl Pixel<'_> {
         }
     }
 
-    /// Whether `blockerDistance` is more than the threshold.
+    /// Decides whether `blockerDistance` exceeds the threshold.
     fn is_far(&self, z: Bounded<f64>) -> Decision {
         let (light, r) = (self.light, &self.narrow.soft);
         let (depth, error) = match light.depth_scale > 0.0 {
@@ -187,7 +189,7 @@ impl Pixel<'_> {
         Decision::positive(texels - f64::from(self.settings.thin_distance), error)
     }
 
-    /// Not `isThin`.
+    /// Decides the opposite of `isThin`.
     fn is_thick(&self) -> Decision {
         let tests = &self.narrow.tests;
         let around = |own: [i64; 2]| {
@@ -202,7 +204,7 @@ impl Pixel<'_> {
             thick
         };
         let found: Vec<_> = tests.texels().into_iter().map(around).collect();
-        // The texel itself may be in doubt; there is at least the exact one.
+        // The texel itself may be in doubt; the loop visits at least the exact one.
         match found[..] {
             [first, ref others @ ..] if others.iter().any(|o| *o != first) => Decision::Doubtful(first.is_yes()),
             [first, ..] => first,
@@ -210,7 +212,7 @@ impl Pixel<'_> {
         }
     }
 
-    /// `widthOnScreen`.
+    /// Decides by `widthOnScreen` whether the shadow is hard.
     fn is_hard(&self, half: Bounded<DVec2>) -> Decision {
         let (light, r, z) = (self.light, &self.receiver, self.narrow.soft.z);
         let most = f64::from(self.settings.hard_pixels);
@@ -224,7 +226,7 @@ impl Pixel<'_> {
         let facing = r.normal.dot(towards);
         let (pixel, pixel_error) = self.view.pixel_width(r.position, r.position_error);
         let map_width = light.world / light.uv / self.view.map_extent();
-        // With all errors one way.
+        // With all errors in one direction.
         let pixels = |sign: f64| {
             let z = if light.depth_scale > 0.0 { z.value + sign * z.error } else { 1.0 };
             let facing = (facing - sign * (r.normal_error + towards_error)).max(GRAZING);

@@ -4,7 +4,7 @@ use crate::reference::common::blockers::{Bounded, SoftReceiver, floors};
 use crate::reference::common::view::{ROUNDING, Verdict, View};
 use glam::{DVec2, dvec2};
 
-/// `filterBox` over a half-width in texels.
+/// Mirror of `filterBox` over a half-width in texels.
 pub(super) fn filter_box(view: &View<'_>, r: &SoftReceiver, half: Bounded<DVec2>) -> Verdict {
     let (low, high) = (r.at.value - half.value, r.at.value + half.value);
     let error = r.at.error + half.error + ROUNDING * (r.at.value.abs() + half.value);
@@ -26,13 +26,13 @@ pub(super) fn filter_box(view: &View<'_>, r: &SoftReceiver, half: Bounded<DVec2>
             dark |= !test.is_yes() || test.is_doubtful();
         }
     }
-    // A window that slides or grows by its error changes by a strip at each side at most.
+    // A window that moves or grows by its error changes by at most a strip at each side.
     let slid = 2.0 * (error / half.value).element_sum();
     let rounding = if lit && dark { slid + ROUNDING * half.value.element_sum() } else { 0.0 };
     Verdict { visibility: (sum / area).clamp(0.0, 1.0), doubt: (doubtful / area).min(1.0), rounding: rounding.min(1.0) }
 }
 
-/// `filterTaps` over a half-width in texels.
+/// Mirror of `filterTaps` over a half-width in texels.
 pub(super) fn filter_taps(view: &View<'_>, r: &SoftReceiver, half: Bounded<DVec2>, n: i64, bilinear: bool) -> Verdict {
     let mut verdict = Verdict::sure(0.0);
     let columns: Vec<_> = (0..n).map(|i| r.tap(half, 0, i, n)).collect();

@@ -1,4 +1,4 @@
-//! Accessors as arrays: every bound is checked before a byte is read or allocated.
+//! Accessors as arrays. Every bound is checked before anything is read or allocated.
 
 use super::document::Document;
 use super::fault::{Loaded, entry, fault};
@@ -8,14 +8,14 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use std::borrow::Cow;
 
-/// The document with its buffers.
+/// Document with its buffers.
 #[derive(Debug)]
 pub struct Data<'a> {
     pub document: &'a Document,
     pub buffers: Vec<Cow<'a, [u8]>>,
 }
 
-/// A number of a buffer as the caller wants it.
+/// Number type that the caller wants from a buffer.
 trait Number: Copy + Default {
     fn from_f32(value: f32) -> Self;
     fn from_u32(value: u32) -> Self;
@@ -35,7 +35,7 @@ impl Number for f32 {
 }
 
 impl Number for u32 {
-    // `Data::read` refuses other component types for integers.
+    // `Data::read` rejects other component types for integers.
     fn from_f32(_: f32) -> Self {
         0
     }
@@ -48,19 +48,19 @@ impl Number for u32 {
 }
 
 impl<'a> Data<'a> {
-    /// The accessor that `place` refers to.
+    /// Returns the accessor that `place` refers to.
     pub fn accessor(&self, index: usize, place: impl FnOnce() -> String) -> Loaded<&'a Accessor> {
         entry(&self.document.accessors, "accessors", index, place)
     }
 
-    /// Elements of an accessor, all of which are known to be there.
+    /// Returns the number of elements of an accessor; all of them are known to exist.
     pub fn count(&self, index: usize, place: impl FnOnce() -> String) -> Loaded<u64> {
         let accessor = self.accessor(index, place)?;
         self.elements(accessor, index)?;
         Ok(accessor.count.0)
     }
 
-    /// The bytes of an accessor's elements and their stride; `None` if they are zeros that no file holds.
+    /// Returns the bytes of an accessor's elements and their stride; `None` for implicit zeros.
     fn elements(&self, accessor: &Accessor, index: usize) -> Loaded<Option<(&[u8], usize)>> {
         let count = accessor.count.0;
         let Some(view) = accessor.buffer_view.map(|v| v.value()) else {
@@ -79,7 +79,7 @@ impl<'a> Data<'a> {
         Ok(Some((bytes, stride)))
     }
 
-    /// The bytes of a buffer view.
+    /// Returns the bytes of a buffer view.
     pub fn view(&self, index: usize, place: impl FnOnce() -> String) -> Loaded<&[u8]> {
         let view = entry(&self.document.buffer_views, "bufferViews", index, place)?;
         let buffer = view.buffer.value();
@@ -87,7 +87,7 @@ impl<'a> Data<'a> {
         let (offset, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
         let end = offset.checked_add(length).filter(|&end| end <= bytes.len() as u64);
         match end {
-            // Both fit in `usize`: they are not beyond a slice's length.
+            // Both fit in `usize`, because they do not exceed a slice's length.
             Some(end) => Ok(&bytes[offset as usize..end as usize]),
             None => {
                 let have = bytes.len();
@@ -97,13 +97,13 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// An accessor as vectors of `N` floats; normalized integers become `[0, 1]` or `[-1, 1]`.
+    /// Reads an accessor as vectors of `N` floats; normalized integers become `[0, 1]` or `[-1, 1]`.
     pub fn floats<const N: usize>(&self, index: usize, place: impl FnOnce() -> String) -> Loaded<Vec<[f32; N]>> {
         let accessor = self.accessor(index, place)?;
         self.read(accessor, index, accessor.normalized)
     }
 
-    /// An accessor of unsigned integers as vectors of `N`.
+    /// Reads an accessor of unsigned integers as vectors of `N`.
     pub fn integers<const N: usize>(&self, index: usize, place: impl FnOnce() -> String) -> Loaded<Vec<[u32; N]>> {
         let accessor = self.accessor(index, place)?;
         match component(accessor, index)? {
@@ -131,7 +131,7 @@ impl<'a> Data<'a> {
         let size = kind.size() * N;
         let mut values = match self.elements(accessor, index)? {
             Some((bytes, stride)) => decode(bytes, stride, kind, normalized),
-            // At most `limits::ZERO_ELEMENTS`.
+            // `count` is at most `limits::ZERO_ELEMENTS` here.
             None => vec![[T::default(); N]; count as usize],
         };
         let Some(sparse) = &accessor.sparse else { return Ok(values) };
@@ -167,7 +167,7 @@ fn component(accessor: &Accessor, index: usize) -> Loaded<ComponentType> {
     }
 }
 
-/// Components of an element: 3 for `VEC3`.
+/// Returns the number of components per element, 3 for `VEC3`.
 pub fn components(accessor: &Accessor, index: usize) -> Loaded<usize> {
     match accessor.type_ {
         Checked::Valid(Type::Scalar) => Ok(1),
@@ -182,7 +182,7 @@ pub fn components(accessor: &Accessor, index: usize) -> Loaded<usize> {
     }
 }
 
-/// Exactly the bytes from the first element to the end of the last.
+/// Returns the bytes from the first element to the end of the last, exactly.
 fn window(
     bytes: &[u8],
     offset: u64,
@@ -202,7 +202,7 @@ fn window(
     }
     let length = (count - 1).checked_mul(stride as u64).and_then(|l| l.checked_add(size as u64));
     match length.and_then(|l| offset.checked_add(l)).filter(|&end| end <= bytes.len() as u64) {
-        // Both fit in `usize`: they are not beyond a slice's length.
+        // Both fit in `usize`, because they do not exceed a slice's length.
         Some(end) => Ok(&bytes[offset as usize..end as usize]),
         None => {
             let have = bytes.len();
@@ -235,7 +235,7 @@ fn decode<T: Number, const N: usize>(
     }
 }
 
-/// Every element of a window, `N` numbers of `B` bytes each; the last one may be shorter than the stride.
+/// Converts every element of a window, `N` numbers of `B` bytes each. The last element may be shorter than the stride.
 fn gather<T: Number, const N: usize, const B: usize>(
     bytes: &[u8],
     stride: usize,

@@ -1,13 +1,13 @@
-//! A scene file's bytes: binary glTF with its chunks, or JSON alone. Told apart by content.
+//! Container of a scene file: binary glTF with chunks, or JSON alone. The content decides which.
 
 use super::fault::{Loaded, fault};
 
-/// What the file holds.
+/// Content of the file.
 #[derive(Debug)]
 pub struct Container<'a> {
-    /// The JSON text.
+    /// JSON text.
     pub json: &'a [u8],
-    /// The binary chunk of a `.glb`.
+    /// Binary chunk of a `.glb`.
     pub bin: Option<&'a [u8]>,
 }
 
@@ -36,7 +36,7 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 
-/// The JSON chunk without its padding: glTF pads with spaces, but some exporters pad with NUL.
+/// Returns the JSON chunk without its padding. glTF pads with spaces, but some exporters pad with NUL.
 fn unpadded(json: &[u8]) -> &[u8] {
     let end = json.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
     &json[..end]
@@ -56,7 +56,7 @@ fn split_binary(bytes: &[u8]) -> Loaded<Container<'_>> {
         return Err(cut(&format!("its header says {length} bytes, there are {}", bytes.len())));
     };
     let mut chunks = Vec::new();
-    // Only the first two chunks mean anything; unknown ones after them are to be ignored.
+    // Only the first two chunks have a meaning; unknown ones after them must be ignored.
     while !rest.is_empty() && chunks.len() < 2 {
         let place = format!("chunk {}", chunks.len());
         let (Some(size), Some(kind)) = (word(rest, 0), word(rest, 4)) else {

@@ -1,4 +1,4 @@
-//! Morph targets and skins, applied once: the scene holds the pose of the file.
+//! Morph targets and skins, applied once: the scene keeps the pose of the file.
 
 use super::accessor::Data;
 use super::fault::{Loaded, entry, fault};
@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-/// Adds the morph targets' displacements, each with its weight.
+/// Adds the morph targets' weighted displacements.
 pub fn morph(
     data: &Data<'_>,
     primitive: &Primitive,
@@ -45,17 +45,17 @@ fn add(data: &Data<'_>, accessor: usize, weight: f32, to: &mut [[f32; 3]], place
     Ok(())
 }
 
-/// Where a skin puts its mesh: `matrices` are relative to `world_from_object`, so that a figure far
-/// from the origin keeps its precision in `f32`.
+/// Joint matrices of a skin. They are relative to `world_from_object`, so that a figure far from the origin keeps its
+/// precision in `f32`.
 #[derive(Debug)]
 pub struct Palette {
-    /// Places the bent mesh in the world.
+    /// Transform that places the deformed mesh in the world.
     pub world_from_object: DAffine3,
-    /// Object space from the mesh's own space, one matrix a joint.
+    /// Transforms from the mesh's own space to object space, one per joint.
     matrices: Vec<DAffine3>,
 }
 
-/// The joints' matrices of a skin.
+/// Returns the joint matrices of a skin.
 pub fn palette(data: &Data<'_>, tree: &Tree, index: usize) -> Loaded<Palette> {
     let skin = &data.document.skins[index];
     let mut joints = Vec::with_capacity(skin.joints.len());
@@ -88,13 +88,13 @@ pub fn palette(data: &Data<'_>, tree: &Tree, index: usize) -> Loaded<Palette> {
 }
 
 impl Palette {
-    /// True if the joints mirror the mesh, so that front faces turn into back faces.
+    /// Returns whether the joints mirror the mesh, which turns front faces into back faces.
     pub fn mirrors(&self) -> bool {
         self.matrices.iter().map(|m| m.matrix3.determinant().signum()).sum::<f64>() < 0.0
     }
 }
 
-/// Bends positions and normals by linear blending of the joints' matrices.
+/// Deforms positions and normals by linear blend skinning.
 pub fn skin(
     data: &Data<'_>,
     primitive: &Primitive,
@@ -121,7 +121,7 @@ pub fn skin(
         }
         for ((blend, joints), weights) in blended.iter_mut().zip(&joints).zip(&weights) {
             for (&joint, &weight) in joints.iter().zip(weights) {
-                // Also skips NaN.
+                // This also skips NaN.
                 if !(weight > 0.0 && weight.is_finite()) {
                     continue;
                 }
@@ -133,7 +133,8 @@ pub fn skin(
             }
         }
     }
-    // Exporters round: the weights of a vertex rarely add up to 1. A vertex without any follows the first joint.
+    // Exporters round, so the weights of a vertex rarely add up to 1. A vertex without weights follows the first
+    // joint.
     let blended = blended.into_iter().map(|(m, total)| {
         if total > 0.0 {
             DAffine3 { matrix3: m.matrix3 * total.recip(), translation: m.translation / total }
@@ -152,10 +153,10 @@ pub fn skin(
     Ok(())
 }
 
-/// Turns normals as the matrix turns surfaces: the inverse transpose, up to a positive factor. Made
-/// without a division, which a flattening matrix would not survive.
+/// Returns the matrix for normals: the inverse transpose up to a positive factor. It is computed without a division,
+/// which a flattening matrix would break.
 fn normal_matrix(m: &DMat3) -> DMat3 {
     let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-    // The cofactors of a mirroring matrix also turn the normal round.
+    // The cofactors of a mirroring matrix also reverse the normal.
     cofactors * m.determinant().signum()
 }

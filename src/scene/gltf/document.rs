@@ -1,8 +1,8 @@
-//! The JSON of a glTF file, parsed and checked as far as that needs no binary data.
+//! JSON of a glTF file, parsed and checked as far as possible without binary data.
 //!
-//! Most objects are those of the `gltf` crate. Nodes and scenes are our own: the crate rounds their
-//! transforms to `f32`, which a scene far from the origin cannot afford, and wants `scenes[i].nodes`,
-//! which glTF leaves optional. Animations are not read, so a file is not refused for one.
+//! Most objects are those of the `gltf` crate. Nodes and scenes are defined here, because the crate rounds their
+//! transforms to `f32`, which is too coarse for a scene far from the origin, and requires `scenes[i].nodes`, which
+//! glTF makes optional. Animations are not read, so a file is not rejected because of one.
 
 use super::fault::{Fault, Loaded, fault};
 use gltf::json;
@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
-/// The root object.
+/// Root object.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Document {
@@ -33,7 +33,7 @@ pub struct Document {
     pub extensions: Option<json::extensions::Root>,
 }
 
-/// An entry of `nodes`.
+/// Entry of `nodes`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Node {
@@ -51,14 +51,14 @@ pub struct Node {
     pub extras: json::Extras,
 }
 
-/// An entry of `scenes`.
+/// Entry of `scenes`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct SceneEntry {
     pub nodes: Vec<usize>,
 }
 
-/// Extensions that a file may require, besides those that only change how a surface shines.
+/// Extensions that a file may require, besides those that change only a surface's appearance.
 const SUPPORTED: [&str; 6] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
@@ -68,8 +68,8 @@ const SUPPORTED: [&str; 6] = [
     "KHR_materials_*",
 ];
 
-/// Further extensions that change nothing here: they concern animation, textures' encoding, which is checked where a
-/// texture is read, or data beside the scene.
+/// Further extensions that change nothing here. They concern animation, texture encodings (checked where a texture is
+/// read), or metadata.
 const HARMLESS: [&str; 11] = [
     "EXT_texture_avif",
     "EXT_texture_webp",
@@ -89,7 +89,7 @@ fn is_supported(extension: &str) -> bool {
 }
 
 impl Document {
-    /// Parses the JSON; refuses other versions of glTF and required extensions that we lack.
+    /// Parses the JSON. Rejects other versions of glTF and required extensions that are not supported.
     pub fn parse(text: &[u8]) -> Loaded<Self> {
         let document: Self = match serde_json::from_slice(text) {
             Ok(document) => document,
@@ -114,7 +114,7 @@ impl Document {
         for (i, extension) in document.extensions_required.iter().enumerate() {
             if !is_supported(extension) {
                 let problem = format!(
-                    "the file cannot be read without {extension}, which is not supported; export it without (supported: {})",
+                    "the file cannot be read without {extension}, which is not supported; export it without that extension (supported: {})",
                     SUPPORTED.join(", ")
                 );
                 return Err(fault(format!("extensionsRequired[{i}]"), problem));
@@ -123,13 +123,13 @@ impl Document {
         Ok(document)
     }
 
-    /// Extensions that the file uses and that are not read.
+    /// Returns the extensions that the file uses and that are not read.
     pub fn unread_extensions(&self) -> impl Iterator<Item = &str> {
         let used = self.extensions_used.iter().map(String::as_str);
         used.filter(|e| !is_supported(e) && !HARMLESS.contains(e))
     }
 
-    /// The lights of `KHR_lights_punctual`.
+    /// Returns the lights of `KHR_lights_punctual`.
     pub fn lights(&self) -> &[json::extensions::scene::khr_lights_punctual::Light] {
         let lights = self.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         lights.map_or(&[], |l| &l.lights)
@@ -137,7 +137,7 @@ impl Document {
 }
 
 fn check_version(asset: &json::Asset) -> Loaded<()> {
-    // A 2.x file that needs no more than 2.0 may be read by a 2.0 reader.
+    // A 2.0 reader may read a 2.x file that needs only 2.0.
     let needed = asset.min_version.as_ref().unwrap_or(&asset.version);
     if asset.version.starts_with("2.") && (asset.min_version.is_none() || needed == "2.0") {
         return Ok(());
@@ -146,7 +146,7 @@ fn check_version(asset: &json::Asset) -> Loaded<()> {
     Err(fault("asset.version", problem))
 }
 
-/// Finds the object that does not parse: the parser itself only knows line and column.
+/// Finds the object that does not parse; the parser itself knows only line and column.
 fn locate(text: &[u8], error: &serde_json::Error) -> Fault {
     use serde_json::{Value, from_slice};
     fn first<'a, T: Deserialize<'a>>(root: &'a Value, key: &str) -> Option<(String, String)> {
@@ -178,14 +178,14 @@ fn locate(text: &[u8], error: &serde_json::Error) -> Fault {
     }
 }
 
-/// Walks the JSON and refuses an index of 2^32 or more: the `gltf` crate would cut it to 32 bits and
-/// take some other object.
+/// Visitor that rejects indices of 2^32 or more. The `gltf` crate would truncate them to 32 bits and use another
+/// object.
 #[derive(Clone, Copy)]
 struct BigIndex<'k> {
     key: &'k str,
 }
 
-/// Members that hold an index, or the code of an enumeration.
+/// Members that hold an index or the code of an enumeration.
 const INDEX_KEYS: [&str; 18] = [
     "attributes",
     "targets",
@@ -232,7 +232,7 @@ impl<'de> Visitor<'de> for BigIndex<'_> {
         while let Some(key) = map.next_key::<std::borrow::Cow<'_, str>>()? {
             match &*key {
                 "extras" => drop(map.next_value::<IgnoredAny>()?),
-                // Below these the members are semantics, and every number is an index.
+                // Below these, the members are semantics, and every number is an index.
                 _ if matches!(self.key, "attributes" | "targets") => map.next_value_seed(self)?,
                 key => map.next_value_seed(BigIndex { key })?,
             }

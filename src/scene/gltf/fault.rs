@@ -1,37 +1,37 @@
-//! What is wrong with a file, and what was left out of it: both name the place.
+//! Faults of a file, and warnings about what was left out; both name the place.
 
 use crate::Error;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// A problem at a place of the file; the entry point adds the file's path.
+/// Problem at a place of the file; the entry point adds the file's path.
 #[derive(Clone, Debug)]
 pub struct Fault {
     place: String,
     problem: String,
 }
 
-/// Result of everything below the entry points.
+/// Result type of everything below the entry points.
 pub type Loaded<T> = Result<T, Fault>;
 
-/// A problem at a place, both in the words that the user will read.
+/// Returns a fault; place and problem are in the words that the user will read.
 pub fn fault(place: impl Into<String>, problem: impl Into<String>) -> Fault {
     Fault { place: place.into(), problem: problem.into() }
 }
 
 impl Fault {
-    /// The place in the file, and what is wrong there.
+    /// Returns the place in the file and the problem there.
     pub fn into_parts(self) -> (String, String) {
         (self.place, self.problem)
     }
 
-    /// The public error.
+    /// Returns the public error.
     pub fn in_file(self, path: &Path) -> Error {
         Error::File { path: path.into(), place: self.place, problem: self.problem }
     }
 }
 
-/// `list[index]`, or the fault that the index is out of range.
+/// Returns `list[index]`, or a fault if the index is out of range.
 pub fn entry<'a, T>(list: &'a [T], name: &str, index: usize, place: impl FnOnce() -> String) -> Loaded<&'a T> {
     list.get(index).ok_or_else(|| {
         let problem = match list.len() {
@@ -42,7 +42,7 @@ pub fn entry<'a, T>(list: &'a [T], name: &str, index: usize, place: impl FnOnce(
     })
 }
 
-/// `name[index]`, with the user's own name for it if there is one.
+/// Returns `name[index]`, with the object's own name if there is one.
 pub fn label(list: &str, index: usize, name: Option<&str>) -> String {
     match name {
         Some(name) if !name.is_empty() => format!("{list}[{index}] \"{name}\""),
@@ -50,7 +50,7 @@ pub fn label(list: &str, index: usize, name: Option<&str>) -> String {
     }
 }
 
-/// What was dropped or approximated, one sentence a kind: a file with a million broken triangles
+/// Warnings about what was dropped or approximated, one sentence per kind: a file with a million broken triangles
 /// gives one line.
 #[derive(Debug, Default)]
 pub struct Warnings(Vec<Warning>);
@@ -63,7 +63,7 @@ struct Warning {
 }
 
 impl Warnings {
-    /// Notes `amount` cases of `what` at a place.
+    /// Adds `amount` cases of `what` at a place.
     pub fn add(&mut self, what: impl Into<Cow<'static, str>>, amount: usize, place: impl FnOnce() -> String) {
         if amount == 0 {
             return;
@@ -75,14 +75,14 @@ impl Warnings {
         }
     }
 
-    /// Appends the notes of a later part of the file.
+    /// Appends the warnings of a later part of the file.
     pub fn append(&mut self, later: Self) {
         for w in later.0 {
             self.add(w.what, w.amount, || w.first);
         }
     }
 
-    /// The sentences.
+    /// Returns the warnings as sentences.
     pub fn into_sentences(self) -> Vec<String> {
         let sentence = |w: Warning| match w.amount {
             1 => format!("{}: {}", w.first, w.what),

@@ -1,5 +1,5 @@
-//! Buffers and images that a file refers to: inside it, as data URI, or next to it. Nothing outside
-//! the file's own folder is read.
+//! Buffers and images that a file refers to: inside it, as data URIs, or next to it. Nothing outside the file's own
+//! folder is read.
 
 use super::document::Document;
 use super::fault::{Loaded, fault};
@@ -14,13 +14,13 @@ use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 use unicode_normalization::UnicodeNormalization;
 
-/// Standard alphabet, with or without padding.
+/// Standard base64 alphabet, with or without padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &alphabet::STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// The folder of the scene file, and how much was read from it.
+/// Folder of the scene file, and the number of bytes that may still be read from it.
 #[derive(Debug)]
 pub struct Folder {
     root: Option<PathBuf>,
@@ -30,10 +30,10 @@ pub struct Folder {
 /// Reads a whole regular file of at most `limit` bytes.
 ///
 /// # Errors
-/// The system's reason, or that it is no regular file, or too large.
+/// Fails if the system does, if it is not a regular file, or if it is too large.
 pub fn read_whole(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     let other = |what: String| Err(std::io::Error::other(what));
-    // Asked before opening: to open a pipe waits for its writer.
+    // Checked before opening, because opening a pipe waits for its writer.
     let about = std::fs::metadata(path)?;
     if !about.is_file() {
         return other("is not a regular file".into());
@@ -42,27 +42,27 @@ pub fn read_whole(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
         return other(format!("{} bytes are too many: all files of a scene together may have 4 GiB", about.len()));
     }
     let mut bytes = Vec::with_capacity(usize::try_from(about.len()).unwrap_or(0));
-    // The file may grow meanwhile.
+    // The file may grow meanwhile, so the limit still applies.
     File::open(path)?.take(limit).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
 impl Folder {
-    /// The folder that holds `file`, of which `bytes` were read already.
+    /// Returns the folder that holds `file`, of which `bytes` were already read.
     pub fn of(file: &Path, bytes: usize) -> Self {
         let parent = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         Self { root: parent.canonicalize().ok(), bytes_left: limits::FILE_BYTES.saturating_sub(bytes as u64) }
     }
 
-    /// No folder: only what is embedded can be had.
+    /// Returns no folder: only embedded data is available.
     pub fn none() -> Self {
         Self { root: None, bytes_left: 0 }
     }
 
-    /// What a URI stands for.
+    /// Returns the data that a URI refers to.
     ///
     /// # Errors
-    /// The problem in the user's words.
+    /// Returns the problem in words for the user.
     pub fn fetch(&mut self, uri: &str) -> Result<Vec<u8>, String> {
         if let Some((scheme, rest)) = uri.split_once(':')
             && scheme.eq_ignore_ascii_case("data")
@@ -75,14 +75,14 @@ impl Folder {
         Ok(bytes)
     }
 
-    /// The file that a URI means: what glTF says first, then what exporters write instead.
+    /// Returns the file that a URI names: first as glTF says, then as exporters write it.
     fn resolve(&self, uri: &str) -> Result<PathBuf, String> {
         let shown = shortened(uri);
         let Some(root) = &self.root else {
             return Err(format!("{shown}: this scene has no folder, so all its data must be inside it"));
         };
         let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| format!("{shown}: is not UTF-8"))?;
-        // A name that holds a percent sign itself, and the separators of Windows.
+        // Also accept a name that contains a percent sign, and the separators of Windows.
         let mut names = vec![decoded.to_string(), uri.to_owned()];
         names.extend(names.clone().iter().filter(|n| n.contains('\\')).map(|n| n.replace('\\', "/")));
         if names.iter().any(|name| leads_out(name)) {
@@ -92,13 +92,14 @@ impl Folder {
         for name in &names {
             let found = root.join(name).canonicalize().or_else(|e| same_letters(root, name).ok_or(e));
             match found {
-                // A symbolic link can still lead out.
+                // A symbolic link can still lead outside.
                 Ok(path) if path.starts_with(root) => return Ok(path),
                 Ok(_) => return Err(format!("{shown}: {ONLY_INSIDE}")),
                 Err(e) => reason = reason.or(Some(e)),
             }
         }
-        // `http://host/file` is a path too, of a folder named `http:`: say so only if there is no such file.
+        // `http://host/file` is also a path, in a folder named `http:`. Call it an address only if there is no such
+        // file.
         let is_address = uri.split_once("//").is_some_and(|(scheme, _)| scheme.ends_with(':'));
         match reason {
             Some(e) if !is_address => Err(format!("{shown}: {e}")),
@@ -107,7 +108,7 @@ impl Folder {
     }
 }
 
-/// True for an absolute path and for one that leaves the folder it starts from.
+/// Returns whether a path is absolute or leaves its starting folder.
 fn leads_out(name: &str) -> bool {
     let mut depth = 0;
     for component in Path::new(name).components() {
@@ -121,8 +122,8 @@ fn leads_out(name: &str) -> bool {
     false
 }
 
-/// The file below `root` whose path has the same letters, however accents are composed: the same name is written
-/// differently by macOS and by other systems.
+/// Returns the file below `root` whose path has the same letters, however accents are composed. macOS writes the same
+/// name differently from other systems.
 fn same_letters(root: &Path, name: &str) -> Option<PathBuf> {
     let composed = |text: &str| text.nfc().collect::<String>();
     let mut path = root.to_owned();
@@ -143,14 +144,14 @@ fn same_letters(root: &Path, name: &str) -> Option<PathBuf> {
 const ONLY_INSIDE: &str =
     "only files inside the scene file's own folder are read; put the file there, or export the scene as one .glb";
 
-/// A URI short enough for a message.
+/// Returns a URI shortened for a message.
 fn shortened(uri: &str) -> String {
     let text: String = uri.chars().take(80).collect();
     let more = if text.len() < uri.len() { "..." } else { "" };
     format!("\"{}{more}\"", text.escape_debug())
 }
 
-/// The part of a data URI after `data:`.
+/// Decodes the part of a data URI after `data:`.
 fn decode_data(rest: &str) -> Result<Vec<u8>, String> {
     let (kind, data) = rest.split_once(',').ok_or("data URI without a comma")?;
     let bytes: Cow<'_, [u8]> = percent_decode_str(data).into();
@@ -163,7 +164,7 @@ fn decode_data(rest: &str) -> Result<Vec<u8>, String> {
     }
 }
 
-/// The bytes of every buffer, each cut to its `byteLength`.
+/// Returns the bytes of every buffer, each cut to its `byteLength`.
 pub fn buffers<'a>(document: &Document, bin: Option<&'a [u8]>, folder: &mut Folder) -> Loaded<Vec<Cow<'a, [u8]>>> {
     let mut all = Vec::with_capacity(document.buffers.len());
     for (i, buffer) in document.buffers.iter().enumerate() {

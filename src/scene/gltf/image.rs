@@ -14,7 +14,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Cursor;
 
-/// An image together with how it is sampled: what one texture in memory is made of.
+/// Image together with its sampling: the source of one texture in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Use {
     image: usize,
@@ -22,13 +22,15 @@ pub struct Use {
     nearest: bool,
 }
 
-/// Finds the image and sampler of `textures[index]`; the inner fault says that its image is of a kind that is not read.
+/// Finds the image and sampler of `textures[index]`. The inner fault says that the image is of a kind that is not
+/// read.
 pub fn of_texture(document: &Document, index: usize, user: impl FnOnce() -> String) -> Loaded<Loaded<Use>> {
     let texture = entry(&document.textures, "textures", index, || format!("{}: texture index", user()))?;
     let image = texture.source.value();
     // The crate's mark for a texture that has its image only in an extension.
     if image == u32::MAX as usize {
-        let problem = "has no image that can be read: only PNG and JPEG are; export it without texture compression";
+        let problem =
+            "has no image that can be read: only PNG and JPEG are supported; export it without texture compression";
         return Ok(Err(fault(format!("textures[{index}].source"), problem)));
     }
     entry(&document.images, "images", image, || format!("textures[{index}].source"))?;
@@ -53,20 +55,21 @@ pub fn of_texture(document: &Document, index: usize, user: impl FnOnce() -> Stri
     Ok(Ok(Use { image, wrap, nearest }))
 }
 
-/// An encoded image.
+/// Encoded image.
 struct Encoded<'a> {
     index: usize,
     bytes: Cow<'a, [u8]>,
-    /// Bytes when decoded, from its header.
+    /// Size in bytes when decoded, from its header.
     size: u64,
-    /// How many textures want it.
+    /// Number of textures that use it.
     users: usize,
 }
 
-/// The textures for `uses`, one each, in that order: a fault where an image cannot be had, for the caller to judge.
+/// Returns the textures for `uses`, one each, in that order. An image that cannot be read gives a fault, which the
+/// caller may tolerate.
 ///
 /// # Errors
-/// If all images together are too large.
+/// Fails if all images together are too large.
 pub fn textures(data: &Data<'_>, uses: &[Use], folder: &mut Folder) -> Loaded<Vec<Loaded<Texture>>> {
     let mut images: Vec<Loaded<Encoded<'_>>> = Vec::new();
     let mut slots: HashMap<usize, usize> = HashMap::new();
@@ -93,7 +96,7 @@ pub fn textures(data: &Data<'_>, uses: &[Use], folder: &mut Folder) -> Loaded<Ve
     let texture = |wanted: &Use| {
         let slot = slots[&wanted.image];
         let texels = decoded[slot].as_mut().map_err(|f| f.clone())?;
-        // The last user takes the texels, so that one image with one sampler is never copied.
+        // The last user takes the texels, so an image with a single sampler is never copied.
         let texture = match &mut images[slot] {
             Ok(image) if image.users > 1 => {
                 image.users -= 1;
@@ -130,14 +133,14 @@ fn reader(bytes: &[u8], index: usize) -> Loaded<ImageReader<Cursor<&[u8]>>> {
     Ok(reader)
 }
 
-/// Bytes of the decoded image, from its header alone.
+/// Returns the size of the decoded image in bytes, from its header alone.
 fn measure(bytes: &[u8], index: usize) -> Loaded<u64> {
     let (width, height) = reader(bytes, index)?.into_dimensions().map_err(|e| undecodable(index, &e))?;
     let side = limits::IMAGE_SIDE;
     let size = 4 * u64::from(width) * u64::from(height);
     if width.max(height) > side || size > limits::IMAGE_BYTES || size == 0 {
         let texels = limits::IMAGE_BYTES / 4;
-        let problem = format!("is {width} x {height}, may have 1 to {side} texels a side and {texels} in all");
+        let problem = format!("is {width} x {height}, but may have 1 to {side} texels a side and {texels} in all");
         return Err(fault(format!("images[{index}]"), problem));
     }
     Ok(size)

@@ -1,4 +1,4 @@
-//! Materials: base colour, its texture, and the holes that let light through.
+//! Materials: base colour, its texture, and the holes of an alpha mask.
 
 use super::document::Document;
 use super::fault::{Fault, Loaded, Warnings, fault, label};
@@ -11,7 +11,7 @@ use gltf::json::validation::Checked;
 use serde::Deserialize;
 use std::collections::HashMap;
 
-/// The diffuse part of `KHR_materials_pbrSpecularGlossiness`, which files have instead of a base colour.
+/// Diffuse part of `KHR_materials_pbrSpecularGlossiness`, which replaces the base colour.
 #[derive(Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct SpecularGlossiness {
@@ -25,16 +25,16 @@ impl Default for SpecularGlossiness {
     }
 }
 
-/// Which texture coordinates the base colour reads, and their affine map.
+/// Texture coordinates that the base colour reads, and their affine map.
 #[derive(Clone, Copy, Debug)]
 pub struct UvMap {
-    /// `TEXCOORD_<set>`.
+    /// Number of the coordinate set: `TEXCOORD_<set>`.
     pub set: u32,
     /// Rows of a 2 x 3 matrix; `None` for the identity.
     pub matrix: Option<[[f32; 3]; 2]>,
 }
 
-/// Base-colour factor and texture.
+/// Returns base-colour factor and texture.
 fn base_color(material: &json::Material, index: usize) -> Loaded<([f32; 4], Option<Info>)> {
     let extension = material.extensions.as_ref().and_then(|e| e.others.get("KHR_materials_pbrSpecularGlossiness"));
     if let Some(value) = extension {
@@ -46,30 +46,30 @@ fn base_color(material: &json::Material, index: usize) -> Loaded<([f32; 4], Opti
     Ok((pbr.base_color_factor.0, pbr.base_color_texture.clone()))
 }
 
-/// True for a material that is see-through all over: blended with an alpha below one half and no texture, or with a
-/// transmission of one half or more and no texture of it.
+/// Returns whether a material is transparent all over: blended with an alpha below one half and no texture, or with an
+/// untextured transmission of one half or more.
 pub fn is_glass(material: &json::Material) -> bool {
     let Ok((color, texture)) = base_color(material, 0) else { return false };
     let blended = material.alpha_mode == Checked::Valid(AlphaMode::Blend) && texture.is_none() && color[3] < 0.5;
     blended || transmission(material).is_some_and(|(factor, textured)| factor >= 0.5 && !textured)
 }
 
-/// Share of the light that `KHR_materials_transmission` lets through, and whether a texture weighs it; `None` if nothing
-/// passes.
+/// Returns the fraction of light that `KHR_materials_transmission` lets through, and whether a texture modulates it;
+/// `None` if nothing passes.
 fn transmission(material: &json::Material) -> Option<(f64, bool)> {
     let extension = material.extensions.as_ref()?.others.get("KHR_materials_transmission")?;
     let factor = extension.get("transmissionFactor").and_then(serde_json::Value::as_f64).unwrap_or(0.0);
     (factor > 0.0).then(|| (factor, extension.get("transmissionTexture").is_some()))
 }
 
-/// How the base-colour texture of a material reads its coordinates; `None` without a texture.
+/// Returns how the base-colour texture of a material reads its coordinates; `None` without a texture.
 pub fn uv_map(document: &Document, index: usize) -> Loaded<Option<UvMap>> {
     let (_, Some(texture)) = base_color(&document.materials[index], index)? else { return Ok(None) };
     let transform = texture.extensions.and_then(|e| e.texture_transform);
     let Some(t) = transform else { return Ok(Some(UvMap { set: texture.tex_coord, matrix: None })) };
     let (sin, cos) = t.rotation.0.sin_cos();
     let ([sx, sy], [ox, oy]) = (t.scale.0, t.offset.0);
-    // Counter-clockwise on the image, whose v axis points down.
+    // The rotation is counter-clockwise on the image, whose v axis points down.
     let matrix = [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]];
     if matrix.iter().flatten().any(|v| !v.is_finite()) {
         return Err(fault(format!("materials[{index}]"), "KHR_texture_transform is not finite"));
@@ -77,7 +77,7 @@ pub fn uv_map(document: &Document, index: usize) -> Loaded<Option<UvMap>> {
     Ok(Some(UvMap { set: t.tex_coord.unwrap_or(texture.tex_coord), matrix: Some(matrix) }))
 }
 
-/// The materials listed in `used`, in that order, and the textures they need.
+/// Returns the materials listed in `used`, in that order, and the textures that they need.
 pub fn materials(document: &Document, used: &[usize], warnings: &mut Warnings) -> Loaded<(Vec<Material>, Vec<Use>)> {
     let mut uses: Vec<Use> = Vec::new();
     let mut known: HashMap<Use, usize> = HashMap::new();
@@ -108,7 +108,7 @@ pub fn materials(document: &Document, used: &[usize], warnings: &mut Warnings) -
         }
         let alpha_cutoff = match material.alpha_mode {
             Checked::Valid(AlphaMode::Opaque) => None,
-            // Beyond 1 everything is a hole, at 0 nothing is; 2 is as good as infinity.
+            // Above 1 everything is a hole, at 0 nothing is; 2 is as good as infinity.
             Checked::Valid(AlphaMode::Mask) => Some(material.alpha_cutoff.unwrap_or_default().0.clamp(0.0, 2.0)),
             Checked::Valid(AlphaMode::Blend) => {
                 warnings.add("alpha mode BLEND is drawn as opaque, and casts a full shadow", 1, place);
@@ -127,16 +127,16 @@ pub fn materials(document: &Document, used: &[usize], warnings: &mut Warnings) -
     Ok((materials, uses))
 }
 
-/// Warns that a surface is drawn without a texture that cannot be had. Only a mask's texture changes shadows.
+/// Warns that a surface is drawn without a texture that cannot be read. Only a mask's texture changes shadows.
 fn without_texture(fault: Fault, warnings: &mut Warnings) {
     let (where_, problem) = fault.into_parts();
     warnings.add(format!("{problem}. It only colours surfaces, which are drawn without it"), 1, || where_);
 }
 
-/// Gives every material its texture. Where an image cannot be had, a surface without holes is drawn without it.
+/// Assigns every material its texture. If an image cannot be read, a surface without holes is drawn without it.
 ///
 /// # Errors
-/// If a material needs the texture for its holes.
+/// Fails if a material needs the texture for its holes.
 pub fn set_textures(
     materials: &mut [Material],
     textures: Vec<Loaded<Texture>>,
@@ -164,7 +164,7 @@ pub fn set_textures(
     Ok(kept)
 }
 
-/// What glTF says a primitive without material looks like.
+/// Returns the material that glTF specifies for a primitive without one.
 pub fn unspecified() -> Material {
     Material { name: "unspecified".into(), base_color: [1.0; 4], ..Material::default() }
 }

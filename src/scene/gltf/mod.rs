@@ -1,9 +1,8 @@
 //! glTF 2.0 files as scenes.
 //!
-//! The JSON is parsed and checked first, the node hierarchy composed, everything to be built listed
-//! and held against [`limits`]; only then are accessors read, in parallel. No index, offset or count
-//! of the file is used before it was checked, nothing is allocated before the data for it is known to
-//! exist, and nothing recurses.
+//! The JSON is parsed and checked first, the node hierarchy is composed, and everything to be built is listed and
+//! compared with [`limits`]. Only then are accessors read, in parallel. No index, offset or count of the file is used
+//! before it is checked. Nothing is allocated before its data is known to exist. Nothing recurses.
 
 mod accessor;
 mod container;
@@ -35,45 +34,45 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;
 
-/// Loads the default scene of a glTF 2.0 file, `.glb` or `.gltf` by content.
+/// Loads the default scene of a glTF 2.0 file; the content tells `.glb` from `.gltf`.
 ///
 /// Buffers and images next to the file are read too, but nothing outside the file's own folder.
 ///
-/// **What is read:** all node transforms; triangle lists, strips and fans; every component type,
-/// sparse accessors, strides; base colour with its texture, sampler and alpha mask; vertex colours;
-/// morph targets and skins in the pose of the file; perspective and orthographic cameras; spot and
-/// directional lights; `KHR_lights_punctual`, `KHR_texture_transform`, `KHR_mesh_quantization`,
-/// `EXT_mesh_gpu_instancing`, and the base colour of `KHR_materials_pbrSpecularGlossiness`. The size
-/// of a light is our own: `extras.edgeshade.size` (spot, full width of the square light in world
-/// units) or `extras.edgeshade.angle` (directional, full angular width in radians), on the light or on
-/// its node, the node's coming first. What `KHR_node_visibility` hides is left out. A mesh whose vertices lie far from
-/// its own origin is moved there, and its instances back, so that no position loses precision.
+/// **What is read:** all node transforms; triangle lists, strips and fans; every component type, sparse accessors,
+/// strides; base colour with its texture, sampler and alpha mask; vertex colours; morph targets and skins in the pose
+/// of the file; perspective and orthographic cameras; spot and directional lights; `KHR_lights_punctual`,
+/// `KHR_texture_transform`, `KHR_mesh_quantization`, `EXT_mesh_gpu_instancing`, and the base colour of
+/// `KHR_materials_pbrSpecularGlossiness`. The size of a light is our own extension: `extras.edgeshade.size` (spot,
+/// full width of the square light in world units) or `extras.edgeshade.angle` (directional, full angular width in
+/// radians), on the light or on its node; the node's value takes precedence. Nodes hidden by `KHR_node_visibility` are
+/// left out. A mesh whose vertices lie far from its own origin is moved there, and its instances back, so that no
+/// position loses precision.
 ///
-/// **What is approximated**, each with a line in [`Scene::warnings`]: points and lines are left out;
-/// alpha mode BLEND is opaque, unless the base colour has an alpha below 0.5 and no texture, as glass
-/// has: that is left out, as is what transmits half the light or more (`KHR_materials_transmission`); point lights are
-/// left out; triangles with a NaN or infinite position are dropped; so are instances whose transform leaves no area;
-/// extensions that are not read are named. A base-colour texture that cannot be had is left out where the material has no
-/// holes, and a camera or light that cannot be used goes into [`Scene::broken_cameras`] or [`Scene::broken_lights`].
+/// **What is approximated**, each with a line in [`Scene::warnings`]: points and lines are left out. Alpha mode BLEND
+/// is opaque, except for glass, which is left out: a base colour with an alpha below 0.5 and no texture, or a
+/// transmission of half the light or more (`KHR_materials_transmission`). Point lights are left out. Triangles with a
+/// NaN or infinite position are dropped, and so are instances whose transform leaves no area. Extensions that are not
+/// read are named. A base-colour texture that cannot be read is left out if the material has no holes. A camera or
+/// light that cannot be used goes into [`Scene::broken_cameras`] or [`Scene::broken_lights`].
 ///
-/// **Limits:** 4 GiB of files; 2^28 accessor elements read, 2^26 vertices, 2^25 triangles and 2^20
-/// primitives kept; 2^22 placed primitives; 2^20 elements in an accessor without `bufferView`; images
-/// of 16,384 texels a side and 2^27 texels, 2 GiB together; placed vertices within 1e18 of the origin.
+/// **Limits:** 4 GiB of files; 2^28 accessor elements read, 2^26 vertices, 2^25 triangles and 2^20 primitives kept;
+/// 2^22 placed primitives; 2^20 elements in an accessor without `bufferView`; images of 16,384 texels a side and 2^27
+/// texels, 2 GiB together; placed vertices within 1e18 of the origin.
 ///
 /// # Errors
-/// [`Error::Io`](crate::Error::Io) if the file cannot be read, [`Error::File`](crate::Error::File) with
-/// the place in glTF's own terms (`accessors[3].count`) if its content is wrong or beyond a limit.
+/// Fails with [`Error::Io`](crate::Error::Io) if the file cannot be read, and with [`Error::File`](crate::Error::File)
+/// if its content is wrong or beyond a limit. The latter has the place in glTF's own terms (`accessors[3].count`).
 pub fn load(path: &Path) -> Result<Scene> {
     load_scene(path, None)
 }
 
-/// Like [`load`], but chooses among several scenes of the file.
+/// Loads a chosen scene of the file; otherwise like [`load`].
 ///
-/// `scene` is an index into the file's `scenes`. With `None`: the scene that the file names as default,
-/// else its first one; of a file without scenes all nodes.
+/// `scene` is an index into the file's `scenes`. `None` means the scene that the file names as default, else its first
+/// one, or all nodes if the file has no scenes.
 ///
 /// # Errors
-/// As [`load`]; also if the file has no such scene.
+/// Fails like [`load`], or if the file has no such scene.
 pub fn load_scene(path: &Path, scene: Option<usize>) -> Result<Scene> {
     let io = |source| crate::Error::Io { path: path.into(), source };
     let bytes = files::read_whole(path, limits::FILE_BYTES).map_err(io)?;
@@ -82,12 +81,12 @@ pub fn load_scene(path: &Path, scene: Option<usize>) -> Result<Scene> {
     build(&name, &bytes, scene, folder).map_err(|fault| fault.in_file(path))
 }
 
-/// Loads a scene from memory; all its data must be inside it (a `.glb`, or data URIs).
+/// Loads a scene from memory. All its data must be inside it (a `.glb`, or data URIs).
 ///
-/// `name` becomes [`Scene::name`] and stands for the path in errors.
+/// `name` becomes [`Scene::name`] and replaces the path in errors.
 ///
 /// # Errors
-/// As [`load`].
+/// Fails like [`load`].
 pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene> {
     build(name, bytes, None, Folder::none()).map_err(|fault| fault.in_file(Path::new(name)))
 }
@@ -112,7 +111,7 @@ fn build(name: &str, bytes: &[u8], scene: Option<usize>, mut folder: Folder) -> 
     let (built, textures) = (built?, textures?);
     let textures = material::set_textures(&mut materials, textures, &mut warnings)?;
 
-    // A mesh that lost its triangles leaves no gap: `slots` is where each job's mesh went.
+    // A mesh without triangles leaves no gap: `slots` holds the index of each job's mesh.
     let mut slots = vec![None; plan.jobs.len()];
     let mut kept = Vec::with_capacity(built.meshes.len());
     for (job, (mesh, notes)) in built.meshes.into_iter().enumerate() {
@@ -151,7 +150,7 @@ fn material_of(document: &Document, job: &plan::Job<'_>) -> Option<usize> {
 }
 
 struct Built {
-    /// One entry a job.
+    /// One entry per job.
     meshes: Vec<(Option<Mesh>, Warnings)>,
     palettes: HashMap<usize, Palette>,
 }
@@ -165,16 +164,16 @@ fn meshes(data: &Data<'_>, tree: &Tree, plan: &Plan<'_>) -> Loaded<Built> {
     }
     let build = |job: &plan::Job<'_>| primitive::build(data, job, job.skin.and_then(|s| palettes.get(&s)));
     let built: Vec<Loaded<_>> = plan.jobs.par_iter().map(build).collect();
-    // In file order, so that the same file always gives the same error.
+    // Collected in file order, so that the same file always gives the same error.
     Ok(Built { meshes: built.into_iter().collect::<Loaded<_>>()?, palettes })
 }
 
-/// A mesh whose middle lies farther from its own origin than this, in half diagonals, is moved to it.
+/// Distance of a mesh's middle from its own origin, in half diagonals, above which the mesh is moved to its origin.
 const FAR_FROM_ORIGIN: f64 = 4.0;
 
-/// Moves meshes that were baked far from their own origin, such as map data in a national grid, back to it: the GPU
-/// works on `f32` positions, and its derivatives and products would lose what the file's numbers hold. Returns what was
-/// subtracted from each job's positions; instances add it again in `f64`. The parts of one glTF mesh move together.
+/// Moves meshes that were baked far from their own origin, such as map data in a national grid, back to it. The GPU
+/// works on `f32` positions, whose derivatives and products would lose precision. Returns what was subtracted from
+/// each job's positions; instances add it again in `f64`. The parts of one glTF mesh move together.
 fn recentre(plan: &Plan<'_>, meshes: &mut [Mesh], slots: &[Option<usize>]) -> Vec<DVec3> {
     let mut centers = vec![DVec3::ZERO; plan.jobs.len()];
     let mut ranges: Vec<_> = plan.placements.iter().map(|p| p.jobs.clone()).collect();
@@ -188,7 +187,7 @@ fn recentre(plan: &Plan<'_>, meshes: &mut [Mesh], slots: &[Option<usize>]) -> Ve
         if bounds.is_empty() || center.abs().max_element() <= FAR_FROM_ORIGIN * bounds.radius() {
             continue;
         }
-        // Axes count where all positions lie within a factor of two of the middle: there the difference of two `f32`
+        // An axis counts if all positions lie within a factor of two of the middle: then the difference of two `f32`
         // is exact.
         let center = DVec3::select(center.abs().cmpgt(3.0 * half), center, DVec3::ZERO);
         let to_subtract = center.as_vec3().to_array();
@@ -240,10 +239,10 @@ fn instances(
     Ok(instances)
 }
 
-/// False if a transform turns every surface into a line or a point.
+/// Returns `false` if a transform collapses every surface to a line or a point.
 fn keeps_area(world: &DAffine3) -> bool {
     let m = world.matrix3;
-    // Divided first: products of tiny scales leave the range of `f64`.
+    // Divided first, because products of tiny scales leave the range of `f64`.
     let largest = m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis / largest);
     largest > 0.0 && [x.cross(y), y.cross(z), z.cross(x)].iter().any(|n| *n != DVec3::ZERO)

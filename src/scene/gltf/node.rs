@@ -1,18 +1,18 @@
-//! The node hierarchy: a strict tree, composed in `f64`, without recursion.
+//! Node hierarchy: a strict tree, composed in `f64`, without recursion.
 
 use super::document::{Document, Node};
 use super::fault::{Loaded, entry, fault, label};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-/// Where every node stands, and which ones the chosen scene shows.
+/// Transforms of all nodes, and the nodes that the chosen scene shows.
 #[derive(Debug)]
 pub struct Tree {
     /// World transform of each node.
     pub worlds: Vec<DAffine3>,
     /// Nodes of the chosen scene, in file order.
     pub shown: Vec<usize>,
-    /// True for a node that `KHR_node_visibility` hides, itself or through an ancestor: its mesh and its light are left
-    /// out; a camera looks on.
+    /// `true` for a node that `KHR_node_visibility` hides, itself or through an ancestor. Its mesh and its light are
+    /// left out; its camera still works.
     pub hidden: Vec<bool>,
 }
 
@@ -60,7 +60,7 @@ impl Tree {
     }
 }
 
-/// True if the node's own `KHR_node_visibility` says so.
+/// Returns whether the node's own `KHR_node_visibility` hides it.
 fn hides(node: &Node, index: usize) -> Loaded<bool> {
     let extension = node.extensions.as_ref().and_then(|e| e.others.get("KHR_node_visibility"));
     match extension.and_then(|e| e.get("visible")) {
@@ -73,7 +73,7 @@ fn hides(node: &Node, index: usize) -> Loaded<bool> {
     }
 }
 
-/// `nodes[3] "arm"`.
+/// Returns a label such as `nodes[3] "arm"`.
 pub fn node_label(document: &Document, index: usize) -> String {
     label("nodes", index, document.nodes[index].name.as_deref())
 }
@@ -132,22 +132,22 @@ fn local(node: &Node, place: impl Fn() -> String) -> Loaded<DAffine3> {
     Ok(compose(node.translation.unwrap_or_default(), rotation, node.scale.unwrap_or([1.0; 3])))
 }
 
-/// Translation, rotation and scale, the scale first.
+/// Composes scale, rotation and translation, in that order.
 pub fn compose(translation: [f64; 3], rotation: DQuat, scale: [f64; 3]) -> DAffine3 {
     let matrix3 = DMat3::from_quat(rotation) * DMat3::from_diagonal(scale.into());
     DAffine3 { matrix3, translation: translation.into() }
 }
 
-/// The unit quaternion along `q`; exporters round, and normalized integers are never exactly unit.
+/// Returns the unit quaternion along `q`. Exporters round, and normalized integers are never exactly unit.
 pub fn rotation(q: [f64; 4]) -> Option<DQuat> {
     let largest = q.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    // Divided by the largest first: squares of huge or tiny components leave the range of `f64`.
+    // Divided by the largest first, because squares of huge or tiny components leave the range of `f64`.
     let scaled = q.map(|v| v / largest);
     (largest > 0.0 && scaled.iter().all(|v| v.is_finite())).then(|| DQuat::from_array(scaled).normalize())
 }
 
-/// A transform without its scale, for cameras and lights: same place, same `-Z`, `+Y` as near as it can be.
-/// `None` if the scale leaves no direction.
+/// Removes the scale of a transform, for cameras and lights. Position and `-Z` stay, and `+Y` as far as possible.
+/// Returns `None` if the scale leaves no direction.
 pub fn rigid(world: &DAffine3) -> Option<DAffine3> {
     let back = unit(world.matrix3.z_axis)?;
     let up = unit(world.matrix3.y_axis).unwrap_or(DVec3::ZERO);
@@ -158,7 +158,7 @@ pub fn rigid(world: &DAffine3) -> Option<DAffine3> {
     Some(out)
 }
 
-/// Like `try_normalize`, for any finite length.
+/// Normalises a vector of any finite length.
 fn unit(v: DVec3) -> Option<DVec3> {
     (v / v.abs().max_element()).try_normalize()
 }

@@ -1,5 +1,5 @@
-//! What is to be built, before anything is: which primitives in which poses, and where they stand.
-//! All limits are checked here, so that building can go on in parallel and needs none.
+//! Plan of what to build: the primitives with their poses, and their placements. All limits are checked here, so that
+//! building can run in parallel without any.
 
 use super::accessor::Data;
 use super::document::Document;
@@ -14,18 +14,18 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
 
-/// One primitive in one pose.
+/// Primitive in one pose.
 #[derive(Debug)]
 pub struct Job<'a> {
     pub mesh: usize,
     pub primitive: usize,
-    /// The skin that bends it; only if it has joints.
+    /// Skin that deforms the primitive, only if it has joints.
     pub skin: Option<usize>,
-    /// Morph weights, fewer than targets or none for zeros.
+    /// Morph weights; missing ones are zero.
     pub weights: &'a [f32],
 }
 
-/// A range of jobs placed in the world by one node.
+/// Range of jobs placed in the world by one node.
 #[derive(Debug)]
 pub struct Placement {
     pub node: usize,
@@ -61,7 +61,7 @@ pub fn plan<'a>(data: &Data<'a>, tree: &Tree, warnings: &mut Warnings) -> Loaded
         if let Some(skin) = node.skin {
             entry(&document.skins, "skins", skin, || format!("nodes[{i}].skin"))?;
         }
-        // Only the node's own weights make a difference between the nodes of a mesh.
+        // Nodes with the same mesh and skin differ only by their own weights.
         let own = node.weights.as_ref().map_or(vec![], |w| w.iter().map(|w| w.to_bits()).collect());
         let jobs = match known.entry((mesh, node.skin, own)) {
             Entry::Occupied(jobs) => jobs.get().clone(),
@@ -73,7 +73,7 @@ pub fn plan<'a>(data: &Data<'a>, tree: &Tree, warnings: &mut Warnings) -> Loaded
             }
         };
         let places = places(data, tree, i, warnings)?;
-        // At least 1 each, so that many instances of nothing are an effort too.
+        // Count at least 1 each, so that many instances of nothing count too.
         totals.instances += (places.len() as u64).saturating_mul(jobs.len().max(1) as u64);
         most(totals.instances, limits::INSTANCES, "instances", || node_label(document, i))?;
         let place = |world_from_object| Placement { node: i, jobs: jobs.clone(), world_from_object };
@@ -139,12 +139,13 @@ fn is_wanted(
         warnings.add("has no POSITION and was left out", 1, place);
         return Ok(false);
     }
-    // Without its extension such a file has positions, but no data for them.
+    // Without its extension, such a file has positions but no data for them.
     let draco = primitive.extensions.as_ref().is_some_and(|e| e.others.contains_key("KHR_draco_mesh_compression"));
     let stored =
         |a: &json::Index<json::Accessor>| document.accessors.get(a.value()).is_none_or(|a| a.buffer_view.is_some());
     if draco && !primitive.attributes.values().all(stored) {
-        let problem = "is compressed with KHR_draco_mesh_compression, which is not supported; export it without";
+        let problem =
+            "is compressed with KHR_draco_mesh_compression, which is not supported; export it without compression";
         return Err(fault(place(), problem));
     }
     if let Some(m) = primitive.material.map(|m| m.value()) {
@@ -166,7 +167,7 @@ fn charge(
     job: &Job<'_>,
     place: impl Fn() -> String,
 ) -> Loaded<()> {
-    // At least 1 each, so that many empty ones are an effort too.
+    // Count at least 1 each, so that many empty ones count too.
     let count = |index: usize, member: &str| -> Loaded<u64> {
         Ok(data.count(index, || format!("{}.{member}", place()))?.max(1))
     };
@@ -196,7 +197,7 @@ fn charge(
         None => vertices,
     };
     let triangles = if primitive.mode == Checked::Valid(Mode::Triangles) { corners / 3 } else { corners };
-    // Without normals every triangle gets vertices of its own.
+    // Without normals, every triangle gets its own vertices.
     let flat = !primitive.attributes.contains_key(&Checked::Valid(Semantic::Normals));
     let kept = if flat { vertices.max(triangles.saturating_mul(3)) } else { vertices };
     totals.triangles = totals.triangles.saturating_add(triangles);
@@ -206,7 +207,7 @@ fn charge(
     most(totals.vertices, limits::VERTICES, "vertices", &place)
 }
 
-/// Where a node's mesh stands: once, or as often as `EXT_mesh_gpu_instancing` says.
+/// Returns the transforms of a node's mesh: one, or those of `EXT_mesh_gpu_instancing`.
 fn places(data: &Data<'_>, tree: &Tree, i: usize, warnings: &mut Warnings) -> Loaded<Vec<DAffine3>> {
     let node = &data.document.nodes[i];
     let world = tree.worlds[i];
@@ -243,7 +244,7 @@ fn places(data: &Data<'_>, tree: &Tree, i: usize, warnings: &mut Warnings) -> Lo
         let s = scale.as_ref().map_or([1.0; 3], |s| s[k].map(f64::from));
         Some(world * compose(t, rotation(r)?, s)).filter(DAffine3::is_finite)
     };
-    // At most `limits::INSTANCES`.
+    // `count` is at most `limits::INSTANCES`.
     let places: Vec<_> = (0..count as usize).filter_map(instance).collect();
     let lost = count as usize - places.len();
     warnings.add("instances were dropped: their transform is not finite", lost, || node_label(data.document, i));

@@ -1,4 +1,4 @@
-//! One primitive in one pose becomes one mesh.
+//! Conversion of one primitive in one pose to one mesh.
 
 use super::accessor::{Data, components};
 use super::deform::{self, Palette};
@@ -10,7 +10,7 @@ use crate::scene::Mesh;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-/// Builds the mesh of a job; `None` if no triangle is left. Its material is set by the caller.
+/// Builds the mesh of a job; `None` if no triangle is left. The caller sets its material.
 pub fn build(data: &Data<'_>, job: &Job<'_>, palette: Option<&Palette>) -> Loaded<(Option<Mesh>, Warnings)> {
     let source = &data.document.meshes[job.mesh];
     let primitive = &source.primitives[job.primitive];
@@ -85,18 +85,18 @@ fn indices(
             topology::check_range(&corners, vertices, || format!("accessors[{}]", accessor.value()))?;
             corners
         }
-        // The plan's limit on vertices is below 2^32.
+        // The plan limits vertices to less than 2^32.
         None => (0..vertices as u32).collect(),
     };
     if mode == Mode::Triangles && corners.len() % 3 != 0 {
-        warnings.add("the last corners make no whole triangle and were left out", 1, || place.into());
+        warnings.add("the last corners do not make a whole triangle and were left out", 1, || place.into());
     }
     Ok(topology::triangles(mode, corners))
 }
 
 fn uvs(data: &Data<'_>, primitive: &Primitive, map: UvMap, vertices: usize, place: &str) -> Loaded<Vec<[f32; 2]>> {
     let Some(accessor) = primitive.attributes.get(&Checked::Valid(Semantic::TexCoords(map.set))) else {
-        // As glTF says: the texture is read at 0 everywhere, and the transform applies to that.
+        // glTF specifies that the texture is read at 0 everywhere; the transform applies to that.
         let [[_, _, u], [_, _, v]] = map.matrix.unwrap_or_default();
         return Ok(vec![[u, v]; vertices]);
     };

@@ -1,12 +1,12 @@
-//! Triangle lists from the three triangle modes, and normals for files that have none.
+//! Triangle lists from the three triangle modes, and normals for files without them.
 
 use super::fault::{Loaded, fault};
 use crate::scene::Mesh;
 use glam::Vec3;
 use gltf::json::mesh::Mode;
 
-/// Triangles of a primitive, from the indices of its corners. Triangles with two equal corners, with
-/// which strips are joined, are left out. Corners that make no whole triangle are ignored.
+/// Returns the triangles of a primitive from its corners' indices. Triangles with two equal corners, which join
+/// strips, are left out. Trailing corners that do not make a whole triangle are ignored.
 pub fn triangles(mode: Mode, corners: Vec<u32>) -> Vec<u32> {
     let n = corners.len();
     let joined = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
@@ -29,7 +29,7 @@ pub fn triangles(mode: Mode, corners: Vec<u32>) -> Vec<u32> {
 
 /// Checks that every index is below the number of vertices.
 pub fn check_range(corners: &[u32], vertices: usize, place: impl FnOnce() -> String) -> Loaded<()> {
-    // A plain maximum is vectorised; the place of the bad index is only looked for if there is one.
+    // A plain maximum is vectorised; the bad index is searched only if there is one.
     if corners.iter().max().is_none_or(|&largest| (largest as usize) < vertices) {
         return Ok(());
     }
@@ -37,7 +37,7 @@ pub fn check_range(corners: &[u32], vertices: usize, place: impl FnOnce() -> Str
     Err(fault(place(), format!("element {at} is {}, but there are {vertices} vertices", corners[at])))
 }
 
-/// Drops triangles with a position that is not finite, and returns how many; such positions become 0.
+/// Drops triangles with a position that is not finite and returns their number; such positions become 0.
 pub fn drop_unplaced(mesh: &mut Mesh) -> usize {
     if mesh.positions.as_flattened().iter().all(|v| v.is_finite()) {
         return 0;
@@ -52,13 +52,14 @@ pub fn drop_unplaced(mesh: &mut Mesh) -> usize {
     before - mesh.triangles()
 }
 
-/// The normal of a triangle times a positive factor. In `f64`, so that tiny and huge triangles have one.
+/// Returns a triangle's normal times a positive factor. It is computed in `f64`, so that tiny and huge triangles have
+/// one.
 fn face_normal(mesh: &Mesh, t: &[u32; 3]) -> Option<Vec3> {
     let [a, b, c] = t.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3());
     Some((b - a).cross(c - a).try_normalize()?.as_vec3())
 }
 
-/// Gives each triangle vertices of its own, with its normal. Triangles without area have none and are left out.
+/// Gives each triangle its own vertices with its normal. Triangles without area have none and are left out.
 pub fn flatten(mesh: &mut Mesh) {
     let (triangles, _) = mesh.indices.as_chunks::<3>();
     let kept: Vec<([u32; 3], Vec3)> = triangles.iter().filter_map(|t| Some((*t, face_normal(mesh, t)?))).collect();
@@ -74,11 +75,11 @@ pub fn flatten(mesh: &mut Mesh) {
     mesh.indices = (0..mesh.positions.len() as u32).collect();
 }
 
-/// Makes every normal a unit vector, and returns how many had no direction: those get that of a triangle around.
+/// Normalises every normal. Those without a direction get the normal of an adjacent triangle; returns their number.
 pub fn mend_normals(mesh: &mut Mesh) -> usize {
     let mut lost = Vec::new();
     for (i, normal) in mesh.normals.iter_mut().enumerate() {
-        // In `f64`: squares of tiny or huge components leave the range of `f32`.
+        // Computed in `f64`, because squares of tiny or huge components leave the range of `f32`.
         match Vec3::from(*normal).as_dvec3().try_normalize() {
             Some(unit) => *normal = unit.as_vec3().into(),
             None => lost.push(i),
@@ -99,7 +100,7 @@ pub fn mend_normals(mesh: &mut Mesh) -> usize {
             }
         }
     }
-    // What is left belongs to no triangle with an area.
+    // The remaining vertices belong to no triangle with an area.
     mesh.normals.iter_mut().filter(|n| **n == [0.0; 3]).for_each(|n| *n = [0.0, 1.0, 0.0]);
     lost.len()
 }

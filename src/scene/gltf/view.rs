@@ -13,14 +13,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 const NO_DIRECTION: &str = "was left out: the scale of its node leaves it no direction";
 
-/// Adds a fault to the list of what cannot be used, and a warning.
+/// Adds a fault to the list of unusable cameras or lights, and a warning.
 fn leave_out(broken: &mut Vec<Broken>, number: usize, name: String, fault: Fault, warnings: &mut Warnings) {
     let (place, problem) = fault.into_parts();
-    warnings.add(format!("{problem}. It cannot be used, all else can"), 1, || place.clone());
+    warnings.add(format!("{problem}. It cannot be used; everything else can"), 1, || place.clone());
     broken.push(Broken { number, name, place, problem });
 }
 
-/// The cameras, in the order of their nodes, and those that cannot be used.
+/// Returns the cameras, in the order of their nodes, and those that cannot be used.
 pub fn cameras(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Loaded<(Vec<Camera>, Vec<Broken>)> {
     let (mut cameras, mut broken) = (Vec::new(), Vec::new());
     for &i in &tree.shown {
@@ -73,7 +73,7 @@ fn projection(camera: &json::Camera, index: usize) -> Loaded<Projection> {
     }
 }
 
-/// The spot and directional lights, in the order of their nodes, and those that cannot be used.
+/// Returns the spot and directional lights, in the order of their nodes, and those that cannot be used.
 pub fn lights(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Loaded<(Vec<Light>, Vec<Broken>)> {
     let (mut lights, mut points, mut broken) = (Vec::new(), Vec::new(), Vec::new());
     for &i in tree.shown.iter().filter(|&&i| !tree.hidden[i]) {
@@ -105,13 +105,13 @@ pub fn lights(document: &Document, tree: &Tree, warnings: &mut Warnings) -> Load
     Ok((lights, broken))
 }
 
-/// `None` for a point light.
+/// Returns the shape of a light; `None` for a point light.
 fn shape(light: &FileLight, index: usize, node: &Node, node_index: usize) -> Loaded<Option<LightShape>> {
     let place = format!("KHR_lights_punctual.lights[{index}]");
     let Checked::Valid(kind) = light.type_ else {
         return Err(fault(format!("{place}.type"), "must be \"directional\", \"point\" or \"spot\""));
     };
-    // The node's own value is the more specific one.
+    // The node's own value is more specific.
     let extra = |member: &str, most: f64| -> Loaded<Option<f64>> {
         match own_extra(&node.extras, member, most, || format!("nodes[{node_index}]"))? {
             Some(value) => Ok(Some(value)),
@@ -134,7 +134,7 @@ fn shape(light: &FileLight, index: usize, node: &Node, node_index: usize) -> Loa
     }
 }
 
-/// `extras.edgeshade.<member>`; extras of any other shape belong to somebody else.
+/// Returns `extras.edgeshade.<member>`; extras of any other form belong to other programs.
 fn own_extra(extras: &json::Extras, member: &str, most: f64, place: impl Fn() -> String) -> Loaded<Option<f64>> {
     let extras = extras.as_ref().and_then(|raw| serde_json::from_str::<Value>(raw.get()).ok());
     let Some(value) = extras.as_ref().and_then(|e| e.get("edgeshade")?.get(member)) else { return Ok(None) };

@@ -1,4 +1,4 @@
-//! Techniques that hold the casters' edges in a map: shadow silhouette maps and edge distance shadow mapping.
+//! Techniques that store the casters' silhouettes in a map: shadow silhouette maps and edge distance shadow mapping.
 
 mod cards;
 mod lookups;
@@ -17,16 +17,16 @@ use edgeshade::technique::{Params, find};
 use edgeshade::{Frame, Handoff, Inputs};
 use std::sync::Arc;
 
-/// Parameter `kernel`, and what it stands for.
+/// Values of the parameter `kernel`, and the kernels that they select.
 const KERNELS: [(&str, BorderKernel); 3] =
     [("box", BorderKernel::Box), ("smoothstep", BorderKernel::Smoothstep), ("disc", BorderKernel::Disc)];
 
-/// The maps of a scene, read back.
+/// Maps of a scene, read back.
 struct Maps {
     edges: Vec<Segment>,
     points: Vec<u32>,
     drawn_points: Vec<u32>,
-    /// By distance and by cosine.
+    /// Distances with priority by distance and by cosine.
     distances: [Vec<f32>; 2],
 }
 
@@ -34,7 +34,7 @@ fn config(cosine: bool, kill: bool) -> DistanceConfig {
     DistanceConfig { cosine, kill, half_width: 1.5 }
 }
 
-/// Of what the renderer drew last.
+/// Makes the maps of the renderer's last frame.
 fn maps(host: &Host, r: &Renderer<'_>, kill: bool) -> Maps {
     let made = |by| {
         let size = r.shadow_map().extent();
@@ -62,7 +62,7 @@ fn casters<'a>(r: &'a Renderer<'_>) -> &'a Arc<Casters> {
     &r.casters().unwrap().casters
 }
 
-/// Runs passes on what the renderer drew last.
+/// Runs passes on the renderer's last frame.
 fn record(host: &Host, r: &Renderer<'_>, passes: impl FnOnce(&mut Frame<'_>, &Inputs<'_>) -> edgeshade::Result<()>) {
     let inputs = r.inputs();
     host.run(|cmd| {
@@ -75,14 +75,14 @@ fn record(host: &Host, r: &Renderer<'_>, passes: impl FnOnce(&mut Frame<'_>, &In
     .unwrap();
 }
 
-/// Those that are drawn, read back.
+/// Reads back the silhouettes that are drawn.
 fn edges(host: &Host, edges: &MapEdges) -> Vec<Segment> {
     let count = host.read_buffer::<u32>(edges.silhouettes().header()).unwrap()[3] as usize;
     let stored: Vec<StoredSegment> = host.read_buffer(edges.segments().segments()).unwrap();
     stored[..count].iter().filter_map(StoredSegment::segment).filter(Segment::has_sides).collect()
 }
 
-/// What a technique does with its receivers, for the mirrors.
+/// Returns the receiver settings of a technique, for the mirrors.
 fn receiver_settings(id: &str) -> ReceiverSettings {
     let p = Params::new(find(id).unwrap());
     ReceiverSettings {

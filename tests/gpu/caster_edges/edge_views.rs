@@ -1,4 +1,5 @@
-//! Pictures of edges: silhouettes over the image against the outline of a box projected here, edge ids against the map.
+//! Views of edges: silhouettes over the image, compared with the outline of a box projected here, and edge ids,
+//! compared with the map.
 
 use crate::caster_edges::edsm_x::{config, edges};
 use crate::common::*;
@@ -27,7 +28,7 @@ fn with_views(size: [u32; 2], map_size: u32) -> RenderDesc {
 
 fn view(host: &Host, r: &mut Renderer<'_>, id: &str, name: &str) -> Vec<[u8; 4]> {
     let mut technique = prepare(r, id, &[]);
-    // Twice: the map stays while the light does, the camera's picture is drawn anew.
+    // Two frames: the map stays as long as the light does, and the camera's view is drawn again.
     r.frame(technique.as_mut()).unwrap();
     r.frame(technique.as_mut()).unwrap();
     let image = technique.intermediates().into_iter().find(|i| i.0 == name).unwrap().1;
@@ -39,10 +40,10 @@ fn box_over_ground() -> Scene {
     scene(parts, perspective(EYE, dvec3(0.0, 1.0, 0.0), 0.1), spot(LIGHT, CENTER, 0.9))
 }
 
-/// A segment of the image, pixels.
+/// Segment in the image, pixels.
 type Line = [DVec2; 2];
 
-/// The edges of the box that part faces towards the light from faces away, those that the camera sees first.
+/// Returns the edges of the box between faces towards the light and faces away, those visible to the camera first.
 fn outline(light: DVec3, project: impl Fn(DVec3) -> DVec2) -> [Vec<Line>; 2] {
     let mut found = [vec![], vec![]];
     for axis in 0..3 {
@@ -61,7 +62,7 @@ fn outline(light: DVec3, project: impl Fn(DVec3) -> DVec2) -> [Vec<Line>; 2] {
                 (p[axis], p[u], p[v]) = (s, su, sv);
                 project(CENTER + p * HALF)
             };
-            // Of a convex body, an edge of a face that faces the camera is seen; nothing else is in the way.
+            // An edge of a convex body is visible if one of its faces faces the camera; nothing else is in the way.
             found[usize::from(!(seen[0] || seen[1]))].push([end(-1.0), end(1.0)]);
         }
     }
@@ -76,8 +77,8 @@ fn distance(p: DVec2, lines: &[Line]) -> f64 {
     lines.iter().map(to).fold(f64::INFINITY, f64::min)
 }
 
-/// Pixels of a colour farther than a pixel from all lines, and points of the lines without such a pixel around them
-/// that are not covered by one of `over`.
+/// Counts pixels of a colour farther than one pixel from all lines, and points of the lines that have neither such a
+/// pixel nor one of the colours `over` around them.
 fn wrong(image: &[[u8; 4]], color: [u8; 4], lines: &[Line], over: &[[u8; 4]]) -> [usize; 2] {
     let [w, h] = SIZE.map(|n| n as i64);
     let at = |x: i64, y: i64| image[(y * w + x) as usize];
@@ -97,8 +98,8 @@ fn wrong(image: &[[u8; 4]], color: [u8; 4], lines: &[Line], over: &[[u8; 4]]) ->
     [strays, lines.iter().flat_map(points).filter(missing).count()]
 }
 
-/// The six outline edges of a box stand where they are projected to, seen ones bright, hidden ones dim; the ground's rim
-/// in another colour.
+/// The six outline edges of a box appear where they are projected, bright if visible and dim if hidden. The ground's
+/// rim has another colour.
 #[test]
 fn silhouettes_are_where_the_edges_are_projected() {
     with_gpu(|host| {
@@ -125,10 +126,10 @@ fn silhouettes_are_where_the_edges_are_projected() {
         assert_eq!(wrong(&volumes, FOLD, &seen, &[]), [0, 0], "folds that are seen");
         assert_eq!(wrong(&volumes, FOLD_HIDDEN, &hidden, &[FOLD]), [0, 0], "folds that are hidden");
         assert_eq!(wrong(&volumes, RIM, &rim, &[FOLD, FOLD_HIDDEN, RIM_HIDDEN]), [0, 0], "the rim of the ground");
-        // Behind the box alone the rim is hidden, or nowhere.
+        // Where the rim is not visible, the box hides it.
         assert_eq!(wrong(&volumes, RIM_HIDDEN, &rim, &[RIM, FOLD, FOLD_HIDDEN]), [0, 0], "what hides the rim");
 
-        // The comparison notices edges of another light, edges elsewhere, and seen ones taken for hidden.
+        // The comparison notices the edges of another light, displaced edges, and visible edges taken for hidden.
         let other = outline(dvec3(-3.0, 7.0, 2.0), project).concat();
         assert!(wrong(&volumes, FOLD, &other, &[]).iter().sum::<usize>() > 20);
         let elsewhere: Vec<Line> = seen.iter().map(|l| l.map(|p| p + dvec2(2.5, 2.5))).collect();
@@ -137,7 +138,7 @@ fn silhouettes_are_where_the_edges_are_projected() {
     });
 }
 
-/// Each cell has the colour of the edge in its first slot, as bright as it is near.
+/// Each cell has the colour of the edge in its first slot, brighter the nearer the edge is.
 #[test]
 fn edge_ids_are_those_of_the_slots() {
     with_gpu(|host| {
@@ -146,7 +147,7 @@ fn edge_ids_are_those_of_the_slots() {
         let mut r = renderer(host, &scene, with_views([96, 54], MAP));
         let shown = view(host, &mut r, "edsm-x", "edge-ids");
         let casters = r.casters().unwrap().casters.clone();
-        // As the technique has them by default.
+        // The technique's default settings.
         let map = edges(host, &r, &casters, config(2, Generation::Compute));
         assert_eq!(shown.len(), map.slots.len());
         let farthest = 2f64.sqrt() * (0.5 + f64::from(LEAST_REACH));

@@ -1,4 +1,4 @@
-//! Edge ids: their map against brute force, the lookup against its mirror.
+//! Edge ids: their map compared with brute force, and the lookup compared with its mirror.
 
 use crate::common::*;
 use edgeshade::casters::Casters;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 const SIZE: [u32; 2] = [192, 108];
 
-/// What the passes made of a scene.
+/// Results of the passes on a scene.
 pub struct Edges {
     pub segments: Vec<Option<Segment>>,
     /// Slots of each cell, then its chain.
@@ -94,15 +94,15 @@ fn settings(set: &[(&str, &str)]) -> edsm_x::Settings {
     }
 }
 
-/// Every cell holds the edges that enter it, nearest to its centre first in its slots, the others in its chain; both ways of
-/// making it agree.
+/// Every cell holds the edges that enter it: the nearest to its centre in its slots, in order, and the others in its
+/// chain. Both ways of making the map agree.
 #[test]
 fn the_map_is_that_of_brute_force() {
     with_gpu(|host| {
         for (name, map_size) in [("jenga", 64), ("robot", 128)] {
             let scene = shipped_scene(name);
             let mut r = renderer(host, &scene, desc(SIZE, map_size));
-            // Draws the shadow map.
+            // This draws the shadow map.
             visibility(&mut r, "sm", &[]);
             let casters = r.casters().unwrap().casters.clone();
             let depth = host.read_values(r.shadow_map()).unwrap();
@@ -111,7 +111,7 @@ fn the_map_is_that_of_brute_force() {
                 let made =
                     |generation| edges(host, &r, &casters, EdgeMapConfig { kill, reach, ..config(slots, generation) });
                 let (found, quads) = (made(Generation::Compute), made(Generation::Raster));
-                assert_eq!((found.lost, quads.lost), (0, 0), "{name}: with edges lost, which ones is left to chance");
+                assert_eq!((found.lost, quads.lost), (0, 0), "{name}: edges were lost, and chance decides which");
                 let other = |i: &usize| {
                     found.slots[*i] != quads.slots[*i] || sorted(&found.chains[*i]) != sorted(&quads.chains[*i])
                 };
@@ -146,7 +146,7 @@ fn the_map_is_that_of_brute_force() {
                 );
                 assert_eq!(wrong(&all, &found.slots), 0, "{name}, {slots} slots, kill {kill}");
                 assert!(held > 500, "{name}");
-                // The comparison notices one entry too few, and an order that is not by distance.
+                // The comparison notices one missing entry, and an order that is not by distance.
                 let full = (0..all.len()).find(|&i| all[i].len() > 1 && near[i].len() == all[i].len()).unwrap();
                 let mut without = all.clone();
                 without[full].clear();
@@ -171,13 +171,13 @@ fn sorted(chain: &[u32]) -> Vec<u32> {
     sorted
 }
 
-/// The first and last slot of a texel differ in distance by more than is in doubt.
+/// Returns whether the distances of the first and last slot of a texel differ by more than is in doubt.
 fn near_gap(slots: &[u32], near: &[edge_map::Near]) -> bool {
     let distance = |s: u32| near.iter().find(|n| n.segment == s).map_or(0.0, |n| n.distance);
     distance(slots[slots.len() - 1]) - distance(slots[0]) > 10.0 * edge_map::DISTANCE_DOUBT
 }
 
-/// The technique's image is that of its mirror, but for pixels that rounding may decide.
+/// The technique's image equals its mirror's, except for pixels that rounding may decide.
 #[test]
 fn it_equals_its_mirror() {
     with_gpu(|host| {
@@ -190,7 +190,7 @@ fn it_equals_its_mirror() {
                 &[("border", "1.6"), ("kernel", "smoothstep")][..],
                 &[("border", "2"), ("kernel", "disc"), ("kill", "off")][..],
             ] {
-                // What the chains have no room for would be left to chance.
+                // Give the chains enough room; otherwise chance decides which edges are lost.
                 let with_room: Vec<_> = set.iter().copied().chain([("spill", "4096")]).collect();
                 let found = visibility(&mut r, "edsm-x", &with_room);
                 assert_in_range(&found, name);
@@ -205,7 +205,7 @@ fn it_equals_its_mirror() {
                     &casters,
                     EdgeMapConfig { kill, reach, spill: 4096, ..config(2, Generation::Compute) },
                 );
-                assert_eq!(made.lost, 0, "{name}: with edges lost, which ones is left to chance");
+                assert_eq!(made.lost, 0, "{name}: edges were lost, and chance decides which");
                 let map = edsm_x::EdgeMap { segments: &made.segments, cells: &made.all() };
                 let mirror = edsm_x::visibility(&shot.data(), &map, &settings).unwrap();
                 let off = |v: &[f32], i: usize| {
@@ -222,7 +222,7 @@ fn it_equals_its_mirror() {
                 }
                 assert_eq!(wrong(&found), 0, "{name} {set:?}");
                 assert!(doubtful * 100 < 2 * found.len(), "{name} {set:?}: {doubtful} pixels are in doubt");
-                // Plain shadow mapping is not the same.
+                // Plain shadow mapping gives another image.
                 if set.is_empty() {
                     assert!(wrong(&visibility(&mut r, "sm", &[])) > 50, "{name}");
                 }
@@ -231,7 +231,8 @@ fn it_equals_its_mirror() {
     });
 }
 
-/// The image does not depend on whether pixels are listed, nor, but for doubt at an edge, on where the grid of the map lies.
+/// The image does not depend on whether pixels are listed. Except for doubt at an edge, it does not depend on the
+/// position of the map's grid either.
 #[test]
 fn the_grid_of_the_map_may_be_anywhere() {
     with_gpu(|host| {
@@ -245,7 +246,7 @@ fn the_grid_of_the_map_may_be_anywhere() {
             let still = visibility(&mut r, id, &[]);
             for step in 1..16 {
                 let mut moved = light;
-                // In clip space: the whole image moves by a part of a texel, whatever the projection.
+                // In clip space, the whole image moves by a fraction of a texel, whatever the projection.
                 let by = 2.0 * f64::from(step) / 16.0 / 256.0;
                 let shift = glam::DMat4::from_translation(glam::dvec3(by, 0.5 * by, 0.0));
                 moved.clip_from_view = shift * light.clip_from_view;
@@ -263,7 +264,7 @@ fn the_grid_of_the_map_may_be_anywhere() {
     });
 }
 
-/// Wrong pixels, in parts of those that can be judged.
+/// Returns the fraction of wrong pixels among those that can be judged.
 fn wrong_share(host: &Host, scene: &Scene, map_size: u32, id: &str, set: &[(&str, &str)]) -> f64 {
     let size = [320, 180];
     let mut r = renderer(host, scene, desc(size, map_size));
@@ -277,7 +278,8 @@ fn wrong_share(host: &Host, scene: &Scene, map_size: u32, id: &str, set: &[(&str
     wrong as f64 / judged.len() as f64
 }
 
-/// Against rays: right to the pixel where the casters' edges make the shadow, at a map of a few hundred texels.
+/// Compared with rays: right to the pixel where the casters' edges bound the shadow, with a map of a few hundred
+/// texels.
 #[test]
 fn shadows_end_at_the_casters_edges() {
     with_gpu(|host| {
@@ -291,14 +293,15 @@ fn shadows_end_at_the_casters_edges() {
     });
 }
 
-/// Soups, open and mirrored meshes, a light inside of one, needles, vertices in the light's plane: next to exact volumes.
+/// Triangle soups, open and mirrored meshes, a light inside one, needles, and vertices in the light's plane, compared
+/// with exact volumes.
 #[test]
 fn awkward_casters_are_cut_where_volumes_cut_them() {
     with_gpu(|host| {
         let mut all = [0.0; 2];
         for (name, scene) in crate::caster_edges::shadow_volumes::cases() {
             let mut r = renderer(host, &scene, desc(SIZE, 256));
-            // Where an edge is kept changes nothing.
+            // The number of slots changes nothing.
             let [one, four] = ["1", "4"].map(|slots| visibility(&mut r, "edsm-x", &[("slots", slots)]));
             assert_same_bits(&one, &four, name);
             let ours = wrong_share(host, &scene, 256, "edsm-x", &[]);
@@ -312,7 +315,7 @@ fn awkward_casters_are_cut_where_volumes_cut_them() {
     });
 }
 
-/// A million triangles within a texel of the map: what finds no place is counted, and nothing else is disturbed.
+/// A million triangles within a texel of the map: edges without room are counted, and nothing else is disturbed.
 #[test]
 fn a_million_triangles_in_a_texel() {
     with_gpu(|host| {
@@ -342,7 +345,7 @@ fn a_million_triangles_in_a_texel() {
     });
 }
 
-/// The GPU's facing bits and silhouettes are those of the mirror, but for edge-on triangles.
+/// The GPU's facing bits and silhouettes equal the mirror's, except for edge-on triangles.
 #[test]
 fn silhouettes_equal_their_mirror() {
     use edgeshade::casters::topology::Topology;
@@ -406,7 +409,7 @@ fn silhouettes_equal_their_mirror() {
     });
 }
 
-/// Whatever the order in which threads come, a cell ends with the same edges.
+/// A cell ends with the same edges, whatever the order of the threads.
 #[test]
 fn the_map_is_the_same_every_time() {
     with_gpu(|host| {

@@ -1,4 +1,4 @@
-//! Shadow volumes against occluders counted one by one, and against ray-traced truth.
+//! Shadow volumes compared with occluders counted one by one, and with ray-traced truth.
 
 use crate::common::{Shot, desc, every_shipped, prepare, renderer, shipped_scene, visibility, with_gpu};
 use crate::made::{self, cuboid, moved, perspective, plane, sphere, spot, still_life, sun};
@@ -21,7 +21,7 @@ use std::sync::Arc;
 const SIZE: [u32; 2] = [160, 90];
 type Settings = &'static [(&'static str, &'static str)];
 
-/// Every way to count that must come to the same.
+/// Settings that must all give the same counts.
 const WAYS: [Settings; 6] = [
     &[],
     &[("path", "geometry")],
@@ -35,7 +35,7 @@ fn with_counts(size: [u32; 2]) -> RenderDesc {
     RenderDesc { intermediates: true, ..desc(size, 256) }
 }
 
-/// Visibility and raw counts.
+/// Returns visibility and raw counts.
 fn counted(host: &Host, r: &mut Renderer<'_>, settings: &[(&str, &str)]) -> (Vec<f32>, Vec<f32>) {
     let mut t = prepare(r, "shadow-volumes", settings);
     r.frame(t.as_mut()).unwrap();
@@ -57,7 +57,7 @@ impl Random {
     }
 }
 
-/// Triangles between few points, any winding.
+/// Returns triangles between few points, with random winding.
 fn soup(points: u32, triangles: u32, seed: u64) -> Mesh {
     let mut random = Random(seed);
     let points: Vec<DVec3> = (0..points).map(|_| random.point()).collect();
@@ -65,7 +65,7 @@ fn soup(points: u32, triangles: u32, seed: u64) -> Mesh {
     made::mesh(&(0..triangles).map(|_| [pick(), pick(), pick()]).collect::<Vec<_>>())
 }
 
-/// A box without lid, standing on the ground.
+/// Returns a box without a lid, standing on the ground.
 fn open_box() -> Mesh {
     let mut mesh = cuboid(DVec3::splat(1.0));
     let top = |t: &[u32]| t.iter().all(|&i| mesh.positions[i as usize][1] == 1.0);
@@ -73,7 +73,7 @@ fn open_box() -> Mesh {
     mesh
 }
 
-/// Small scenes with their names; all have a ground.
+/// Returns small scenes with their names; all have a ground.
 pub fn cases() -> Vec<(&'static str, Scene)> {
     let over = |parts: Vec<(Mesh, DAffine3)>, camera: Camera, light: Light| {
         let mut all = vec![(plane(8.0), moved(dvec3(0.0, -0.001, 0.0)))];
@@ -111,7 +111,7 @@ pub fn cases() -> Vec<(&'static str, Scene)> {
             over(vec![(cuboid(DVec3::splat(0.4)), moved(dvec3(0.0, 3.0, 0.0)))], usual(), inside_light.clone()),
         ),
         ("light in an open box", over(vec![(open_box(), moved(dvec3(0.1, 3.2, 0.0)))], usual(), inside_light)),
-        // The light lies in the plane of a face: edge-on.
+        // The light lies in the plane of a face, which is then edge-on.
         (
             "light in a face's plane",
             over(crate_at(floating), usual(), spot(dvec3(0.8, 7.0, 0.3), dvec3(0.1, 0.0, 0.0), 0.8)),
@@ -140,7 +140,7 @@ pub fn cases() -> Vec<(&'static str, Scene)> {
                 .collect::<Vec<_>>();
             over(vec![(made::mesh(&needles), moved(floating))], usual(), lamp())
         }),
-        // Vertices at the height of the light: their images at infinity lie on its plane, sides run along it.
+        // Vertices at the height of the light: their images at infinity lie on its plane, and sides run along it.
         ("vertices in the light's plane", {
             let wall = made::mesh(&[[dvec3(-2.0, 0.5, -1.0), dvec3(2.0, 0.5, -1.0), dvec3(0.0, 7.0, -1.0)]]);
             over(vec![(wall, moved(DVec3::ZERO))], usual(), spot(dvec3(0.0, 7.0, 2.0), dvec3(0.0, 1.0, -1.0), 1.0))
@@ -148,14 +148,14 @@ pub fn cases() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// The casters of a scene as the mirror wants them.
+/// Returns the casters of a scene for the mirror.
 fn topologies(scene: &Scene) -> Vec<Topology> {
     (scene.instances.iter())
         .map(|i| Topology::new(&scene.meshes[i.mesh].positions, &scene.meshes[i.mesh].indices).unwrap())
         .collect()
 }
 
-/// Whether the light sees a mesh from outside its bounding sphere, in object space.
+/// Returns whether the light lies outside a mesh's bounding sphere, in object space.
 fn is_outside(r: &Renderer<'_>, mesh: &Mesh, world_from_object: &DAffine3) -> bool {
     match r.light().kind {
         LightKind::Directional { .. } => true,
@@ -189,12 +189,12 @@ fn expected(
     mirror::counts(&shot.data(), r.camera(), r.light(), &casters).unwrap()
 }
 
-/// Pixels, those where the mirror is not sure, and those whose count it excludes.
+/// Returns the number of pixels, of pixels where the mirror is unsure, and the pixels whose count the mirror excludes.
 fn disagreement(raw: &[f32], expected: &[Option<mirror::Count>]) -> (usize, usize, Vec<usize>) {
     assert_eq!(raw.len(), expected.len());
     let surfaces = || raw.iter().zip(expected).enumerate().filter_map(|(i, (r, e))| e.map(|e| (i, *r, e)));
     let unsure = surfaces().filter(|(_, _, e)| e.least != e.most).count();
-    // -1 comes round to 255.
+    // -1 wraps to 255.
     let signed = |raw: f32| if raw > 200.0 { raw as i32 - 256 } else { raw as i32 };
     let wrong = surfaces().filter(|(_, r, e)| !(e.least..=e.most).contains(&signed(*r))).map(|s| s.0);
     (surfaces().count(), unsure, wrong.collect())
@@ -227,12 +227,12 @@ fn raw_counts_are_those_of_occluders() {
                 assert!(unsure * 8 < pixels, "{name}: {unsure} of {pixels} pixels are not sure");
                 assert!(raw.iter().any(|&c| c > 0.0), "{name}: no shadow");
                 if name == "cube, spot" {
-                    // One shell, or two triangles; the ground is open and casts onto nothing.
+                    // The box counts as one shell or as two triangles; the ground is open and casts onto nothing.
                     let value = if robust { 2.0 } else { 1.0 };
                     let sure = |i: &usize| expected[*i].is_some_and(|e| e.least == e.most);
                     assert!((0..raw.len()).filter(sure).all(|i| [0.0, value, 1.0].contains(&raw[i])), "{name}");
                 }
-                // One count more where the mirror is sure is noticed.
+                // An additional count where the mirror is sure is noticed.
                 let mut planted = raw.clone();
                 let at = (0..raw.len()).find(|&i| expected[i].is_some_and(|e| e.least == e.most)).unwrap();
                 planted[at] += 1.0;
@@ -260,7 +260,7 @@ fn every_way_counts_the_same() {
                     let (visibility, counts, whole) = first.get_or_insert_with(|| (seen.clone(), raw.clone(), None));
                     let what = format!("{name} {settings:?}");
                     let differ = |a: &[f32], b: &[f32]| a.iter().zip(b).filter(|p| p.0 != p.1).count();
-                    // Outside the light's rectangle what is culled counts nothing; the stencil wraps.
+                    // Outside the light's rectangle, culled volumes count nothing; the stencil wraps.
                     let wrapped: Vec<f32> =
                         raw.iter().map(|&c| if blended { c.rem_euclid(256.0) } else { c }).collect();
                     let counts = if culled { counts } else { whole.get_or_insert_with(|| raw.clone()) };
@@ -268,8 +268,8 @@ fn every_way_counts_the_same() {
                     if off != (0, 0) {
                         println!("{what}: {} pixels differ, {} counts", off.0, off.1);
                     }
-                    // llvmpipe takes the vertices of a geometry shader to the viewport by other code than those of a vertex
-                    // shader: a step of the rasteriser's grid apart, now and then.
+                    // llvmpipe transforms the vertices of a geometry shader to the viewport in other code than those
+                    // of a vertex shader. They occasionally differ by a step of the rasteriser's grid.
                     let allowed = if way.contains(&("path", "geometry")) { 2 } else { 0 };
                     if off.0 > allowed || off.1 > allowed {
                         failed.push(what);
@@ -281,7 +281,7 @@ fn every_way_counts_the_same() {
     });
 }
 
-/// 300 cards over each other: the stencil comes round to 44, and with 256 to nothing; blending does not.
+/// 300 cards above each other: the stencil wraps to 44, and with 256 cards to zero; blending does not wrap.
 #[test]
 fn many_volumes_wrap_in_the_stencil_alone() {
     with_gpu(|host| {
@@ -310,7 +310,7 @@ fn many_volumes_wrap_in_the_stencil_alone() {
     });
 }
 
-/// Whether the truth is another within a 64th of a pixel: another triangle is seen there, or another visibility.
+/// Returns whether the truth changes within a 64th of a pixel: another visible triangle, or another visibility.
 fn is_on_boundary(rays: &RayScene, r: &Renderer<'_>, truth: &Truth, i: usize) -> bool {
     let [w, h] = truth.size;
     let center = [f64::from(i as u32 % w) + 0.5, f64::from(i as u32 / w) + 0.5];
@@ -336,7 +336,7 @@ fn shipped_scenes_without_masks_equal_the_ray_traced_truth() {
     with_gpu(|host| {
         let mut failed = vec![];
         for mut scene in every_shipped() {
-            // Where leaves are cut out of cards, what is left without them.
+            // Leave out instances with leaves cut from cards.
             scene.set_masked(Masked::Exclude);
             let mut r = renderer(host, &scene, desc(SIZE, 256));
             let seen = visibility(&mut r, "shadow-volumes", &[]);
@@ -382,7 +382,7 @@ fn visibility_equals_its_mirror() {
                 let expected = mirror::visibility(&shot.data(), &raw, asks.then_some(offset)).unwrap();
                 let most_ties = if normals { 0.003 } else { 0.02 };
                 compare(&seen, &expected, 0.5).check(&format!("{name} {masked}, normals {normals}"), most_ties);
-                // The map's test, where it is asked, takes light away.
+                // Where the map's test is used, it removes light.
                 let alone = mirror::visibility(&shot.data(), &raw, None).unwrap();
                 let wrong = compare(&seen, &alone, 0.5).wrong;
                 assert_eq!(wrong > 0, asks, "{name} {masked}: {wrong}");
@@ -395,7 +395,7 @@ fn visibility_equals_its_mirror() {
     });
 }
 
-/// A technique for the casters of a scene, each mesh an instance, with positions of their own.
+/// Prepares a technique for a scene's casters, each mesh an instance, with a copy of their positions.
 fn prepare_alone(host: &Host, scene: &Scene, size: [u32; 2], settings: &[(&str, &str)]) -> Box<dyn Technique> {
     let meshes: Vec<_> = (scene.meshes.iter())
         .map(|m| CasterMesh { name: &m.name, positions: &m.positions, indices: &m.indices, first_vertex: 0 })
@@ -413,8 +413,8 @@ fn prepare_alone(host: &Host, scene: &Scene, size: [u32; 2], settings: &[(&str, 
     technique::prepare("shadow-volumes", host.context(), &setup).unwrap()
 }
 
-/// An engine whose own vertex shader rounds otherwise than the caps', and one with standard depth: near caps come to lie
-/// before or behind the surfaces that they belong to, unless they are moved away.
+/// Engines whose own vertex shader rounds differently from the caps', and engines with standard depth. Near caps then
+/// lie in front of or behind the surfaces that they belong to, unless the bias moves them away.
 #[test]
 fn depth_that_was_drawn_otherwise_is_served_by_the_cap_bias() {
     const SIZE: [u32; 2] = [256, 144];
@@ -446,7 +446,7 @@ fn depth_that_was_drawn_otherwise_is_served_by_the_cap_bias() {
                 let desc = ImageDesc { usage, ..ImageDesc::storage("depth", vk::Format::R32_SFLOAT, SIZE) };
                 host.upload_image(&desc, bytemuck::cast_slice(values)).unwrap()
             };
-            // A projection times a number is the same projection, rounded otherwise.
+            // A projection times a number is the same projection, rounded differently.
             let scaled = CameraView { clip_from_view: r.camera().clip_from_view * 1.37, ..*r.camera() };
             let standard = CameraView {
                 clip_from_view: flip * r.camera().clip_from_view,

@@ -1,4 +1,4 @@
-//! The G-buffer against primary rays in `f64`.
+//! The G-buffer compared with primary rays in `f64`.
 
 use crate::common::{desc, every_shipped, normal_texels, prepare, renderer, with_gpu};
 use crate::properties::hits;
@@ -14,15 +14,15 @@ fn decode(e: [f32; 3]) -> DVec3 {
     dvec3(fold(x, y), fold(y, x), z).normalize()
 }
 
-/// How the G-buffer differs from the rays.
+/// Differences between the G-buffer and the rays.
 #[derive(Debug, Default)]
 struct Seen {
-    /// Pixels that show another triangle: on edges.
+    /// Pixels that show another triangle; these are at edges.
     other_ids: usize,
-    /// Pixels whose depth is off by more than 1e-5, relatively, and the largest difference.
+    /// Pixels whose depth has a relative error above 1e-5, and the largest error.
     depths_off: usize,
     depth: f64,
-    /// The largest difference beyond 1e-5 in pixels: how far aside lies the point that has the depth.
+    /// Largest error beyond 1e-5, as the distance in pixels to the point that has the depth.
     aside_px: f64,
     /// Pixels whose normal is off by more than 1e-3 rad, and the largest angle.
     normals_off: usize,
@@ -45,11 +45,11 @@ impl Seen {
 
     fn check(&self, name: &str, pixels: usize) {
         assert!(self.other_ids * 100 <= pixels, "{name}: {self:?}");
-        // A rasteriser moves corners to a grid of 1/256 of a pixel, a coarser one on some devices: surfaces seen
-        // edge-on, whose depth changes much over a pixel, keep what a point this far aside has.
+        // Rasterisers snap vertices to a grid of 1/256 of a pixel, some devices to a coarser one. Surfaces seen
+        // edge-on, whose depth changes much over a pixel, get the depth of a point this far aside.
         assert!(self.aside_px <= 1.0 / 32.0 && self.depths_off * 100 <= pixels, "{name}: {self:?}");
-        // The normal comes from differences of f32 positions over a pixel, which far along a large triangle are
-        // small against the positions themselves.
+        // The normal comes from differences of f32 positions over a pixel. Far along a large triangle, these are small
+        // compared with the positions.
         assert!(self.angle <= 1e-2 && self.normals_off * 1000 <= pixels, "{name}: {self:?}");
     }
 }
@@ -77,7 +77,7 @@ fn depth_ids_and_normals_are_those_of_the_rays() {
                 let p = camera.world_from_view.inverse().transform_point3(hit.position);
                 let clip = camera.clip_from_view * p.extend(1.0);
                 let relative = (f64::from(depth[i]) / (clip.z / clip.w) - 1.0).abs();
-                // How much depth changes, relatively, over a pixel of this surface.
+                // Relative change of depth over a pixel of this surface.
                 let normal = camera.world_from_view.matrix3.transpose() * hit.normal;
                 let tilt = (1.0 - normal.z * normal.z).max(0.0).sqrt();
                 let facing = normal.dot(p).abs() / p.length();
@@ -88,7 +88,7 @@ fn depth_ids_and_normals_are_those_of_the_rays() {
             }
             println!("g-buffer {:10} {seen:?}", scene.name);
             seen.check(&scene.name, hits.len());
-            // Proof that it can fail: the neighbour's values.
+            // The check can fail: use the neighbour's values.
             let mut planted = Seen::default();
             for i in 1..hits.len() {
                 let Some(hit) = hits[i] else { continue };

@@ -1,4 +1,4 @@
-//! The hierarchical shadow map against its mirror, and that it is kept.
+//! The hierarchical shadow map equals its mirror, and is kept while the light stands still.
 
 use crate::common::passes::{Random, read_mip};
 use crate::common::{desc, prepare, renderer, shipped_scene, with_gpu};

@@ -1,4 +1,4 @@
-//! Few devices at a time, and a rendered frame with all its data read back.
+//! Limited number of devices at a time, and rendered frames with all their data read back.
 
 mod gbuffer;
 mod hsm;
@@ -23,12 +23,12 @@ use edgeshade::{Inputs, NormalEncoding};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Instant;
 
-/// Tests that have a device of their own at once: compiling pipelines, which takes most of the time, is work for one core.
+/// Number of tests with their own device at a time. Compiling pipelines takes most of the time and uses one core.
 const DEVICES: u32 = 2;
 static IN_USE: Mutex<u32> = Mutex::new(0);
 static FREED: Condvar = Condvar::new();
 
-/// One of the devices, given back in the end, by a test that fails as well.
+/// Use of one device; it is returned at the end, even if the test fails.
 struct Turn;
 
 impl Turn {
@@ -47,18 +47,19 @@ impl Drop for Turn {
     }
 }
 
-/// Runs a test on a device of its own; messages of the validation layer fail it, those at the very end too.
+/// Runs a test on its own device. Any message of the validation layer fails it, including those at the very end.
 pub fn with_gpu(test: impl FnOnce(&Host)) {
     let messages = messages_of(test);
     assert!(messages.is_empty(), "validation:\n{}", messages.join("\n"));
 }
 
-/// Runs a test and returns what the validation layer said. Prints the time for `.ci/run`, which lists the slowest tests.
+/// Runs a test and returns the messages of the validation layer. Prints the time for `.ci/run`, which lists the
+/// slowest tests.
 pub fn messages_of(test: impl FnOnce(&Host)) -> Vec<String> {
     messages_of_host(HostDesc::default(), test)
 }
 
-/// The same on a device opened as `desc` says, with validation whatever it says.
+/// Does the same on a device opened as `desc` says, but always with validation.
 pub fn messages_of_host(desc: HostDesc, test: impl FnOnce(&Host)) -> Vec<String> {
     let _turn = Turn::wait();
     let started = Instant::now();
@@ -70,18 +71,18 @@ pub fn messages_of_host(desc: HostDesc, test: impl FnOnce(&Host)) -> Vec<String>
     messages.all()
 }
 
-/// True on the software rasteriser that the committed pictures were made with.
+/// Returns whether this is the software rasteriser that made the committed pictures.
 pub fn is_llvmpipe(host: &Host) -> bool {
     host.info().name.contains("llvmpipe")
 }
 
-/// True where every case of a sweep is to be run: in CI, which sets `EDGESHADE_SWEEP=full`. Otherwise the longest tests
-/// take some of their cases, so that `make test` stays short; every kind of check is in both.
+/// Returns whether every case of a sweep should run: in CI, which sets `EDGESHADE_SWEEP=full`. Otherwise the longest
+/// tests run some of their cases, so that `make test` stays short. Both include every kind of check.
 pub fn is_full_sweep() -> bool {
     std::env::var_os("EDGESHADE_SWEEP").is_some_and(|v| v == "full")
 }
 
-/// All cases of a full sweep, otherwise every `n`-th of them, from the first.
+/// Returns all cases of a full sweep, otherwise every `n`-th of them, from the first.
 pub fn every_nth<T>(n: usize, cases: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
     cases.into_iter().step_by(if is_full_sweep() { 1 } else { n })
 }
@@ -95,7 +96,7 @@ pub fn every_shipped() -> impl Iterator<Item = Scene> {
     shipped::ALL.iter().map(|s| load_bytes(s.name, s.bytes).unwrap())
 }
 
-/// Visibility in `f32`, so that nothing is rounded away.
+/// Returns a description with visibility in `f32`, so that nothing is rounded away.
 pub fn desc(size: [u32; 2], map_size: u32) -> RenderDesc {
     RenderDesc { size, map_size, output: OutputFormat::R32, ..RenderDesc::default() }
 }
@@ -108,7 +109,7 @@ pub fn light_of(scene: &Scene) -> Light {
     scene.lights.first().cloned().unwrap_or_else(|| fit::light(scene))
 }
 
-/// The scene from its own camera under its own light, or fitted ones.
+/// Renders the scene from its own camera under its own light, or fitted ones.
 pub fn renderer<'h>(host: &'h Host, scene: &Scene, desc: RenderDesc) -> Renderer<'h> {
     let camera = camera_of(scene, desc.size).view(desc.size);
     Renderer::new(host, scene, camera, &light_of(scene), desc).unwrap()
@@ -130,12 +131,12 @@ pub fn visibility(renderer: &mut Renderer<'_>, id: &str, settings: &[(&str, &str
     frame(renderer, id, settings).0
 }
 
-/// Everything that went into the last frame's technique.
+/// All inputs of the last frame's technique.
 #[derive(Clone)]
 pub struct Shot {
     pub constants: ViewConstants,
     pub depth: Vec<f32>,
-    /// As fetched; empty where the technique derives normals from depth.
+    /// Normals as fetched; empty where the technique derives them from depth.
     pub normal: Vec<[f32; 3]>,
     pub map: Vec<f32>,
 }
@@ -169,25 +170,25 @@ impl Shot {
     }
 }
 
-/// Texels of a two-channel normal image, as a shader fetches them.
+/// Returns the pixels of a two-channel normal image, as a shader fetches them.
 pub fn normal_texels(host: &Host, image: &Image) -> Vec<[f32; 3]> {
     if image.format() == ash::vk::Format::R16G16_SNORM {
         let value = |v: i16| (f32::from(v) / 32767.0).max(-1.0);
-        let texels = host.read_image::<[i16; 2]>(image).unwrap();
-        texels.into_iter().map(|[x, y]| [value(x), value(y), 0.0]).collect()
+        let pixels = host.read_image::<[i16; 2]>(image).unwrap();
+        pixels.into_iter().map(|[x, y]| [value(x), value(y), 0.0]).collect()
     } else {
         host.read_image::<[f32; 2]>(image).unwrap().into_iter().map(|[x, y]| [x, y, 0.0]).collect()
     }
 }
 
-/// All values are numbers in `[0, 1]`.
+/// Checks that all values are numbers in `[0, 1]`.
 pub fn assert_in_range(values: &[f32], what: &str) {
     if let Some(i) = values.iter().position(|v| !(0.0..=1.0).contains(v)) {
         panic!("{what}: value {} at pixel {i} of {}", values[i], values.len());
     }
 }
 
-/// Number of values that differ by more than `tolerance`; NaN differs from everything.
+/// Returns the number of values that differ by more than `tolerance`; NaN differs from everything.
 pub fn differing(a: &[f32], b: &[f32], tolerance: f32) -> usize {
     assert_eq!(a.len(), b.len());
     let same = |a: f32, b: f32| (a - b).abs() <= tolerance;
@@ -203,7 +204,7 @@ pub fn assert_same_bits(a: &[f32], b: &[f32], what: &str) {
     }
 }
 
-/// Those of the mirror of a technique with edges.
+/// Returns the seed settings for the mirror of a technique that uses shadow edges.
 pub fn seed_settings(id: &str, p: &Params) -> edge_seeds::Settings {
     let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
     let hard = rbsm::Settings {
@@ -229,12 +230,12 @@ pub fn seed_settings(id: &str, p: &Params) -> edge_seeds::Settings {
     }
 }
 
-/// Where a technique searches for blockers.
+/// Returns the search window of a technique's blocker search.
 pub fn search_window(p: &Params) -> SearchWindow {
     if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers }
 }
 
-/// The light `factor` times as large.
+/// Returns the light, `factor` times as large.
 pub fn enlarged(light: &LightView, factor: f64) -> LightView {
     let kind = match light.kind {
         LightKind::Spot { size } => LightKind::Spot { size: size * factor },

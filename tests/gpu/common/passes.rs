@@ -1,4 +1,4 @@
-//! Passes on images made here, against their mirrors.
+//! Passes on images made here, compared with their mirrors.
 
 use crate::common::with_gpu;
 use crate::made;
@@ -22,7 +22,7 @@ impl Random {
     }
 }
 
-/// Texels of one mip level of an image in `GENERAL`.
+/// Reads the texels of one mip level of an image in `GENERAL`.
 pub fn read_mip<T: bytemuck::Pod>(host: &Host, image: &Image, level: u32) -> Vec<T> {
     let device = host.context().device();
     let [width, height] = image.mip(level).extent;
@@ -67,7 +67,7 @@ pub fn read_mip<T: bytemuck::Pod>(host: &Host, image: &Image, level: u32) -> Vec
         let (before, after) = (change(general, source), change(source, general));
         let before = vk::DependencyInfo::default().image_memory_barriers(&before);
         let after = vk::DependencyInfo::default().image_memory_barriers(&after).memory_barriers(&visible);
-        // SAFETY: the image is in GENERAL, its last use was waited for, and the buffer holds the level.
+        // SAFETY: the image is in GENERAL, its last use has finished, and the buffer holds the level.
         unsafe {
             device.raw.cmd_pipeline_barrier2(cmd, &before);
             device.raw.cmd_copy_image_to_buffer(cmd, image.as_ref().image, source, buffer.handle(), &[region]);
@@ -79,13 +79,13 @@ pub fn read_mip<T: bytemuck::Pod>(host: &Host, image: &Image, level: u32) -> Vec
     bytemuck::cast_slice(buffer.bytes()).to_vec()
 }
 
-/// Pixels of a level that differ from the mirror; its own slope is taken as given once it is as flat as the mirror's,
-/// since of two equally flat ones either will do.
+/// Counts the blocks of a level that differ from the mirror. A slope is accepted if it is as flat as the mirror's,
+/// since either of two equally flat ones is right.
 fn wrong_blocks(got: &Level, mirror: impl Fn(&Level) -> Level) -> usize {
     let expected = mirror(got);
     let wrong = |(g, e): (&Bounds, &Bounds)| {
         let slope_is_off = (g.slope.abs() - e.slope.abs()).abs().max_element() > 2e-7;
-        // Slopes that are equally flat but of another sign bound something else: the contract alone holds there.
+        // Slopes that are equally flat but have another sign bound something else; there only the contract holds.
         let same_slope = (g.slope - e.slope).abs().max_element() <= 2e-7;
         let tolerance = 2e-6 * (1.0 + (g.slope.x.abs() + g.slope.y.abs()) * got.block as f64);
         slope_is_off || same_slope && ((g.low - e.low).abs() > tolerance || (g.high - e.high).abs() > tolerance)
@@ -148,7 +148,7 @@ fn depth_bounds_hold_and_are_tight() {
                     assert_eq!(got.violations(&texels, size, 1e-7), 0, "{what}");
                     let mirror = |_: &Level| below.as_ref().map_or_else(|| first_level(&texels, size), next_level);
                     assert_eq!(wrong_blocks(&got, mirror), 0, "{what}");
-                    // Proof that both can fail.
+                    // Both checks can fail.
                     let mut planted = got.clone();
                     planted.bounds[0].high -= 1e-3;
                     assert_eq!(wrong_blocks(&planted, mirror), 1, "{what}: a planted difference goes unnoticed");
@@ -174,7 +174,7 @@ fn accumulation_is_exact() {
             let format = vk::Format::R32_SFLOAT;
             let output = Image::new(host.context().device(), &ImageDesc::storage("average", format, size)).unwrap();
             let usage = vk::ImageUsageFlags::SAMPLED;
-            // Twice: the first sample starts anew.
+            // Two rounds: the first sample starts again.
             for _ in 0..2 {
                 for (i, sample) in (0u32..).zip(&samples) {
                     let desc = ImageDesc { usage, ..ImageDesc::storage("sample", format, size) };
@@ -191,7 +191,7 @@ fn accumulation_is_exact() {
             }
             let got = host.read_values(&output).unwrap();
             let expected = accumulate::average(&samples);
-            // The count is exact; the one division may be off by 2.5 units in the last place.
+            // The count is exact; the single division may be off by 2.5 units in the last place.
             let wrong = |got: &[f32]| {
                 let off = |(g, e): (&f32, &f64)| (f64::from(*g) - e).abs() > 2.5 * f64::from(f32::EPSILON);
                 got.iter().zip(&expected).filter(|p| off(*p)).count()

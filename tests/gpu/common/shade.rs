@@ -1,4 +1,4 @@
-//! The shaded picture against its mirror.
+//! The shaded picture equals its mirror.
 
 use crate::common::{Shot, desc, every_shipped, light_of, prepare, renderer, with_gpu};
 use edgeshade::reference::common::shade;
@@ -24,7 +24,7 @@ fn the_picture_equals_its_mirror() {
             let push = ShadePush::new(&scene, &light_of(&scene), &ShadeOptions::default());
             let mirror = shade::picture(&shot.data(), &push, &albedo, &seen).unwrap();
             let picture = host.read_image::<[u8; 4]>(renderer.picture()).unwrap();
-            // Codes are rounded once more, and the fetch of an sRGB texel has some freedom.
+            // Codes are rounded once more, and sRGB texel fetches may be slightly imprecise.
             let worst = |picture: &[[u8; 4]]| {
                 let off = |(p, m): (&[u8; 4], &[f64; 3])| {
                     (0..3).map(|k| (f64::from(p[k]) - 255.0 * m[k]).abs()).fold(0.0, f64::max)

@@ -1,4 +1,4 @@
-//! What a technique keeps from frame to frame belongs to one light and one map, and is not counted on where the commands
+//! Data that a technique keeps from frame to frame belongs to one light and one map. It is not used if the commands
 //! that made it never ran.
 
 use super::every_technique;
@@ -13,10 +13,10 @@ use glam::{DVec3, dvec3};
 
 const SIZE: [u32; 2] = [120, 80];
 const MAP: u32 = 160;
-/// The same for all lights.
+/// Same version for all lights.
 const VERSION: Option<u64> = Some(7);
 
-/// Area lights: the soft techniques search for blockers.
+/// Area lights, for which the soft techniques search blockers.
 fn lights() -> [Light; 3] {
     let lamp = |eye| Light { shape: LightShape::Spot { outer: 0.6, size: Some(0.3) }, ..spot(eye, DVec3::ZERO, 0.6) };
     let day = sun(dvec3(1.0, 1.5, 1.5));
@@ -27,7 +27,7 @@ fn lights() -> [Light; 3] {
     ]
 }
 
-/// A renderer whose map and G-buffer are drawn.
+/// Returns a renderer whose map and G-buffer are drawn.
 fn drawn<'h>(host: &'h Host, light: &Light) -> Renderer<'h> {
     let mut r = renderer(host, &still_life(light.clone()), desc(SIZE, MAP));
     let mut any = prepare(&r, "sm", &[]);
@@ -45,7 +45,7 @@ fn two_lights_of_one_version_do_not_mix() {
         let renderers = lights().map(|light| drawn(host, &light));
         let mut kept = 0;
         for (id, settings) in every_technique() {
-            // Each light on a technique of its own, from the same casters.
+            // Each light with its own technique, from the same casters.
             let alone = [0, 1, 2]
                 .map(|i| visibility_of(host, prepare(&renderers[0], id, settings).as_mut(), &inputs(&renderers[i])));
             let mut shared = prepare(&renderers[0], id, settings);
@@ -65,7 +65,7 @@ fn seen_pixels() -> usize {
     (SIZE[0] * SIZE[1]) as usize
 }
 
-/// An engine that draws all its lights into one image: the handle tells nothing.
+/// An engine may draw all its lights into one image, so the handle does not identify the light.
 #[test]
 fn two_lights_in_one_image_do_not_mix() {
     with_gpu(|host| {
@@ -90,7 +90,7 @@ fn two_lights_in_one_image_do_not_mix() {
 
 const SAMPLED: Handoff = Handoff::FRAGMENT_SAMPLED;
 
-/// Records a frame and throws the command buffer away: with the frame finished, or dropped before.
+/// Records a frame and discards the command buffer; the frame is either finished or dropped before.
 fn throw_away(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>, finished: bool) {
     let thrown: edgeshade::Result<()> = host.run(|cmd| {
         // SAFETY: `cmd` is recording, and is never submitted.
@@ -104,7 +104,7 @@ fn throw_away(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>, f
     assert_eq!(thrown.unwrap_err().to_string(), "thrown away");
 }
 
-/// A frame that is submitted, and leaves the output as [`SAMPLED`] says.
+/// Submits a frame, which leaves the output as [`SAMPLED`] says.
 fn submit(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>) {
     host.run(|cmd| {
         // SAFETY: `cmd` is recording and is waited for.
@@ -126,7 +126,7 @@ fn a_command_buffer_that_is_thrown_away_leaves_nothing_behind() {
             for finished in [true, false] {
                 let what = format!("{id} {settings:?}, finished: {finished}");
                 let mut technique = prepare(&first, id, settings);
-                // The very first frame, then one that follows another light's.
+                // First the very first frame, then one that follows another light's.
                 for _ in 0..2 {
                     throw_away(host, technique.as_mut(), &inputs(&second), finished);
                     if finished {
@@ -141,7 +141,7 @@ fn a_command_buffer_that_is_thrown_away_leaves_nothing_behind() {
     });
 }
 
-/// The test above can fail: whoever forgets to say so is told by the validation layer.
+/// The test above can fail: without the reset, the validation layer reports wrong layouts.
 #[test]
 fn without_the_reset_layouts_are_wrong() {
     let messages = messages_of(|host| {
@@ -153,7 +153,7 @@ fn without_the_reset_layouts_are_wrong() {
     assert!(messages.iter().any(|m| m.contains("layout")), "{messages:?}");
 }
 
-/// An error that is found after the first passes, by the technique itself: a transform is missing.
+/// The technique itself finds an error after its first passes: a transform is missing.
 #[test]
 fn an_error_half_way_leaves_nothing_behind() {
     with_gpu(|host| {
@@ -165,7 +165,7 @@ fn an_error_half_way_leaves_nothing_behind() {
             let fresh = visibility_of(host, prepare(&r, id, settings).as_mut(), &inputs(&r));
             let mut technique = prepare(&r, id, settings);
             let short = Inputs { casters: &r.inputs().casters[1..], ..inputs(&r) };
-            // The frame goes on, and is submitted.
+            // The frame continues and is submitted.
             host.run(|cmd| {
                 // SAFETY: `cmd` is recording and is waited for.
                 let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
@@ -181,7 +181,7 @@ fn an_error_half_way_leaves_nothing_behind() {
     });
 }
 
-/// Kept results are not made again: a frame of the same light has fewer passes than the first.
+/// Kept results are not computed again: a second frame with the same light has fewer passes than the first.
 #[test]
 fn the_same_light_keeps_its_results() {
     with_gpu(|host| {
@@ -210,7 +210,7 @@ fn the_same_light_keeps_its_results() {
     });
 }
 
-/// Techniques that keep something at their defaults.
+/// Techniques that keep data by default.
 const KEEPING: &[&str] = &[
     "pcss",
     "rbssm",

@@ -13,10 +13,10 @@ use edgeshade::{Context, ContextDesc, DeviceFeatures, Frame, Handoff, ImageRef, 
 use glam::{DAffine3, DMat3, DMat4, DVec3, dvec3, dvec4};
 use std::ffi::CStr;
 
-/// Records a frame; what the technique says. Nothing is submitted after an error.
+/// Records a frame and returns the technique's result. Nothing is submitted after an error.
 fn outcome(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>) -> Result<(), String> {
     host.run(|cmd| {
-        // SAFETY: `cmd` is recording and is waited for, or thrown away after an error.
+        // SAFETY: `cmd` is recording; the host waits for it, or discards it after an error.
         let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
         technique.record(&mut frame, inputs)?;
         frame.finish(technique.output());
@@ -25,7 +25,7 @@ fn outcome(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>) -> R
     .map_err(|e| e.to_string())
 }
 
-/// Panics unless the inputs are refused with all these words.
+/// Panics unless the inputs are rejected with all these words.
 fn refused(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>, words: &[&str]) {
     let error = outcome(host, technique, inputs).expect_err(&format!("accepted, though {words:?}"));
     assert!(words.iter().all(|w| error.contains(w)), "{error:?} lacks some of {words:?}");
@@ -38,7 +38,7 @@ fn sm(host: &Host) -> Box<dyn Technique> {
     technique::prepare("sm", host.context(), &setup).unwrap()
 }
 
-/// A change to an image, and words of the error that it must give.
+/// Change to an image, and words of the error that it must cause.
 type Mistake<'a> = (&'a dyn Fn(&mut ImageRef), &'a [&'a str]);
 
 #[test]
@@ -76,7 +76,7 @@ fn images_that_cannot_be_read_as_depth() {
             let normal = with(ImageRef { format: Format::R16G16_SNORM, ..good.depth }, change);
             let inputs = Inputs { normal: Some((normal, NormalEncoding::OctahedralSigned)), ..good };
             let (error, wanted) = (outcome(host, t.as_mut(), &inputs).unwrap_err(), words("input normal"));
-            // Other formats are allowed of normals than of depth.
+            // Normals may have other formats than depth.
             let wanted = wanted.iter().filter(|w| !w.starts_with('D'));
             assert!(wanted.clone().all(|w| error.contains(w)), "{error:?} lacks some of {wanted:?}");
         }
@@ -117,7 +117,7 @@ fn lights_that_contradict_themselves() {
         for light in [spot, sun] {
             assert_eq!(outcome(host, t.as_mut(), &Inputs { light: &[light], ..good }), Ok(()));
         }
-        // A map without a far end, and one off the axis.
+        // A map with an infinite far plane, and an off-axis map.
         let mut endless = spot;
         (endless.clip_from_view.z_axis.z, endless.clip_from_view.w_axis.z) = (-1.0, -0.5);
         let mut aside = spot;
@@ -195,7 +195,7 @@ fn cameras_that_contradict_themselves() {
         let parallel = CameraView::orthographic(eye, [3.0, 2.0], 0.1, 50.0);
         let standard =
             |c: CameraView| CameraView { depth: DepthRange::Standard, clip_from_view: reversed(c.clip_from_view), ..c };
-        // What engines have: both ranges, jitter, an oblique near plane, a multiple.
+        // Cameras as engines have them: both depth ranges, jitter, an oblique near plane, a scaled matrix.
         let mut jittered = perspective;
         (jittered.clip_from_view.z_axis.x, jittered.clip_from_view.z_axis.y) = (1e-3, -2e-3);
         let mut oblique = perspective;
@@ -226,7 +226,7 @@ fn cameras_that_contradict_themselves() {
     });
 }
 
-/// The checks are every technique's.
+/// Every technique makes these checks.
 #[test]
 fn every_technique_refuses() {
     with_gpu(|host| {
@@ -261,14 +261,14 @@ fn vertex_buffers_that_end_too_early() {
         let positions: Vec<[f32; 3]> = (0..6).map(|i| [i as f32, (i * i) as f32, 1.0]).collect();
         let buffer = host.upload("vertices", vk::BufferUsageFlags::STORAGE_BUFFER, &positions).unwrap();
         let made = |handle, size, stride, first_vertex| {
-            // SAFETY: the shaders never run: what is wrong is refused, and nothing is recorded with the others.
+            // SAFETY: the shaders never run: faulty buffers are rejected, and nothing is recorded with the others.
             let vertices = Vertices::Buffer(unsafe { VertexBuffer::new(handle, size, stride) });
             let mesh = CasterMesh { name: "fan", positions: &positions, indices: &[0, 1, 2, 3, 4, 5], first_vertex };
             Casters::new(host.context(), vertices, &[mesh], &[0], false).map(|_| ()).map_err(|e| e.to_string())
         };
         let (handle, size) = (buffer.handle(), buffer.size());
         assert_eq!(made(handle, size, 12, 0), Ok(()));
-        // The last vertex needs its position only.
+        // The last vertex needs only its position.
         assert_eq!(made(handle, 5 * 20 + 12, 20, 0), Ok(()));
         for (handle, size, stride, first, words) in [
             (handle, size, 12, 1, &["fan", "first_vertex", "84", "72"][..]),
@@ -288,7 +288,7 @@ fn vertex_buffers_that_end_too_early() {
     });
 }
 
-/// Result of `Context::new` on a device made with an instance of `version` and these extensions.
+/// Returns the result of `Context::new` on a device made with an instance of `version` and these extensions.
 fn context_error(version: u32, extensions: &[&CStr]) -> Result<(), String> {
     // SAFETY: plain Vulkan; everything is destroyed in order.
     unsafe {

@@ -1,4 +1,4 @@
-//! Shadow maps of formats that round: no acne, and as near to the truth as the format allows.
+//! Shadow maps in formats that round: no acne, and as close to the truth as the format allows.
 
 use crate::common::{desc, differing, frame, prepare, renderer, with_gpu};
 use crate::contract::every_technique;
@@ -16,7 +16,7 @@ const D16: vk::Format = vk::Format::D16_UNORM;
 const D24: vk::Format = vk::Format::X8_D24_UNORM_PACK32;
 const D32: vk::Format = vk::Format::D32_SFLOAT;
 
-/// The renderer's map as a format of whole numbers stores it, rounded to the nearest.
+/// Returns the renderer's map in an integer format, rounded to nearest.
 fn rounded(host: &Host, r: &Renderer<'_>, format: vk::Format) -> Image {
     let map = r.shadow_map();
     let depths = host.read_values(map).unwrap();
@@ -29,7 +29,7 @@ fn rounded(host: &Host, r: &Renderer<'_>, format: vk::Format) -> Image {
     host.upload_image(&desc, &texels).unwrap()
 }
 
-/// Formats that round and that this device can sample.
+/// Returns the rounding formats that this device can sample.
 fn formats(host: &Host) -> Vec<vk::Format> {
     let wanted = vk::FormatFeatureFlags::SAMPLED_IMAGE | vk::FormatFeatureFlags::TRANSFER_DST;
     let (some, none): (Vec<_>, Vec<_>) =
@@ -43,13 +43,13 @@ fn over<'a>(r: &'a Renderer<'_>, map: &Image) -> Inputs<'a> {
     Inputs { shadow_map: map.as_ref(), light_version: None, ..r.inputs() }
 }
 
-/// Straight down, with depth ranges far larger than the scene needs: a step of D16 is 1.5 mm of the sun's, and at the
-/// spot's distance of 12 about 1.1 cm.
+/// Returns lights that shine straight down, with depth ranges far larger than the scene needs. A step of D16 is 1.5 mm
+/// for the sun and about 1.1 cm at the spot's distance of 12.
 fn wide_lights() -> [Light; 2] {
     [sun(dvec3(0.0, 1.0, 0.0)), spot(dvec3(0.0, 12.0, 0.0), DVec3::ZERO, 0.5)]
 }
 
-/// Fitted light views have tight planes; these have an engine's.
+/// Widens the planes of a light view to those of an engine; fitted views have tight planes.
 fn with_wide_planes(r: &mut Renderer<'_>, scene: &edgeshade::scene::Scene) {
     use edgeshade::view::{LightKind, LightView};
     let fitted = *r.light();
@@ -93,7 +93,7 @@ fn a_plane_is_lit_whatever_the_format() {
                         if found > 0 {
                             dark.push(format!("{name} {degrees} degrees, {format:?}, {id} {settings:?}: {found}"));
                         }
-                        // With the allowance of D32 the plane shadows itself: the test can fail.
+                        // With the allowance for D32 the plane shadows itself, so the test can fail.
                         if id == "sm" && format == D16 && degrees == 0.0 {
                             let as_d32 = ImageRef { format: D32, ..map.as_ref() };
                             let inputs = Inputs { shadow_map: as_d32, ..over(&r, &map) };
@@ -124,7 +124,7 @@ fn a_d16_map_is_as_near_to_the_truth_as_d32() {
             let truth = hard(&RayScene::build(&scene).unwrap(), r.camera(), r.light(), size, &|_, _| {}).unwrap();
             let map = rounded(host, &r, D16);
             for (id, settings) in every_technique() {
-                // Fixed penumbrae are no hard shadows.
+                // Fixed penumbrae are not hard shadows.
                 if id.starts_with("edtsm") {
                     continue;
                 }

@@ -1,4 +1,4 @@
-//! Times come under the name of their own frame, or not at all.
+//! Times appear under the names of their own frame, or not at all.
 
 use crate::common::with_gpu;
 use crate::noise::{FlatReceiver, IMAGE, MAP, Noise};
@@ -22,7 +22,7 @@ fn record(
     inputs: &Inputs<'_>,
     timings: &mut Timings,
 ) -> edgeshade::Result<()> {
-    // SAFETY: `cmd` is recording; each is submitted in this order and waited for, or thrown away for good.
+    // SAFETY: `cmd` is recording; each is submitted in this order and waited for, or discarded.
     let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), Some(timings)) };
     technique.record(&mut frame, inputs)?;
     frame.finish(technique.output());
@@ -53,7 +53,7 @@ fn a_slot_that_comes_round_too_early_never_gives_a_wrong_name() {
         .unwrap();
         assert_eq!((names(&timings.poll()), timings.lost()), (vec![filter.clone()], 0));
 
-        // The second is recorded before the first is submitted, and the first has run when the times are polled.
+        // The second frame is recorded before the first is submitted, and the first has run when the times are polled.
         host.run(|second| {
             host.run(|first| {
                 record(host, first, sm.as_mut(), &inputs, &mut timings)?;
@@ -65,7 +65,7 @@ fn a_slot_that_comes_round_too_early_never_gives_a_wrong_name() {
         .unwrap();
         assert_eq!((names(&timings.poll()), timings.lost()), (vec![filter.clone()], 1));
 
-        // A frame that never runs, after which one does; and a frame that was dropped half-way, which runs.
+        // A frame that never runs is followed by one that does; a frame that was dropped half-way does run.
         let thrown: edgeshade::Result<()> = host.run(|cmd| {
             record(host, cmd, sm.as_mut(), &inputs, &mut timings)?;
             Err(Error::Usage("thrown away".into()))
@@ -84,7 +84,7 @@ fn a_slot_that_comes_round_too_early_never_gives_a_wrong_name() {
         host.run(|cmd| record(host, cmd, pcf.as_mut(), &inputs, &mut timings)).unwrap();
         assert_eq!((names(&timings.poll()), timings.lost()), (vec![filter], 3));
 
-        // Who never polls loses the oldest, and says so.
+        // A caller that never polls loses the oldest frames, and the count of lost frames says so.
         let before = timings.lost();
         for _ in 0..5 {
             host.run(|cmd| record(host, cmd, sm.as_mut(), &inputs, &mut timings)).unwrap();

@@ -1,4 +1,4 @@
-//! The Euclidean distance transform: every method against brute force, bit for bit.
+//! The Euclidean distance transform: every method equals brute force, bit for bit.
 
 use crate::common::with_gpu;
 use ash::vk;
@@ -20,7 +20,7 @@ impl Random {
         self.next() as usize % n
     }
 
-    /// A share of the pixels, in millionths; at least one.
+    /// Returns a mask with a fraction of the pixels as seeds, in millionths; at least one.
     fn sprinkle(&mut self, size: [usize; 2], millionths: u32) -> Mask {
         let n = size[0] * size[1];
         let mut seeds: Vec<bool> = (0..n).map(|_| self.next() % 1_000_000 < millionths).collect();
@@ -34,7 +34,7 @@ fn mask(size: [usize; 2], is_seed: impl Fn(usize, usize) -> bool) -> Mask {
     Mask { size, seeds }
 }
 
-/// The borders of a few discs and of a tilted half plane: what shadow edges look like.
+/// Returns the borders of a few discs and of a tilted half plane, which resemble shadow edges.
 fn silhouettes(size: [usize; 2], random: &mut Random) -> Mask {
     let longest = size[0].max(size[1]);
     let discs: Vec<[f64; 3]> = (0..4)
@@ -58,15 +58,15 @@ fn mask_image(host: &Host, mask: &Mask, format: vk::Format, seed: u8) -> Source 
     Source::Image(host.upload_image(&desc, &texels).unwrap())
 }
 
-/// A mask where a transform takes it from.
+/// Mask in one of the forms that a transform takes.
 enum Source {
     Image(Image),
-    /// With the mask's size.
+    /// Bytes, with the mask's size.
     Bytes(Buffer, [u32; 2]),
 }
 
 impl Source {
-    /// Bytes whose padding would be seeds, were it looked at.
+    /// Returns bytes whose padding would count as seeds if it were read.
     fn bytes(host: &Host, mask: &Mask) -> Self {
         let stride = mask.size[0].next_multiple_of(4);
         let mut bytes = vec![255u8; stride * mask.size[1]];
@@ -91,7 +91,7 @@ fn record(host: &Host, edt: &mut Edt, source: &Source) -> edgeshade::Result<()> 
     })
 }
 
-/// Labels and, if asked for, squared distances.
+/// Returns labels and, if asked for, squared distances.
 fn transform(host: &Host, source: &Source, config: EdtConfig) -> (Vec<u32>, Option<Vec<u32>>) {
     let extent = match source {
         Source::Image(image) => image.extent(),
@@ -102,7 +102,7 @@ fn transform(host: &Host, source: &Source, config: EdtConfig) -> (Vec<u32>, Opti
     (host.read_image(edt.labels()).unwrap(), edt.squared().map(|s| host.read_image(s).unwrap()))
 }
 
-/// Pixels whose label differs, and whose squared distance does: the second says what matters more.
+/// Counts the pixels whose label differs, and those whose squared distance does; the latter matters more.
 fn differing(width: usize, got: &[u32], expected: &[u32]) -> [usize; 2] {
     assert_eq!(got.len(), expected.len());
     let squared = |i, labels: &[u32]| squared_distance(width, i, labels[i]);
@@ -118,7 +118,7 @@ const BANDS: [Option<Bands>; 4] = [
     Some(Bands { rows: 2, columns: 64, pixels: u32::MAX }),
 ];
 
-/// How often each method was compared, pixels and pixels with a seed.
+/// Numbers of comparisons, of pixels, and of pixels with a seed.
 #[derive(Debug, Default)]
 struct Tally {
     masks: usize,
@@ -128,7 +128,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// Every method that does this radius against the reference, on every pixel.
+    /// Compares every method that supports this radius with the reference, on every pixel.
     fn compare(&mut self, host: &Host, mask: &Mask, radii: &[Option<u32>], what: &str) {
         let [width, height] = mask.size;
         let source = match self.masks % 2 {
@@ -161,7 +161,7 @@ impl Tally {
 
 const RADII: [u32; 8] = [1, 2, 7, 8, 31, 32, 33, 64];
 
-/// No limit and two of the radii, other ones each time.
+/// Returns no limit and two of the radii, which vary with `i`.
 fn some_radii(i: usize) -> [Option<u32>; 3] {
     [None, Some(RADII[i % RADII.len()]), Some(RADII[(i * 3 + 5) % RADII.len()])]
 }
@@ -172,7 +172,7 @@ fn edt_hazards() {
         let mut tally = Tally::default();
         let all: Vec<Option<u32>> =
             [None, Some(0), Some(65), Some(200), Some(70_000)].into_iter().chain(RADII.map(Some)).collect();
-        // No seed, all seeds, one in each corner, each pair of corners: on the sizes where indices go wrong.
+        // No seed, all seeds, one in each corner, and each pair of corners, on sizes at which indices may go wrong.
         let sizes = [[1, 1], [1, 33], [33, 1], [7, 3], [32, 32], [31, 65], [64, 33], [70, 97]];
         for (i, size) in sizes.into_iter().enumerate() {
             let [right, bottom] = size.map(|n| n - 1);
@@ -204,7 +204,7 @@ fn edt_hazards() {
             tally.compare(host, &mask(size, |x, _| x % step == 1), &some_radii(i + 3), "columns");
             tally.compare(host, &mask(size, |_, y| y % step == 1), &some_radii(i + 4), "rows");
         }
-        // All within a word or just beyond: the borders of the blocks of 32 rows and columns.
+        // Seeds inside a word or just beyond it: the borders of the blocks of 32 rows and columns.
         for (i, at) in [0, 30, 31, 32, 33, 63, 64, 65].into_iter().enumerate() {
             tally.compare(host, &mask([100, 100], |x, y| y == at && x % 9 == 0), &some_radii(i), "block row");
             tally.compare(host, &mask([100, 100], |x, y| x == at && y % 9 == 0), &some_radii(i), "block column");
@@ -265,10 +265,11 @@ fn edt_of_large_masks() {
                 "large outlines",
             );
         }
-        // Long rows, many of them and all full: llvmpipe ends the loops of a thread after 65535 rounds in all.
+        // Many long, full rows: llvmpipe ends the loops of a thread after 65535 iterations in all.
         let dense = random.sprinkle([4099, 2053], 100_000);
         tally.compare(host, &dense, &[None, Some(64)], "many long rows");
-        // As wide as labels are tested for, with squares beyond 2^24; all seeds is the longest envelope.
+        // The largest width that labels are tested for, with squares beyond 2^24; with all seeds, the envelope is
+        // longest.
         let far = mask([16384, 3], |x, y| [x, y] == [0, 2] || [x, y] == [9000, 1] || [x, y] == [16383, 0]);
         tally.compare(host, &far, &[None, Some(5000)], "far");
         tally.compare(host, &mask([16384, 2], |_, _| true), &[None, Some(8)], "wide and full");
@@ -287,7 +288,7 @@ fn edt_comparison_finds_a_planted_error() {
         let config = EdtConfig { radius: Some(9), ..EdtConfig::default() };
         let (labels, _) = transform(host, &image, config);
         assert_eq!(differing(50, &labels, &nearest(&mask, Some(9))), [0, 0]);
-        // Another radius, one seed less, one label moved: each is seen.
+        // Another radius, one seed less and one moved label are all noticed.
         let seen = |labels: &[u32], expected: &[u32]| differing(50, labels, expected);
         assert!(seen(&labels, &nearest(&mask, Some(2)))[1] > 0);
         let mut less = mask.clone();
@@ -311,7 +312,7 @@ fn edt_masks_of_other_formats_and_seed_bits() {
                 assert_eq!(transform(host, &image, EdtConfig::default()).0, expected, "{format:?}, {seed}");
             }
         }
-        // What a pass packs is what the reference packs.
+        // The pass packs the same words as the reference.
         let image = mask_image(host, &made, vk::Format::R8_UINT, 1);
         let mut edt = Edt::new(host.context(), [61, 70], EdtConfig::default()).unwrap();
         assert_eq!(edt.method(), if host.info().kind == "cpu" { EdtMethod::BoundedRow } else { EdtMethod::Pba });
@@ -320,7 +321,7 @@ fn edt_masks_of_other_formats_and_seed_bits() {
         let wrong = mask_image(host, &mask([61, 71], |_, _| true), vk::Format::R8_UNORM, 1);
         let text = record(host, &mut edt, &wrong).unwrap_err().to_string();
         assert!(text.contains("61x71") && text.contains("61x70"), "{text}");
-        // A second frame on the same object, after an error: nothing of the first is left.
+        // A second frame on the same object, after an error, has no trace of the first.
         record(host, &mut edt, &image).unwrap();
         record(host, &mut edt, &image).unwrap();
         assert_eq!(host.read_image::<u32>(edt.labels()).unwrap(), expected);

@@ -1,4 +1,4 @@
-//! Shadow mapping and percentage-closer filtering against their mirrors in `f64`, pixel by pixel.
+//! Shadow mapping and percentage-closer filtering equal their mirrors in `f64`, pixel by pixel.
 
 use crate::common::{
     Shot, assert_same_bits, differing, every_nth, every_shipped, frame, shipped_scene, visibility, with_gpu,
@@ -30,7 +30,7 @@ fn sm_equals_its_mirror() {
                 let from = if normals { "normals" } else { "depth" };
                 let what = format!("sm {} {map_size} {from}", scene.name);
                 compare(&gpu, &mirror, 0.5).check(&what, if normals { 0.003 } else { 0.02 });
-                // A picture with nothing in it would agree as well.
+                // An empty picture would agree as well, so check that this one is not.
                 let lit = gpu.iter().filter(|v| **v == 1.0).count();
                 assert!(lit > gpu.len() / 10 && lit < gpu.len() * 97 / 100, "{what}: {lit} pixels lit");
             }
@@ -64,7 +64,7 @@ fn pcf_equals_its_mirror_in_both_fetch_modes() {
                 let mirror = pcf::visibility(&Shot::of(host, &renderer, normals).data(), &pcf_settings(width)).unwrap();
                 let from = if normals { "normals" } else { "depth" };
                 let what = format!("pcf {} w{width} {map_size} {from}", scene.name);
-                // Any of a wide kernel's many taps makes a tie; few of them come to differ.
+                // Each of a wide kernel's many taps may cause a tie; few of them make a difference.
                 let most_ties: f64 = match width {
                     0..=3 => 0.005,
                     4..=7 => 0.02,
@@ -73,7 +73,7 @@ fn pcf_equals_its_mirror_in_both_fetch_modes() {
                 let most_ties = if normals { most_ties } else { most_ties.max(0.05) };
                 compare(&gather, &mirror, 1e-4).check(&format!("{what} gather"), most_ties);
                 compare(&one_by_one, &mirror, 1e-4).check(&format!("{what} loop"), most_ties);
-                // The sums are formed in another order: equal up to their rounding.
+                // The sums are formed in another order and are equal up to their rounding.
                 let bits = differing(&gather, &one_by_one, 0.0);
                 println!("{what}: {bits} pixels differ in a bit between loop and gather");
                 assert_eq!(differing(&gather, &one_by_one, 1e-6), 0, "{what}: loop and gather differ");
@@ -82,7 +82,7 @@ fn pcf_equals_its_mirror_in_both_fetch_modes() {
     });
 }
 
-/// Skipping changes no bit, and works on no more tiles than it has to.
+/// Skipping changes no bit, and works on no more tiles than necessary.
 #[test]
 fn skipping_changes_nothing() {
     with_gpu(|host| {
@@ -120,7 +120,7 @@ fn skipping_changes_nothing() {
     });
 }
 
-/// The comparisons are worth something only if they can fail.
+/// The comparisons can fail.
 #[test]
 fn planted_differences_are_found() {
     with_gpu(|host| {
@@ -143,19 +143,19 @@ fn planted_differences_are_found() {
         planted[at] = f32::NAN;
         assert_eq!(compare(&planted, &mirror, 1e-4).wrong, 1);
 
-        // One texel of the map that differs from what the GPU saw.
+        // Some texels of the map differ from what the GPU saw.
         let mut other = Shot { map: shot.map.clone(), depth: shot.depth.clone(), normal: shot.normal.clone(), ..shot };
         let middle = 512 * 1024 + 512;
         other.map[middle..middle + 64].fill(0.0);
         assert!(compare(&soft, &pcf::visibility(&other.data(), &pcf_settings(3)).unwrap(), 1e-4).wrong > 0);
         assert!(compare(&hard, &mirror_sm(&other), 0.5).wrong > 0);
 
-        // Another kernel, another bias.
+        // Another kernel, and another bias.
         other.map[middle..middle + 64].copy_from_slice(&shot.map[middle..middle + 64]);
         assert!(compare(&soft, &pcf::visibility(&other.data(), &pcf_settings(5)).unwrap(), 1e-4).wrong > 100);
         assert!(compare(&hard, &sm::visibility(&other.data(), 1.5, 0.5).unwrap(), 0.5).wrong > 100);
 
-        // Too few values are refused.
+        // Too few values are rejected.
         other.map.pop();
         assert!(sm::visibility(&other.data(), 0.0, 0.0).unwrap_err().to_string().contains("shadow map"));
     });

@@ -1,7 +1,7 @@
-//! Creases end penumbrae and curved surfaces do not, at every width: against traced penumbrae of a fixed width.
+//! Creases end penumbrae and curved surfaces do not, at every width; compared with traced penumbrae of a fixed width.
 //!
-//! Angles are between the normals of two faces: 0 is flat, 90 the edge of a box. By the truth's own rule a surface goes on
-//! over an edge of less than 30 degrees.
+//! Angles are between the normals of two faces: 0 is flat, 90 the edge of a box. By the truth's own rule, a surface
+//! continues over an edge of less than 30 degrees.
 
 use super::{hard, prepare};
 use crate::common::with_gpu;
@@ -14,18 +14,18 @@ use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 const SIZE: [u32; 2] = [192, 108];
 const MAP: u32 = 1024;
-/// A pixel is about 0.02 wide: 10 pixels, 30, and more than a face.
+/// Penumbra widths. A pixel is about 0.02 wide: they are 10 pixels, 30 pixels, and more than a face.
 const WIDTHS: [f64; 3] = [0.2, 0.6, 4.0];
-/// A visibility is off if by more than this.
+/// Smallest error of a visibility that counts as off.
 const OFF: f64 = 0.1;
 
-/// At an angle from +Y towards +X.
+/// Returns the direction at an angle from +Y towards +X.
 fn direction(degrees: f64) -> DVec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     dvec3(sin, cos, 0.0)
 }
 
-/// Two faces that meet in the Z axis, half of `angle` to either side of +Y; their ridge or their valley.
+/// Returns two faces that meet in the Z axis, each at half of `angle` from +Y, as a ridge or a valley.
 fn roof(angle: f64, is_ridge: bool) -> Mesh {
     let face = |side: f64| {
         let normal = direction(if is_ridge { side } else { -side } * 0.5 * angle);
@@ -37,14 +37,15 @@ fn roof(angle: f64, is_ridge: bool) -> Mesh {
     mesh(&[face(1.0), face(-1.0)].concat())
 }
 
-/// Half a space's width of shadow: towards `light`, far off, ending over the line along Z through `at` on the side of `side`.
+/// Returns a distant caster towards `light` that shadows a half-space. The shadow ends at the line along Z through
+/// `at`, on the side of `side`.
 fn half_plane(light: DVec3, at: DVec3, side: DVec3) -> (Mesh, DAffine3) {
     let across = (side - side.dot(light) * light).normalize();
     let turn = DAffine3::from_mat3(DMat3::from_cols(across, light, across.cross(light)));
     (cuboid(dvec3(10.0, 0.5, 10.0)), moved(at + 30.0 * light + 10.0 * across) * turn)
 }
 
-/// From above, so turned that edges along Z are aslant in the image.
+/// Returns a scene seen from above, rotated so that edges along Z are oblique in the image.
 fn scene(mut parts: Vec<(Mesh, DAffine3)>, light: DVec3) -> Scene {
     let turn = DAffine3::from_rotation_y(0.3);
     for part in &mut parts {
@@ -53,17 +54,17 @@ fn scene(mut parts: Vec<(Mesh, DAffine3)>, light: DVec3) -> Scene {
     made::scene(parts, perspective(dvec3(0.0, 2.6, 0.9), DVec3::ZERO, 0.1), sun(turn.transform_vector3(light)))
 }
 
-/// A frame with everything it is judged by.
+/// Frame with all data for judging it.
 struct Run {
     seen: Vec<f32>,
     hard: Vec<f32>,
     truth: Truth,
-    /// Of every pixel's triangle; NaN in the sky.
+    /// Normal of every pixel's triangle; NaN in the sky.
     normals: Vec<DVec3>,
 }
 
 impl Run {
-    /// With a normal image, and with normals from depth.
+    /// Renders with a normal image, and with normals from depth.
     fn both(host: &Host, scene: &Scene, penumbra: f64) -> [Self; 2] {
         let traced = RayScene::build(scene).unwrap();
         let mut truth: Option<Truth> = None;
@@ -84,7 +85,7 @@ impl Run {
         })
     }
 
-    /// Pixels of a surface, without those next to the sky.
+    /// Returns the pixels of a surface, without those next to the sky.
     fn pixels(&self) -> impl Iterator<Item = usize> {
         let [w, h] = SIZE.map(|n| n as usize);
         let inner = move |i: &usize| (1..w - 1).contains(&(i % w)) && (1..h - 1).contains(&(i / w));
@@ -92,24 +93,24 @@ impl Run {
         (0..w * h).filter(inner).filter(move |&i| around(i).all(|k| self.truth.triangle[k] != SKY))
     }
 
-    /// How many of some pixels there are, and how many of them are off.
+    /// Returns the number of chosen pixels, and how many of them are off.
     fn count(&self, is_one: impl Fn(usize) -> bool, expected: impl Fn(usize) -> f32) -> [usize; 2] {
         let off = |i: usize| f64::from((self.seen[i] - expected(i)).abs()) > OFF;
         self.pixels().filter(|&i| is_one(i)).fold([0, 0], |n, i| [n[0] + 1, n[1] + usize::from(off(i))])
     }
 
-    /// In the true penumbra.
+    /// Returns whether a pixel lies in the true penumbra.
     fn in_penumbra(&self, i: usize) -> bool {
         (0.02..0.98).contains(&self.truth.visibility[i])
     }
 
-    /// Of the pixels in the true penumbra that are `of` this kind, how many are off.
+    /// Returns the number of chosen pixels in the true penumbra, and how many of them are off.
     fn off_in_penumbra(&self, of: impl Fn(usize) -> bool) -> [usize; 2] {
         self.count(|i| self.in_penumbra(i) && of(i), |i| self.truth.visibility[i])
     }
 }
 
-/// World space, from the scene's triangles.
+/// Returns normals in world space from the scene's triangles.
 fn normals_of(scene: &Scene, truth: &Truth) -> Vec<DVec3> {
     let mut all = vec![];
     for instance in &scene.instances {
@@ -127,8 +128,8 @@ fn is_crease(angle: f64) -> bool {
     angle > 30.0
 }
 
-/// A shadow that ends on one face near the edge and covers the other: its penumbra reaches the other in the truth only where
-/// the edge is no crease.
+/// Tests a shadow that ends on one face near the edge and covers the other. In the truth, its penumbra reaches the
+/// other face only if the edge is no crease.
 fn cast_shadow(host: &Host, angle: f64, is_ridge: bool, penumbra: f64, wrong: &mut Vec<String>) {
     let light = direction(if is_ridge { 0.5 } else { -0.5 } * angle);
     let normal = light;
@@ -149,7 +150,8 @@ fn cast_shadow(host: &Host, angle: f64, is_ridge: bool, penumbra: f64, wrong: &m
                 wrong.push(format!("{what}: {problem}"));
             }
         };
-        // The lit face of a steeper ridge is seen edge on: its few pixels hold too little of the penumbra to measure it by.
+        // The lit face of a steeper ridge is seen edge-on, and its few pixels cover too little of the penumbra to
+        // measure.
         if angle <= 120.0 {
             let share = if angle <= 105.0 { 50 } else { 10 };
             check(own[1] * share <= own[0], format!("on its own face {own:?} are off"));
@@ -164,7 +166,7 @@ fn cast_shadow(host: &Host, angle: f64, is_ridge: bool, penumbra: f64, wrong: &m
     }
 }
 
-/// One face is lit and the other turns away: at a crease everything is as hard as it was.
+/// Tests a lit face next to one turned away from the light: at a crease everything stays hard.
 fn own_shadow(host: &Host, angle: f64, penumbra: f64, wrong: &mut Vec<String>) {
     let light = direction(90.0 - 0.5 * angle + (0.5 * angle).min(25.0));
     let scene = scene(vec![(roof(angle, true), DAffine3::IDENTITY)], light);
@@ -175,7 +177,7 @@ fn own_shadow(host: &Host, angle: f64, penumbra: f64, wrong: &mut Vec<String>) {
         let all = run.pixels().count();
         println!("{what}: {off} of {all} pixels, {lit} lit");
         assert!((angle > 165.0 || lit > 10) && all - lit > 60, "{what}: seen, {lit} of {all}");
-        // A face two pixels wide has no normal of its own by depth.
+        // A face two pixels wide has no normal of its own in the depth image.
         let unknown = if from == "depth" && angle >= 165.0 { 2 } else { 0 };
         if off > unknown {
             wrong.push(format!("{what}: a penumbra at a crease, {off} pixels"));
@@ -205,7 +207,7 @@ fn creases_end_penumbrae() {
     });
 }
 
-/// A closed cylinder of radius 1 along Z.
+/// Returns a closed cylinder of radius 1 along Z.
 fn cylinder(sectors: u32) -> Mesh {
     let at = |i: u32, z: f64| direction(360.0 * f64::from(i) / f64::from(sectors)) + dvec3(0.0, 0.0, z);
     let side = |i: u32| {

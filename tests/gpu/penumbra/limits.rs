@@ -1,4 +1,4 @@
-//! What holds whatever the scene, the sizes and the widths.
+//! Properties that hold for any scene, size and width.
 
 use super::{Pairs, Run, hard, prepare, renderer};
 use crate::common::{assert_in_range, assert_same_bits, differing, shipped_scene, with_gpu};
@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec3, dvec3};
 const SIZE: [u32; 2] = [160, 90];
 const IDS: [&str; 2] = ["edtsm", "edtsm-star"];
 
-/// Visibility, with and without skipping, which must not matter, and in range.
+/// Returns visibility and checks that it is in range and the same with and without skipping.
 fn shadows(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, what: &str) -> Vec<f32> {
     let (size, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent()[0]);
     let mut run = |skip: &str| {
@@ -54,7 +54,7 @@ fn sizes(host: &Host) {
     }
 }
 
-/// Cameras close to things, and within them; penumbrae as wide as the scene, and narrower than anything.
+/// Tests cameras close to and inside objects, and penumbrae as wide as the scene or narrower than anything.
 fn extremes(host: &Host) {
     let mut scene = still_life(sun(dvec3(-1.0, 2.0, 1.0)));
     let mut r = renderer(host, &scene, SIZE, 256);
@@ -68,7 +68,7 @@ fn extremes(host: &Host) {
         for filter in ["0", "0.5", "4"] {
             let params = [("penumbra", penumbra), ("filter_width", filter)];
             let seen = shadows(host, &mut r, "edtsm", &params, penumbra);
-            // All is half lit, next to so wide a penumbra, where an edge is on the surface.
+            // Next to so wide a penumbra, everything is half lit where an edge is on the surface.
             let half = seen.iter().filter(|v| (*v - 0.5).abs() < 0.3).count();
             assert!(half * 3 > seen.len(), "penumbra {penumbra}, filter {filter}: {half} pixels are in it");
         }
@@ -87,7 +87,7 @@ fn extremes(host: &Host) {
     }
 }
 
-/// What a technique's images hold from another frame must not show.
+/// Images of a technique that hold data of another frame must not affect the result.
 fn no_trace_of_earlier_frames(host: &Host) {
     let scene = shipped_scene("robot");
     let mut r = renderer(host, &scene, SIZE, 512);

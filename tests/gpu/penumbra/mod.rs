@@ -1,4 +1,4 @@
-//! EDTSM and EDTSM* against their mirrors in `f64`: seeds, nearest edges, intensities, the filter.
+//! EDTSM and EDTSM* compared with their mirrors in `f64`: seeds, nearest edges, intensities, the filter.
 
 mod creases;
 mod limits;
@@ -23,17 +23,17 @@ use edgeshade::timing::FrameTiming;
 
 const SIZE: [u32; 2] = [256, 144];
 const MAP: u32 = 512;
-/// Shares: of the penumbra's pixels, with a distance more than a tenth too large; of those in an edge's reach, that have found
-/// none. What the search in the world is to keep below.
+/// Target limits for the search in the world: the fraction of penumbra pixels with a distance more than a tenth too
+/// large, and the fraction of pixels in reach of an edge that have found none.
 const TARGET: [f64; 2] = [0.002, 0.0005];
-/// What holds on the shipped scenes, most of whose penumbrae are few pixels wide.
+/// Limits that hold on the shipped scenes, most of whose penumbrae are only a few pixels wide.
 const MOST: [f64; 2] = [0.09, 0.11];
 /// Relative error of a few single-precision operations.
 const ROUNDING: f64 = 1e-6;
 
 type Pairs<'a> = &'a [(&'a str, &'a str)];
 
-/// The technique, with its intermediates or without.
+/// Prepares the technique, with or without its intermediate images.
 fn prepare(
     host: &Host,
     size: [u32; 2],
@@ -48,14 +48,14 @@ fn prepare(
     technique::prepare(id, host.context(), &setup).unwrap()
 }
 
-/// Seen by its own camera under its own light.
+/// Renders a scene from its own camera under its own light.
 fn renderer<'h>(host: &'h Host, scene: &Scene, size: [u32; 2], map_size: u32) -> Renderer<'h> {
     let desc = RenderDesc { size, map_size, output: OutputFormat::R32, ..RenderDesc::default() };
     let camera = camera_of(scene, size).view(size);
     Renderer::new(host, scene, camera, &light_of(scene), desc).unwrap()
 }
 
-/// A frame in which no tile is skipped, with all that is known of it.
+/// Frame in which no tile is skipped, with all data about it.
 struct Run {
     settings: Settings,
     taps: u32,
@@ -112,7 +112,7 @@ impl Run {
     }
 }
 
-/// The hard shadows that a technique starts from.
+/// Returns the hard shadows that a technique starts from.
 fn hard(host: &Host, r: &mut Renderer<'_>, id: &str) -> Vec<f32> {
     let (size, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent()[0]);
     let id = if id == "edtsm" { "rbsm" } else { "rbsm-star" };
@@ -121,19 +121,20 @@ fn hard(host: &Host, r: &mut Renderer<'_>, id: &str) -> Vec<f32> {
     r.visibility(technique.as_ref()).unwrap()
 }
 
-/// How a frame agrees with the mirrors; numbers of pixels.
+/// Agreement of a frame with the mirrors, in numbers of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Findings {
-    /// Surely within half the penumbra of an edge on their surface; surely in its reach.
+    /// Pixels surely within half the penumbra of an edge on their surface, and pixels surely in its reach.
     penumbra: usize,
     in_reach: usize,
-    /// Of the first, whose distance is more than a tenth too large; of the second, that have found nothing.
+    /// Among the first, those with a distance more than a tenth too large; among the second, those that have found
+    /// nothing.
     too_large: usize,
     lost: usize,
-    /// Whose seed is in doubt.
+    /// Pixels whose seed is in doubt.
     doubtful: usize,
-    /// Errors: a distance that is not that of the label's point; a seed on another surface, or out of reach; a distance
-    /// smaller than the exact one; an intensity that is not eq. 8's; a pixel half with an edge and half without.
+    /// Errors: a distance that is not that of the label's point; a seed on another surface or out of reach; a distance
+    /// smaller than the exact one; an intensity that is not eq. 8's; a pixel with inconsistent images.
     other_distance: usize,
     off_surface: usize,
     too_small: usize,
@@ -173,7 +174,7 @@ impl Findings {
     }
 }
 
-/// Holds a frame against its settings, the seeds that it should have, and the exact distances.
+/// Compares a frame with its settings, the seeds that it should have, and the exact distances.
 fn examine(run: &Run, settings: &Settings, seeds: &[Seed], exact: &[Nearest]) -> Findings {
     let links = nearest_edge::links(&run.data(), settings, seeds, &run.labels).unwrap();
     let penumbra = f64::from(settings.penumbra);
@@ -208,7 +209,7 @@ fn examine(run: &Run, settings: &Settings, seeds: &[Seed], exact: &[Nearest]) ->
     f
 }
 
-/// Every intermediate image and the result.
+/// Checks every intermediate image and the result.
 fn check(run: &Run, what: &str) -> Findings {
     let unsure = run.seeds.iter().filter(|s| !s.sure).count();
     assert!(unsure * 100 <= run.seeds.len(), "{what}: {unsure} of {} seeds are in doubt", run.seeds.len());
@@ -221,7 +222,7 @@ fn check(run: &Run, what: &str) -> Findings {
     found
 }
 
-/// The paper's search takes the one seed that is nearest in the image.
+/// Checks the paper's search, which takes the seed that is nearest in the image.
 fn check_in_image(run: &Run, what: &str) {
     let exact = nearest_edge::in_image(&run.data(), &run.settings, &run.seeds).unwrap();
     let is_sure = |n: &Nearest| (n.label == NO_SEED && n.range[0] == f64::INFINITY) || n.range[1] < f64::INFINITY;
@@ -233,12 +234,12 @@ fn check_in_image(run: &Run, what: &str) {
     assert!(if unsure == 0 { off == 0 } else { off * 1000 <= found }, "{what}: {off} of {found}, {unsure} in doubt");
 }
 
-/// Tiles that a pass has worked on.
+/// Returns the number of tiles that a pass has worked on.
 fn tiles(timing: &FrameTiming, pass: &str) -> u32 {
     timing.passes.iter().find(|p| p.name == pass).and_then(|p| p.tiles).unwrap().active
 }
 
-/// Skipping changes no bit; and the tiles with an edge are those of the mirror.
+/// Checks that skipping changes no bit and that the tiles with an edge are those of the mirror.
 fn check_skip(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, run: &Run, what: &str) {
     let (size, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent()[0]);
     let mut technique = prepare(host, size, map, id, params, false);
@@ -254,7 +255,7 @@ fn check_skip(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, ru
 
 const WIDE: (&str, &str) = ("filter_width", "0.5");
 
-/// As the papers have it, but for the search.
+/// Settings as in the papers, except for the search.
 const AS_PUBLISHED: Pairs<'_> = &[("seeds", "any"), ("edge", "pixel"), ("surfaces", "depth")];
 
 #[test]
@@ -270,12 +271,12 @@ fn shipped_scenes_equal_the_mirrors() {
                 ("edtsm-star", &[("nearest", "pixel")]),
                 ("edtsm", AS_PUBLISHED),
             ] {
-                // Both start the same way from their hard shadows.
+                // Both start from their hard shadows in the same way.
                 if id == "edtsm-star" && !["robot", "courtyard"].contains(&name) {
                     continue;
                 }
                 let what = format!("{name} {id} {}", params.iter().map(|p| p.1).collect::<Vec<_>>().join(" "));
-                // Wide enough to filter penumbrae of few pixels.
+                // Wide enough to filter penumbrae of a few pixels.
                 let wide = [params, &[WIDE]].concat();
                 let run = Run::new(host, &mut r, id, &wide);
                 let found = check(&run, &what);
@@ -296,7 +297,7 @@ fn shipped_scenes_equal_the_mirrors() {
     });
 }
 
-/// Each comparison is worth something only if it can fail.
+/// Checks that each comparison can fail.
 fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, right: &Findings) {
     let exact = run.in_world(&run.settings);
     let with = |s: &Settings, seeds: &[Seed]| examine(run, s, seeds, &exact);
@@ -307,11 +308,11 @@ fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, r
     let seed = shifted.iter_mut().find(|s| s.label() == used).unwrap();
     seed.point += seed.normal.any_orthonormal_vector() * 0.01 * f64::from(run.settings.penumbra);
     assert!(with(&run.settings, &shifted).other_distance > 0, "a shifted seed");
-    // A seed that is none.
+    // A label that is not a seed's.
     let others: Vec<Seed> = run.seeds.iter().filter(|s| s.label() != used).copied().collect();
     let error = nearest_edge::links(&run.data(), &run.settings, &others, &run.labels).err().unwrap().to_string();
     assert!(error.contains("no seed"), "{error}");
-    // Another width of the penumbra; of the reach.
+    // Another width of the penumbra, and of the reach.
     let wider = Settings { penumbra: 1.02 * run.settings.penumbra, ..run.settings };
     assert!(with(&wider, &run.seeds).other_intensity * 2 > right.penumbra, "a wider penumbra");
     let narrower = Settings { filter_width: 0.98 * run.settings.filter_width, ..run.settings };
@@ -321,14 +322,14 @@ fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, r
         examine(run, &run.settings, &run.seeds, &run.in_world(&wider)).lost > right.in_reach / 100,
         "a longer reach"
     );
-    // Distances a little larger and smaller than the exact ones, a pixel torn.
+    // Distances slightly larger and smaller than the exact ones, and labels of another size.
     let scaled =
         |by: f64| -> Vec<Nearest> { exact.iter().map(|n| Nearest { range: n.range.map(|d| by * d), ..*n }).collect() };
     assert!(examine(run, &run.settings, &run.seeds, &scaled(1.01)).too_small > right.penumbra / 2, "too small");
     assert!(examine(run, &run.settings, &run.seeds, &scaled(0.9)).too_large > right.penumbra / 2, "too large");
     let torn = nearest_edge::links(&run.data(), &run.settings, &run.seeds, &run.labels[1..]).is_err();
     assert!(torn, "labels of another size");
-    // The filter: another width, other taps, no surface test, a code.
+    // The filter: another width, other taps, no surface test, one wrong code.
     let settings = run.filter_settings();
     let agreement = |s: &mean_filter::Settings, seen: &[f32]| {
         compare(seen, &mean_filter::visibility(&run.data(), s, &run.intensity).unwrap(), 1e-4)
@@ -351,7 +352,7 @@ fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, r
     let found = examine(&between, &run.settings, &run.seeds, &exact);
     println!("planted: edges half-way between pixels: {} other distances", found.other_distance);
     assert!(found.other_distance > 100, "{found:?}");
-    // No surface test on the GPU: pixels take edges of other surfaces.
+    // No surface test on the GPU, so that pixels take edges of other surfaces.
     let loose = Run::new(host, r, "edtsm", &[("edge_threshold", "8"), WIDE]);
     let strict = Run { settings: run.settings, shot: Shot::of(host, r, true), seeds: run.seeds.clone(), ..loose };
     let known: Vec<u32> = strict.seeds.iter().map(Seed::label).collect();

@@ -1,4 +1,4 @@
-//! A straight shadow edge: its penumbra is as wide everywhere as it is asked to be.
+//! A straight shadow edge has a penumbra of the requested width everywhere.
 
 use super::{Pairs, prepare, renderer};
 use crate::common::with_gpu;
@@ -15,8 +15,8 @@ const FILTER: f64 = 0.5 * PENUMBRA;
 const TAPS: f64 = 15.0;
 const FOV: f64 = 0.8;
 
-/// A plane half under a plate far above: its shadow ends along the line `x = 0`, or along `z = 0`. The camera stands 3 above
-/// the plane and looks down by `tilt` radians, at the line.
+/// Returns a plane half below a plate far above it, whose shadow ends along the line `x = 0` or along `z = 0`. The
+/// camera stands 3 above the plane and looks down at the line by `tilt` radians.
 fn scene(along_z: bool, tilt: f64) -> Scene {
     let place = if along_z { dvec3(20.0, 30.0, 0.0) } else { dvec3(0.0, 30.0, -20.0) };
     let parts = vec![(plane(30.0), DAffine3::IDENTITY), (cuboid(dvec3(20.0, 0.5, 20.0)), moved(place))];
@@ -26,7 +26,7 @@ fn scene(along_z: bool, tilt: f64) -> Scene {
     made::scene(parts, camera, sun(DVec3::Y))
 }
 
-/// Where the pixels' rays meet the plane: x and z, and the distance along the view's axis; NaN in the sky.
+/// Returns where the pixels' rays meet the plane: x and z, and the distance along the view's axis; NaN in the sky.
 fn places(r: &Renderer<'_>) -> Vec<(DVec2, f64)> {
     let ndc = |i: u32, n: u32| (2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0;
     let forward = r.camera().world_from_view.transform_vector3(DVec3::NEG_Z);
@@ -40,15 +40,15 @@ fn places(r: &Renderer<'_>) -> Vec<(DVec2, f64)> {
         .collect()
 }
 
-/// Distance from the edge at which eq. 8, blurred by a filter of width `w`, is 0.1 or 0.9: the integral of the overlap of
-/// two boxes, the penumbra's and the filter's.
+/// Returns the distance from the edge at which eq. 8, blurred by a filter of width `w`, is 0.1 or 0.9. The blurred
+/// profile is the integral of the overlap of two boxes, the penumbra's and the filter's.
 fn tenth(w: f64) -> f64 {
     let (a, b) = (PENUMBRA.min(w), PENUMBRA.max(w));
     let t = (0.2 * a * b).sqrt();
     0.5 * (a + b) - if t <= a { t } else { 0.1 * b + 0.5 * a }
 }
 
-/// The blurred profile at a distance from the edge, positive where lit.
+/// Returns the blurred profile at a distance from the edge, positive where lit.
 fn profile(x: f64, w: f64) -> f64 {
     let (a, b) = (PENUMBRA.min(w), PENUMBRA.max(w));
     let outer = |t: f64| 0.5 * t * t / (a * b);
@@ -61,17 +61,18 @@ fn profile(x: f64, w: f64) -> f64 {
     }
 }
 
-/// A line of pixels across the edge, from dark to lit: place across the edge, visibility, index along the image's axis.
+/// Line of pixels across the edge, from dark to lit: position across the edge, visibility, index along the image's
+/// axis.
 struct Line {
     samples: Vec<(f64, f64, usize)>,
     /// World width of a pixel in the image plane at the edge.
     pixel: f64,
-    /// Of the view rays there against the plane: how much longer a step along an image's column is on it.
+    /// Factor by which a step along an image column is longer on the plane, by the view rays' angle.
     stretch: f64,
 }
 
 impl Line {
-    /// Of the image's row or column, if the edge runs through its inner part.
+    /// Returns the line of an image row or column, if the edge runs through its inner part.
     fn new(places: &[(DVec2, f64)], visibility: &[f32], along_z: bool, index: usize) -> Option<Self> {
         let (w, h) = (SIZE[0] as usize, SIZE[1] as usize);
         let pixels: Vec<usize> =
@@ -91,14 +92,15 @@ impl Line {
         complete.then_some(Self { samples, pixel, stretch: if along_z { 1.0 } else { step.abs() / pixel } })
     }
 
-    /// First place at which visibility reaches a value.
+    /// Returns the first position at which visibility reaches a value.
     fn reaches(&self, value: f64) -> f64 {
         let k = self.samples.iter().position(|s| s.1 >= value).unwrap_or(0).max(1);
         let (a, b) = (self.samples[k - 1], self.samples[k]);
         a.0 + (value - a.1) / (b.1 - a.1) * (b.0 - a.0)
     }
 
-    /// Width of the filter across the edge: a box of so many taps is wider than from its first to its last.
+    /// Returns the width of the filter across the edge. A box of some taps is wider than the distance from its first
+    /// to its last.
     fn filter(&self) -> f64 {
         let taps =
             TAPS.min((FILTER / self.pixel).ceil() + if (FILTER / self.pixel).ceil() % 2.0 == 0.0 { 1.0 } else { 0.0 });
@@ -106,20 +108,20 @@ impl Line {
     }
 }
 
-/// The lines of an image across the edge on which a penumbra is more than 12 pixels wide.
+/// Returns the lines of an image across the edge on which a penumbra is more than 12 pixels wide.
 fn lines(places: &[(DVec2, f64)], visibility: &[f32], along_z: bool) -> Vec<Line> {
     let count = if along_z { SIZE[1] } else { SIZE[0] } as usize;
     let all = (0..count).filter_map(|i| Line::new(places, visibility, along_z, i));
     all.filter(|l| PENUMBRA / l.pixel > 12.0).collect()
 }
 
-/// Width between visibilities of a tenth and of nine tenths, as a share of the expected.
+/// Returns the width between visibilities 0.1 and 0.9, as a fraction of the expected width.
 fn width(line: &Line) -> f64 {
     (line.reaches(0.9) - line.reaches(0.1)) / (2.0 * tenth(line.filter()))
 }
 
-/// How far the steps from pixel to pixel are off the profile's: the largest and the mean of those inside tiles, and of those
-/// across their borders; and the deepest fall where it should rise.
+/// Returns the largest and the mean error of the steps from pixel to pixel compared with the profile, inside tiles and
+/// across their borders. Also returns the largest fall where the profile should rise.
 fn steps(lines: &[Line]) -> ([[f64; 2]; 2], f64) {
     let mut off = [(0.0f64, 0.0, 0); 2];
     let mut fall = 0.0f64;
@@ -137,7 +139,7 @@ fn steps(lines: &[Line]) -> ([[f64; 2]; 2], f64) {
     (off.map(|(largest, sum, count)| [largest, sum / f64::from(count)]), fall)
 }
 
-/// Whether steps across borders of tiles are off by more than others.
+/// Returns whether steps across borders of tiles have larger errors than others.
 fn has_seam([inside, border]: [[f64; 2]; 2]) -> bool {
     border[0] > 1.5 * inside[0] || border[1] > 1.3 * inside[1]
 }
@@ -182,7 +184,7 @@ fn penumbrae_are_as_wide_as_asked_for_at_every_distance() {
                 off[0], off[1]
             );
             assert!(fall < 2e-3 && !has_seam(off), "{what}: falls by {fall}, {off:?}");
-            // A seam and a dent that are planted are found.
+            // A planted seam and dent are found.
             for (i, v) in visibility.iter_mut().enumerate() {
                 let (x, y) = (i % SIZE[0] as usize, i / SIZE[0] as usize);
                 *v += if (if along_z { x } else { y }) % 8 == 0 { 4e-3 } else { 0.0 };
@@ -193,8 +195,8 @@ fn penumbrae_are_as_wide_as_asked_for_at_every_distance() {
     });
 }
 
-/// How far the places at which lines reach a half wander while the camera moves by eighths of a pixel along the image's axis
-/// that crosses the edge: the largest spread, in widths of a pixel on the plane.
+/// Returns how far the positions at which lines reach 0.5 move while the camera moves by eighths of a pixel along the
+/// image axis that crosses the edge: the largest spread, in pixel widths on the plane.
 fn wander(host: &Host, along_z: bool, settings: Pairs<'_>) -> f64 {
     let mut scene = scene(along_z, 0.9);
     let start = scene.cameras[0].world_from_camera;

@@ -1,5 +1,5 @@
-//! EDTSSM over the edges of both revectorizations against its mirrors in `f64`: widths at the seeds, nearest edges by the
-//! share of these widths, intensities, the filter.
+//! EDTSSM over the edges of both revectorizations compared with its mirrors in `f64`: widths at the seeds, nearest
+//! edges by the fraction of these widths, intensities, the filter.
 
 mod limits;
 
@@ -25,15 +25,15 @@ use glam::{DAffine3, DVec3, dvec3};
 
 const SIZE: [u32; 2] = [256, 144];
 const MAP: u32 = 512;
-/// Shares: of the penumbra's pixels, with a distance more than a tenth too large; of those in an edge's reach, that have
-/// found none.
+/// Limits: the fraction of penumbra pixels with a distance more than a tenth too large, and the fraction of pixels in
+/// reach of an edge that have found none.
 const MOST: [f64; 2] = [0.05, 0.02];
 /// Relative error of a few single-precision operations.
 const ROUNDING: f64 = 1e-6;
 
 type Pairs<'a> = &'a [(&'a str, &'a str)];
 
-/// A frame in which no tile is skipped, with all that is known of it.
+/// Frame in which no tile is skipped, with all data about it.
 #[derive(Clone)]
 struct Run {
     size: [u32; 2],
@@ -48,10 +48,10 @@ struct Run {
     intensity: Vec<f32>,
     pixel_width: Vec<f32>,
     visibility: Vec<f32>,
-    /// By the mirror, all of them.
+    /// All seeds, by the mirror.
     seeds: Vec<edge_seeds::Seed>,
     widths: Vec<Width>,
-    /// As the GPU has them, by pixel: width and cosine, 0 where no seed is or none is left.
+    /// Width and cosine of each pixel as the GPU has them; 0 where there is no seed, or none is left.
     seen: Vec<[f32; 2]>,
 }
 
@@ -122,7 +122,7 @@ impl Run {
         self.seen[seed.pixel[0] + seed.pixel[1] * self.size[0] as usize]
     }
 
-    /// The seeds with the widths that the GPU has given them.
+    /// Returns the seeds with the widths that the GPU gave them.
     fn wide_seeds(&self) -> Vec<WideSeed> {
         self.seeds.iter().map(|s| (*s, self.seen_at(s))).collect()
     }
@@ -133,20 +133,21 @@ impl Run {
     }
 }
 
-/// The hard shadows that a technique starts from.
+/// Returns the hard shadows that a technique starts from.
 fn hard(r: &mut Renderer<'_>, id: &str) -> Vec<f32> {
     visibility(r, if id == "edtssm" { "rbsm" } else { "rbsm-star" }, &[("skip", "off")])
 }
 
-/// How the widths of the seeds agree with the mirror's: numbers of seeds.
+/// Agreement of the seeds' widths with the mirror's, in numbers of seeds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Widths {
     seeds: usize,
-    /// With a penumbra, by the mirror.
+    /// Seeds with a penumbra, by the mirror.
     wide: usize,
-    /// Whose range is wider than a hundredth of the width.
+    /// Seeds whose range is wider than a hundredth of the width.
     doubtful: usize,
-    /// Of these, more than a hundredth off the likely width; of the others, or beyond the range: errors.
+    /// Doubtful seeds more than a hundredth off the likely width; and errors: other seeds so far off, or seeds out of
+    /// their range.
     differing: usize,
     wrong: usize,
 }
@@ -160,7 +161,7 @@ fn examine_widths(run: &Run, widths: &[Width]) -> Widths {
         f.doubtful += usize::from(is_doubtful);
         let off = (seen - width.width).abs() > 0.01 * width.width;
         f.differing += usize::from(is_doubtful && off);
-        // Where a seed itself is in doubt there may rightly be none.
+        // Where a seed itself is in doubt, it may rightly be missing.
         let in_range = (width.range[0]..=width.range[1]).contains(&seen);
         let cosine_is = seen == 0.0 || (cosine - width.cosine).abs() <= width.cosine_error + ROUNDING;
         f.wrong += usize::from(seed.sure && !(in_range && cosine_is));
@@ -173,27 +174,28 @@ fn check_widths(run: &Run, what: &str) -> Widths {
     println!("{what:44} {found:?}");
     assert_eq!(found.wrong, 0, "{what}: {found:?}");
     assert!(found.doubtful * 5 <= found.seeds && found.differing * 50 <= found.seeds, "{what}: {found:?}");
-    // Nothing but seeds.
+    // Only seeds have a width.
     let count = run.seen.iter().filter(|w| w[0] != 0.0).count();
     assert!(count <= run.seeds.len(), "{what}: {count} seeds are seen");
     found
 }
 
-/// How a frame agrees with the mirrors; numbers of pixels.
+/// Agreement of a frame with the mirrors, in numbers of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Findings {
-    /// Surely within half the width of an edge on their surface; surely in its reach.
+    /// Pixels surely within half the width of an edge on their surface, and pixels surely in its reach.
     penumbra: usize,
     in_reach: usize,
-    /// Of the first, whose distance is more than a tenth too large; of the second, that have found nothing.
+    /// Among the first, those with a distance more than a tenth too large; among the second, those that have found
+    /// nothing.
     too_large: usize,
     lost: usize,
     doubtful: usize,
-    /// Whose line has taps in doubt.
+    /// Pixels whose line has taps in doubt.
     doubtful_line: usize,
-    /// Errors: a distance that is not that of the label's point; a seed on another surface, or out of reach; a distance
-    /// smaller than the exact one; an intensity that is not eq. 8's; another width than the seed's; a pixel half with an
-    /// edge and half without.
+    /// Errors: a distance that is not that of the label's point; a seed on another surface or out of reach; a distance
+    /// smaller than the exact one; an intensity that is not eq. 8's; another width than the seed's; a pixel with
+    /// inconsistent images.
     other_distance: usize,
     off_surface: usize,
     too_small: usize,
@@ -234,7 +236,7 @@ impl Findings {
     }
 }
 
-/// Holds a frame against its settings, the seeds that it should have, and the exact distances of [`soft::in_world`].
+/// Compares a frame with its settings, the seeds that it should have, and the exact distances of [`soft::in_world`].
 fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]) -> Findings {
     let links = soft::links(&run.data(), settings, seeds, &run.labels).unwrap();
     let weighted = settings.meet == Meet::Weighted;
@@ -245,7 +247,7 @@ fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]
         let (hard, intensity, d) = (f64::from(run.hard[i]), f64::from(run.intensity[i]), f64::from(run.share[i]));
         let width = f64::from(run.pixel_width[i]);
         let error = links[i].map_or(0.0, |l| l.error);
-        // Of the search by distance in the world, whose widths say nothing of the exact one's.
+        // The search by world distance gives widths that say nothing about the exact seed's.
         let unit = if weighted { 1.0 } else { width };
         match links[i] {
             None => f.torn += usize::from(d != f64::INFINITY || intensity != hard - 2.0 || width != 0.0),
@@ -283,7 +285,7 @@ fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]
     f
 }
 
-/// Every intermediate image and the result.
+/// Checks every intermediate image and the result.
 fn check(run: &Run, what: &str) -> Findings {
     let seeds = run.wide_seeds();
     let exact = soft::in_world(&run.data(), &run.settings, &seeds).unwrap();
@@ -307,7 +309,7 @@ fn shipped_scenes_equal_the_mirrors() {
         for name in ["robot", "courtyard", "jenga", "fence"] {
             let scene = shipped_scene(name);
             let mut r = renderer(host, &scene, desc(SIZE, MAP));
-            // Penumbrae of many pixels.
+            // A larger light gives penumbrae of many pixels.
             let light = enlarged(r.light(), 4.0);
             r.set_light(&scene, light);
             for (id, params) in [
@@ -317,7 +319,7 @@ fn shipped_scenes_equal_the_mirrors() {
                 ("edtssm", &[("search", "near"), ("beta", "0.5"), ("edge", "pixel"), ("seeds", "any")]),
             ] {
                 let what = format!("{name} {id} {}", params.iter().map(|p| p.1).collect::<Vec<_>>().join(" "));
-                // Wide enough to filter penumbrae of few pixels.
+                // Wide enough to filter penumbrae of a few pixels.
                 let wide = [params, &[WIDE]].concat();
                 let run = Run::new(host, &mut r, id, &wide);
                 let widths = check_widths(&run, &what);
@@ -338,7 +340,7 @@ fn shipped_scenes_equal_the_mirrors() {
     });
 }
 
-/// Each comparison is worth something only if it can fail.
+/// Checks that each comparison can fail.
 fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
     let seeds = run.wide_seeds();
     let exact_of = |settings: &Settings| soft::in_world(&run.data(), settings, &seeds).unwrap();
@@ -359,7 +361,7 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
         println!("planted in the widths: {what}: {} wrong of {}", found.wrong, widths.seeds);
         assert!(found.wrong * 20 > widths.seeds, "{what}: {found:?}");
     }
-    // A seed's point, shifted by a twentieth of its penumbra's width; its width.
+    // A seed's point, shifted by a twentieth of its penumbra's width; and another width.
     let is_used = |s: &&WideSeed| run.labels.contains(&s.0.label());
     let widest = seeds.iter().filter(is_used).max_by(|a, b| a.1[0].total_cmp(&b.1[0])).unwrap();
     let used = widest.0.label();
@@ -370,7 +372,7 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
     };
     assert!(change(&|s| s.0.point += s.0.normal.any_orthonormal_vector() * 0.05 * f64::from(s.1[0])) > 0, "shifted");
     assert!(change(&|s| s.1[0] *= 1.05) > 0, "wider");
-    // A seed that is none.
+    // A label that is not a seed's.
     let others: Vec<_> = seeds.iter().filter(|s| s.0.label() != used).copied().collect();
     let error = soft::links(&run.data(), &run.settings, &others, &run.labels).err().unwrap().to_string();
     assert!(error.contains("no seed"), "{error}");
@@ -381,18 +383,18 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
     assert!(with(&narrower, &seeds).off_surface > 0, "a shorter reach");
     let wider = Settings { filter_width: 1.05 * run.settings.filter_width, ..run.settings };
     assert!(examine(run, &run.settings, &seeds, &exact_of(&wider)).lost > right.in_reach / 200, "a longer reach");
-    // Hard shadows of which one edge's are all that counts; others.
+    // A line without taps, so that only the nearest edge counts, and a line with other taps.
     let other =
         |line_taps: u32| examine(&Run { line_taps, ..run.clone() }, &run.settings, &seeds, &exact).other_intensity;
     let found = [0, 15].map(other);
     println!("planted in the line: {found:?} of {}", right.penumbra);
     assert!(found.iter().all(|n| *n > 10), "{found:?}");
-    // Distances a little larger and smaller than the exact ones.
+    // Distances slightly larger and smaller than the exact ones.
     let scaled =
         |by: f64| -> Vec<Nearest> { exact.iter().map(|n| Nearest { range: n.range.map(|d| by * d), ..*n }).collect() };
     assert!(examine(run, &run.settings, &seeds, &scaled(1.01)).too_small > right.penumbra / 2, "too small");
     assert!(examine(run, &run.settings, &seeds, &scaled(0.9)).too_large > right.penumbra / 2, "too large");
-    // The filter: one width for all, another share.
+    // The filter: one width for all pixels, and another fraction.
     let settings = run.filter_settings();
     let agreement = |s: &mean_filter::Settings, widths: &[f32]| {
         let mirror = mean_filter::visibility_by_widths(&run.data(), s, &run.intensity, widths).unwrap();
@@ -405,11 +407,11 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
     assert!(agreement(&share, &run.pixel_width) > 10, "another share");
 }
 
-/// The paper's choice of the nearest edge jumps where widths differ, the default does not.
+/// The paper's choice of the nearest edge jumps where widths differ; the default does not.
 #[test]
 fn intensities_are_continuous_where_widths_meet() {
     with_gpu(|host| {
-        // The shadows of slabs just above the ground and high above cross.
+        // The shadows of slabs just above the ground and high above it cross.
         let slab = |place: DVec3| (cuboid(dvec3(3.0, 0.05, 0.4)), moved(place));
         let across = (cuboid(dvec3(0.4, 0.05, 3.0)), moved(dvec3(0.0, 4.0, 0.0)));
         let parts = vec![(plane(20.0), DAffine3::IDENTITY), slab(dvec3(0.0, 0.4, 0.0)), across];
@@ -436,8 +438,8 @@ fn intensities_are_continuous_where_widths_meet() {
     });
 }
 
-/// Pairs of neighbouring pixels in a penumbra on one surface and side whose intensities differ by more than the step
-/// between them is a share of the narrower penumbra; and all such pairs.
+/// Counts pairs of neighbouring pixels in a penumbra, on one surface and side, whose intensities differ by more than
+/// the step between them as a fraction of the narrower penumbra. Also counts all such pairs.
 fn jumps(run: &Run) -> [usize; 2] {
     let w = run.size[0] as usize;
     let seeds = run.wide_seeds();
@@ -453,7 +455,7 @@ fn jumps(run: &Run) -> [usize; 2] {
                 continue;
             }
             found[1] += 1;
-            // A step on the surface is never longer when it is measured.
+            // The metric never makes a step on the surface longer.
             let step = p.distance(q) / f64::from(run.pixel_width[i].min(run.pixel_width[j]));
             let most = 1.5 * step + 0.02;
             found[0] += usize::from(f64::from((run.intensity[i] - run.intensity[j]).abs()) > most);
@@ -462,7 +464,7 @@ fn jumps(run: &Run) -> [usize; 2] {
     found
 }
 
-/// A light without a size casts the hard shadows, bit for bit.
+/// A light without size casts the hard shadows, bit for bit.
 #[test]
 fn a_light_without_size_is_hard() {
     with_gpu(|host| {
@@ -478,7 +480,7 @@ fn a_light_without_size_is_hard() {
                     assert_same_bits(&hard, &seen, &format!("{name} {id} {meet}"));
                 }
             }
-            // And one with a size does not.
+            // A light with a size does not.
             let light = enlarged(renderer(host, &scene, desc(SIZE, MAP)).light(), 4.0);
             r.set_light(&scene, light);
             let seen = visibility(&mut r, "edtssm-star", &[]);

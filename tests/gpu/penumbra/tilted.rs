@@ -1,4 +1,4 @@
-//! Planes seen at an angle: how far from the exact ones the distances are there.
+//! Planes seen at an angle: errors of the distances there.
 
 use super::{Findings, Run, TARGET, check, examine, renderer};
 use crate::common::with_gpu;
@@ -11,13 +11,13 @@ use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 
 const SIZE: [u32; 2] = [640, 360];
 const MAP: u32 = 1024;
-/// From the camera to the middle of the plane.
+/// Distance from the camera to the middle of the plane.
 const DISTANCE: f64 = 10.0;
-/// A penumbra of 34 pixels where a plane faces the camera in the middle.
+/// Penumbra width: 34 pixels in the middle of a plane that faces the camera.
 const PENUMBRA: &str = "0.8";
 
-/// Shadows of a dozen bodies that the camera does not see on a plane, `elevation` between a view ray and the plane, radians;
-/// and things that stand in front of them.
+/// Returns the shadows of a dozen bodies, which the camera does not see, on a plane, and optionally objects in front
+/// of them. `elevation` is the angle between a view ray and the plane, radians.
 fn scene(elevation: f64, with_occluders: bool) -> Scene {
     let mut random = Pcg32::seed_from_u64(5);
     let mut within = |from: f64, to: f64| from + (to - from) * f64::from(random.next_u32()) / f64::from(u32::MAX);
@@ -43,12 +43,13 @@ fn scene(elevation: f64, with_occluders: bool) -> Scene {
     made::scene(parts, camera, sun(light))
 }
 
-/// Degrees between view ray and plane, and the shares of pixels with distances too large and lost that hold there; `TARGET`
-/// is what they should be.
+/// Angle between view ray and plane in degrees, and the fractions of pixels with too large and with lost distances
+/// that hold there; `TARGET` is what they should be.
 const TILTS: [(f64, [f64; 2]); 3] = [(60.0, TARGET), (35.0, TARGET), (15.0, [0.002, 0.0012])];
 
-/// Share of the pixels that lie on an occluder's lit face next to one that turns away: there no penumbra starts, but the
-/// search over positions takes the ridge for an edge. Of the pixels lost with occluders and 35 degrees all are such.
+/// Fraction of pixels on an occluder's lit face next to a face turned away from the light. No penumbra starts there,
+/// but the search over positions takes the ridge for an edge. At 35 degrees with occluders, all lost pixels are of
+/// this kind.
 const RIDGES: f64 = 0.0005;
 
 #[test]
@@ -75,7 +76,7 @@ fn on_tilted_planes_the_nearest_edge_is_found() {
                 by_pixel.add(&found);
             }
         }
-        // The figures can be missed.
+        // The limits can be exceeded.
         assert!((0..2).all(|k| by_pixel.shares()[k] > TILTS[2].1[k]), "{by_pixel:?}");
         assert!(missed.is_empty(), "more than {TILTS:?}:\n{}", missed.join("\n"));
     });

@@ -1,4 +1,4 @@
-//! Maps that end before the scene does, and maps of a few texels: outside them everything is lit, and their texels are
+//! Maps that end before the scene does, and maps of a few texels. Outside them everything is lit, and their texels are
 //! farther than everything.
 
 use crate::common::{Shot, assert_in_range, desc, every_nth, renderer, visibility, with_gpu};
@@ -12,7 +12,7 @@ use edgeshade::reference::revectorization::revectorize::Function;
 use edgeshade::reference::revectorization::rpcf;
 use glam::{DAffine3, DVec3, dvec3};
 
-/// Technique, its settings, what it is of, and the width that is averaged over.
+/// Technique, its settings, its visibility function, and the width of its average.
 type Mode = (&'static str, Vec<(&'static str, &'static str)>, Function, u32);
 type Pattern = (&'static str, fn([i64; 2]) -> bool);
 
@@ -22,12 +22,12 @@ fn modes() -> Vec<Mode> {
     single.chain(mean).collect()
 }
 
-/// Patterns of texels by name.
+/// Patterns of texels with names.
 const PATTERNS: [Pattern; 4] = [
     ("lit", |_| true),
     ("dark", |_| false),
     ("chess", |[x, y]| (x + y) % 2 == 0),
-    // A dark bar that runs over every border, a step in it.
+    // A dark bar with a step, which crosses every border.
     ("bar", |[x, y]| y > x / 2 + 1 || y < x / 2 - 1),
 ];
 
@@ -72,13 +72,13 @@ fn maps_of_a_few_texels_end_in_light() {
     });
 }
 
-/// A lamp whose cone is small lights the part of the scene that its map covers, and the rest is lit anyway.
+/// A lamp with a small cone lights the part of the scene that its map covers; the rest counts as lit.
 #[test]
 fn a_shadow_that_crosses_the_maps_border_ends_there() {
     with_gpu(|host| {
         let (size, map_size) = ([200, 150], 64);
         let light = spot(dvec3(2.0, 12.0, 1.0), DVec3::ZERO, 0.12);
-        // A beam through the cone from side to side, turned against the map, and a block in one corner.
+        // A beam across the cone, rotated relative to the map, and a block in one corner.
         let turn = DAffine3::from_rotation_y(0.3) * moved(dvec3(0.2, 1.5, 0.1));
         let parts = vec![
             (plane(5.0), DAffine3::IDENTITY),
@@ -89,7 +89,7 @@ fn a_shadow_that_crosses_the_maps_border_ends_there() {
         let scene = made::scene(parts, camera, light);
         let mut r = renderer(host, &scene, desc(size, map_size));
         let light = *r.light();
-        // Distance from the map's border, texels: positive inside. The ground alone.
+        // Distance from the map's border, texels; positive inside. Only for the ground.
         let depths: Vec<Option<f64>> = hits(&scene, &r, size)
             .into_iter()
             .map(|hit| hit.filter(|h| h.triangle < 2))
@@ -106,7 +106,7 @@ fn a_shadow_that_crosses_the_maps_border_ends_there() {
             let count = |is: &dyn Fn(f64, f32) -> bool| {
                 (0..gpu.len()).filter(|&i| depths[i].is_some_and(|d| is(d, gpu[i]))).count()
             };
-            // A pixel's normal offset is a tenth of a texel at most.
+            // A pixel's normal offset is at most a tenth of a texel.
             let outside = count(&|d, _| d < -0.2);
             let dark_outside = count(&|d, v| d < -0.2 && v < 1.0);
             let dark_at_border = count(&|d, v| (0.0..2.0).contains(&d) && v < 1.0);

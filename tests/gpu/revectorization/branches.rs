@@ -1,4 +1,4 @@
-//! `rbsm-branches` gives the images of `rbsm` and `rbsm-filtered`, bit for bit, and every one of its branches is taken.
+//! `rbsm-branches` gives the images of `rbsm` and `rbsm-filtered`, bit for bit, and takes every one of its branches.
 
 use crate::common::{desc, every_nth, every_shipped, prepare, renderer, with_gpu};
 use crate::noise::{EdgePoint, FlatReceiver, MAP, Noise, edge_point, place, visibility_of};
@@ -8,8 +8,8 @@ use edgeshade::technique::{OutputFormat, Params, Setup, find, prepare as prepare
 use edgeshade::{Inputs, NormalEncoding};
 use std::collections::BTreeMap;
 
-/// How far single precision may move a place in the map along both axes together, texels: four roundings of a coordinate
-/// each. No visibility between two jumps changes by more than its place.
+/// Largest displacement of a position in the map by single precision, over both axes together, texels: four roundings
+/// per coordinate. Between two jumps, visibility changes by no more than the position.
 const PLACE_ERROR: f64 = 2.0 * 4.0 * f32::EPSILON as f64 * MAP[0] as f64;
 
 const VARIANTS: [(&str, &str); 2] = [("silhouette", "rbsm"), ("filtered", "rbsm-filtered")];
@@ -19,7 +19,7 @@ fn differing_bits(a: &[f32], b: &[f32]) -> usize {
     a.iter().zip(b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
 }
 
-/// Runs one technique over inputs that lie ready.
+/// Runs one technique on prepared inputs.
 fn run(host: &Host, inputs: &Inputs<'_>, map_size: [u32; 2], id: &str, settings: &[(&str, &str)]) -> Vec<f32> {
     let params = Params::parse(find(id).unwrap(), settings.iter().copied()).unwrap();
     let setup = Setup {
@@ -34,7 +34,7 @@ fn run(host: &Host, inputs: &Inputs<'_>, map_size: [u32; 2], id: &str, settings:
     visibility_of(host, technique.as_mut(), inputs)
 }
 
-/// The image of `rbsm` or `rbsm-filtered`, after a comparison with that of `rbsm-branches` under both ways to skip.
+/// Returns the image of `rbsm` or `rbsm-filtered` after comparing it with that of `rbsm-branches` in both skip modes.
 fn compared(
     host: &Host,
     inputs: &Inputs<'_>,
@@ -71,31 +71,33 @@ fn shipped_scenes_are_equal_bit_for_bit() {
                 casters: &[],
             };
             let hard = run(host, &inputs, [map; 2], "sm", &[]);
-            // Each pair is a pipeline of its own, and compiling it is what takes the time.
+            // Each combination is its own pipeline, and compiling it takes most of the time.
             for (receiver, distance) in [("plane", "16"), ("fixed", "64")] {
                 let settings = [("receiver", receiver), ("max_distance", distance)];
                 let what = format!("{}, map {map}", scene.name);
                 let [silhouette, filtered] = VARIANTS.map(|v| compared(host, &inputs, [map; 2], v, &settings, &what));
-                // The two are not one and the same, nor plain shadow mapping.
+                // The two images differ from each other and from plain shadow mapping.
                 assert!(differing_bits(&hard, &silhouette) > 0 && differing_bits(&silhouette, &filtered) > 0);
             }
         }
     });
 }
 
-/// What selects a branch.
+/// Properties that select a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Scenario {
     I,
     /// In filtering: whether the fragment is lit.
     O(Option<bool>),
-    /// Whether it lies between left and right; in filtering which end of the other axis was found, and whether it is lit.
+    /// `true` if both ends on u were found, `false` if both on v. In filtering: the end found on the other axis, and
+    /// whether the fragment is lit.
     U(bool, Option<(Option<usize>, bool)>),
-    /// The ends found on u and v, whether the edge lies along u; in filtering whether the fragment is lit.
+    /// The ends found on u and v, and whether the discontinuity runs along u. In filtering: whether the fragment is
+    /// lit.
     L(usize, usize, bool, Option<bool>),
 }
 
-/// None where the shader does not come to its branches.
+/// Returns the scenario of a point; `None` where the shader does not reach its branches.
 fn scenario(e: &EdgePoint, is_filtered: bool) -> Option<Scenario> {
     if !is_filtered && !e.d.lit {
         return None;
@@ -115,7 +117,7 @@ fn scenario(e: &EdgePoint, is_filtered: bool) -> Option<Scenario> {
 fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
     with_gpu(|host| {
         let receiver = FlatReceiver::new(host);
-        // Pixels by scenario, of silhouette recovery and of filtering.
+        // Pixels by scenario, for silhouette recovery and for filtering.
         let mut taken: [BTreeMap<Scenario, usize>; 2] = Default::default();
         let mut largest = 0.0_f64;
         for (seed, block) in (1..).zip([[1, 1], [2, 2], [1, 3], [3, 1], [7, 5], [24, 20]]) {
@@ -128,7 +130,7 @@ fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
                     let settings = [("receiver", receiver), ("max_distance", &text[..])];
                     VARIANTS.map(|v| compared(host, &inputs, MAP, v, &settings, &format!("blocks of {block:?}")))
                 };
-                // The receiver is level: its plane is the fixed depth.
+                // The receiver is level, so its plane is the fixed depth.
                 let images = compare("plane");
                 assert!(images == compare("fixed"));
                 let mut wrong = [0; 2];
@@ -141,7 +143,7 @@ fn noise_is_equal_bit_for_bit_and_takes_every_branch() {
                             continue;
                         };
                         *taken[variant].entry(s).or_default() += 1;
-                        // That the scenario is that of the pixel: the listings in f64 say the same of it.
+                        // The scenario belongs to the pixel: the listings in f64 give the same visibility.
                         let listing = [silhouette_visibility, filtered_visibility][variant];
                         let is_tie = variant == 0 && (e.nrd.x + e.nrd.y - 1.0).abs() <= PLACE_ERROR;
                         if !is_tie {

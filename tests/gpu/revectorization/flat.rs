@@ -1,5 +1,5 @@
-//! A plane under a shadow map made here, seen so that every pixel lies at a known place of a known texel; and what the
-//! functions say there of the bare shadow tests, without camera, light or depth.
+//! A plane under a shadow map made here, seen so that every pixel lies at a known position in a known texel. Also the
+//! results of the functions there from the bare shadow tests, without camera, light or depth.
 
 use crate::noise::visibility_of;
 use ash::vk;
@@ -19,25 +19,26 @@ const TEXEL: f64 = 0.125;
 const EYE: f64 = 20.0;
 const NEAR: f64 = 1.0;
 const FAR: f64 = 41.0;
-/// Depth of what casts: before any receiver here.
+/// Depth of casters, in front of any receiver here.
 const CASTER: f32 = 0.02;
-/// The map's receiver lies so much deeper than the seen one, that rounding decides nothing.
+/// Depth by which the map's receiver lies behind the visible one, so that rounding decides nothing.
 const DEEPER: f64 = 1e-5;
 
-/// Single precision, from a pixel to its place in the map: texels. Eight roundings on maps up to 128 texels wide.
+/// Single-precision error from a pixel to its position in the map, texels: eight roundings on maps up to 128 texels
+/// wide.
 pub const PLACE_ERROR: f64 = 8.0 * 128.0 * f32::EPSILON as f64;
 
-/// The map, and what the image shows of it.
+/// The map, and the part that the image shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
-    /// Texels of the map.
+    /// Size of the map, texels.
     pub map: [u32; 2],
-    /// The first texel shown, which may lie outside the map, and how many.
+    /// First texel shown, which may lie outside the map, and the number of texels shown.
     pub first: [i64; 2],
     pub texels: [u32; 2],
-    /// Pixels a texel along each axis.
+    /// Pixels per texel along each axis.
     pub zoom: u32,
-    /// How much the plane rises towards the light along the world's x and y.
+    /// Rise of the plane towards the light along the world's x and y.
     pub rise: [f64; 2],
 }
 
@@ -46,7 +47,7 @@ impl Window {
         self.texels.map(|n| n * self.zoom)
     }
 
-    /// The texel that a pixel's centre lies in, and the place in it.
+    /// Returns the texel that contains a pixel's centre, and the position in it.
     pub fn place(&self, pixel: usize) -> ([i64; 2], DVec2) {
         let (width, zoom) = (self.size()[0] as usize, self.zoom as usize);
         let at = [pixel % width, pixel / width];
@@ -58,7 +59,7 @@ impl Window {
         (0..2).all(|k| (0..i64::from(self.map[k])).contains(&texel[k]))
     }
 
-    /// World x and y of a point of the map, texels.
+    /// Returns the world x and y of a point of the map, texels.
     fn world(&self, point: DVec2) -> DVec2 {
         let middle = dvec2(self.map[0].into(), self.map[1].into()) / 2.0;
         dvec2(point.x - middle.x, middle.y - point.y) * TEXEL
@@ -68,13 +69,13 @@ impl Window {
         DVec2::from(self.rise).dot(self.world(point))
     }
 
-    /// Every pixel.
+    /// Returns the indices of all pixels.
     pub fn pixels(&self) -> std::ops::Range<usize> {
         0..(self.size()[0] * self.size()[1]) as usize
     }
 }
 
-/// Everything that goes into a technique.
+/// All inputs of a technique.
 pub struct Flat {
     pub window: Window,
     camera: CameraView,
@@ -87,7 +88,7 @@ pub struct Flat {
 }
 
 impl Flat {
-    /// `texels` are those inside the map.
+    /// Makes the inputs from the map's texels; only those inside the map are read.
     pub fn new(host: &Host, window: Window, texels: &impl Texels) -> Self {
         let half = |n: [u32; 2]| n.map(|n| 0.5 * TEXEL * f64::from(n));
         let above = |p: DVec2| DAffine3::from_translation(window.world(p).extend(EYE));
@@ -139,13 +140,13 @@ impl Flat {
         }
     }
 
-    /// What a mirror wants.
+    /// Returns the data for a mirror.
     pub fn data(&self) -> FrameData<'_> {
         let (depth, normal) = (&self.depth[..], &self.normal[..]);
         FrameData { constants: &self.constants, depth, normal, shadow_map: &self.map }
     }
 
-    /// What a technique makes of it. Receivers stay where they are.
+    /// Returns a technique's visibility. Without a normal offset, receivers stay where they are.
     pub fn visibility(&self, host: &Host, id: &str, settings: &[(&str, &str)]) -> Vec<f32> {
         let settings = settings.iter().copied().chain([("normal_offset", "0")]);
         let params = Params::parse(technique::find(id).unwrap(), settings).unwrap();
@@ -156,21 +157,21 @@ impl Flat {
     }
 }
 
-/// What a function says of the shadow tests themselves, pixel by pixel.
+/// Result of a function from the shadow tests themselves, pixel by pixel.
 pub struct Expected {
     pub visibility: Vec<f64>,
-    /// How far a pixel may be off because a line that decides it passes within the rounding of its place.
+    /// Possible error of a pixel because a line that decides it passes within the rounding error of its position.
     pub doubt: Vec<f64>,
 }
 
-/// The mean of `function` over `width` x `width` texels; the function itself for 1. Pixels outside the map are lit, as are
-/// texels outside it.
+/// Returns the mean of `function` over `width` x `width` texels, or the function itself for width 1. Pixels and texels
+/// outside the map are lit.
 pub fn expected(w: &Window, texels: &impl Texels, function: Function, max_distance: u32, width: u32) -> Expected {
     let inside = |t: [i64; 2]| !w.contains(t) || texels.lit(t);
     expected_of(w, &inside, function, max_distance, width)
 }
 
-/// The same with tests of any texels outside the map.
+/// Returns the same, with any tests for the texels outside the map.
 pub fn expected_of(w: &Window, texels: &impl Texels, function: Function, max_distance: u32, width: u32) -> Expected {
     let half = i64::from(width / 2);
     let first = w.first.map(|n| n - half);
@@ -195,17 +196,17 @@ pub fn expected_of(w: &Window, texels: &impl Texels, function: Function, max_dis
 }
 
 impl Expected {
-    /// Pixels that are not as expected; NaN is not.
+    /// Counts the pixels that are not as expected, including NaN.
     pub fn wrong(&self, gpu: &[f32]) -> usize {
         assert_eq!(gpu.len(), self.visibility.len());
         let is_right = |i: usize| {
-            // A ramp changes by at most 1 a texel along each axis.
+            // A ramp changes by at most 1 per texel along each axis.
             (f64::from(gpu[i]) - self.visibility[i]).abs() <= self.doubt[i] + 2.0 * PLACE_ERROR
         };
         (0..gpu.len()).filter(|&i| !is_right(i)).count()
     }
 
-    /// Pixels in doubt.
+    /// Counts the pixels in doubt.
     pub fn ties(&self) -> usize {
         self.doubt.iter().filter(|d| **d > 0.0).count()
     }

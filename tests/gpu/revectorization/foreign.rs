@@ -1,4 +1,4 @@
-//! The example of `glsl/README.md`, run as an engine of its own would run it: no pass, no struct of the library.
+//! The example of `glsl/README.md`, run as another engine would run it: without passes or structs of the library.
 
 use crate::common::with_gpu;
 use crate::noise::{IMAGE, MAP, Noise, ZOOM, edge_point, place};
@@ -10,12 +10,12 @@ use glam::{DVec2, Mat4, dvec2};
 
 const SPIRV: &[u8] = include_bytes!("../../../spv/example/foreign.comp.spv");
 const MAXDIST: u32 = 32;
-/// Moves the points off the lines between texels, texels.
+/// Offset that moves the points off the lines between texels, texels.
 const SHIFT: DVec2 = dvec2(0.013, 0.029);
 
-/// Push constants as the shader declares them.
+/// Returns the push constants as the shader declares them.
 fn push(bias: f32) -> Vec<u8> {
-    // The map's texels are the world's units; z is the depth.
+    // World units are the map's texels; z is the depth.
     let [w, h] = MAP.map(|n| n as f32);
     let clip_from_world = Mat4::from_cols_array(&[
         2.0 / w,
@@ -44,7 +44,7 @@ fn texture(host: &Host, name: &str, texels: &[[f32; 4]]) -> Image {
     host.upload_image(&desc, bytemuck::cast_slice(texels)).unwrap()
 }
 
-/// Dispatches the example over three textures and one image.
+/// Dispatches the example with three textures and one image.
 fn dispatch(host: &Host, textures: [&Image; 3], visibility: &Image, push: &[u8]) {
     let device = &host.context().device().raw;
     let stage = vk::ShaderStageFlags::COMPUTE;
@@ -58,7 +58,7 @@ fn dispatch(host: &Host, textures: [&Image; 3], visibility: &Image, push: &[u8])
     });
     let code = ash::util::read_spv(&mut std::io::Cursor::new(SPIRV)).unwrap();
     let sizes = [0, 3].map(|i| vk::DescriptorPoolSize { ty: kind(i), descriptor_count: 4 });
-    // SAFETY: every handle outlives its use: the submission is waited for before any is destroyed.
+    // SAFETY: every handle outlives its use: the submission has finished before any is destroyed.
     unsafe {
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
         let sets = [device.create_descriptor_set_layout(&info, None).unwrap()];
@@ -86,7 +86,7 @@ fn dispatch(host: &Host, textures: [&Image; 3], visibility: &Image, push: &[u8])
         });
         device.update_descriptor_sets(&writes, &[]);
         host.run(|cmd| {
-            // What was uploaded is read, and what is written is read back.
+            // Makes uploads visible to reads, and writes visible to the read-back.
             let barrier = [vk::MemoryBarrier2::default()
                 .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
                 .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
@@ -116,7 +116,8 @@ fn the_example_gives_the_listings_visibility() {
         let noise = Noise::new(7, [5, 3]);
         let map = noise.upload(host, false);
         let pixels = (IMAGE[0] * IMAGE[1]) as usize;
-        // Every eleventh pixel is sky; the receiver is tilted along u, by less than the depth between the map's two.
+        // Every eleventh pixel is sky. The receiver is tilted along u, by less than the distance between the map's two
+        // depths.
         let sky = |i: usize| i.is_multiple_of(11);
         let slope = 0.004;
         let at = |i: usize| place(i) + SHIFT;
@@ -135,12 +136,12 @@ fn the_example_gives_the_listings_visibility() {
         let normals = texture(host, "normals", &vec![normal; pixels]);
         let desc = ImageDesc::storage("visibility", vk::Format::R32_SFLOAT, IMAGE);
         let unwritten = vec![0.5_f32; pixels];
-        // With a bias of the whole range nothing is in shadow: the bias arrives.
+        // With a bias of the whole depth range nothing is in shadow, so the bias is passed on.
         for (bias, is_all_lit) in [(1e-3, false), (1.5, true)] {
             let visibility = host.upload_image(&desc, bytemuck::cast_slice(&unwritten)).unwrap();
             dispatch(host, [&positions, &normals, &map], &visibility, &push(bias));
             let got = host.read_values(&visibility).unwrap();
-            // On a shifted grid a pixel may leave the map: there it is lit.
+            // A shifted pixel may lie outside the map, where it is lit.
             let expected = |i: usize| -> Option<f64> {
                 let p = at(i);
                 let is_inside = p.x <= f64::from(MAP[0]) && p.y <= f64::from(MAP[1]);

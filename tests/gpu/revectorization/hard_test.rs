@@ -1,5 +1,5 @@
-//! The RBSM family against the hard shadow test alone: where it must keep it, and where it may only darken it. Nothing
-//! here comes from the mirrors: a pixel's point is where its ray meets the scene, and the map is read as it lies.
+//! The RBSM family compared with the hard shadow test alone: where it must keep the test, and where it may only darken
+//! it. Nothing here uses the mirrors: a pixel's point is where its ray meets the scene, and the map is read directly.
 
 use crate::common::{Shot, desc, every_shipped, renderer, visibility, with_gpu};
 use crate::properties::hits;
@@ -9,13 +9,13 @@ use glam::{DMat2, DVec2, DVec3, dvec2};
 
 const SIZE: [u32; 2] = [256, 144];
 
-/// Pixels of `b` that are lighter than those of `a`.
+/// Counts the pixels of `b` that are lighter than those of `a`.
 fn lighter(a: &[f32], b: &[f32]) -> usize {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).filter(|(a, b)| b.is_nan() || b > a).count()
 }
 
-/// Listing 4 at the fixed depth starts from the test of shadow mapping, to the bit.
+/// Listing 4 with a fixed depth starts from exactly the test of shadow mapping.
 #[test]
 fn silhouette_recovery_lights_nothing() {
     with_gpu(|host| {
@@ -31,7 +31,7 @@ fn silhouette_recovery_lights_nothing() {
                 assert_eq!(lighter(&sm, &rbsm), 0, "{} map {map}, distance {distance}", scene.name);
                 grown += lighter(&rbsm, &sm);
             }
-            // RBSM* moves the edge both ways.
+            // RBSM* moves the boundary both ways.
             by_others += lighter(&sm, &visibility(&mut r, "rbsm-star", &same));
         }
         println!("{grown} pixels darkened by rbsm, {by_others} lit by rbsm-star");
@@ -39,18 +39,18 @@ fn silhouette_recovery_lights_nothing() {
     });
 }
 
-/// What is certain of a pixel by the map alone.
+/// Facts about a pixel that the map alone makes certain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Certain {
     Nothing,
-    /// The texel that it falls into is in shadow.
+    /// The texel that contains the pixel's point is in shadow.
     Dark,
-    /// No side of the texel is an edge; its test.
+    /// No side of the texel has a discontinuity; holds the texel's test.
     Quiet(bool),
 }
 
-/// The techniques' default bias along the slope of a texel, and what is left for rounding on either side of a test: of
-/// the slope, for normals of 16 bits, and of the depth.
+/// The techniques' default bias along the slope of a texel, and the margin for rounding on either side of a test: a
+/// fraction of the slope (for 16-bit normals) and a part of the depth.
 const DEPTH_BIAS: f64 = 0.3;
 const GUARD: [f64; 2] = [0.1, 1e-6];
 
@@ -64,7 +64,7 @@ fn certain(hit: &Hit, light: &LightView, map: &[f32], map_size: u32) -> Certain 
     if hit.normal.dot(light.towards(hit.position)) < 0.05 {
         return Certain::Nothing;
     }
-    // The plane's slope a texel, by two steps along it so short that perspective does not show.
+    // The plane's slope per texel, from two steps so short that perspective has no effect.
     let step = 1e-5 * (light.position() - hit.position).length();
     let (s, t) = hit.normal.any_orthonormal_pair();
     let points = [DVec3::ZERO, s, t].map(|d| point(hit.position + step * d));
@@ -76,7 +76,7 @@ fn certain(hit: &Hit, light: &LightView, map: &[f32], map_size: u32) -> Certain 
     if fraction.min_element() < 0.01 || fraction.max_element() > 0.99 {
         return Certain::Nothing;
     }
-    // Lit, in shadow, or too close to say.
+    // Lit, in shadow, or too close to tell.
     let test = |away: DVec2| {
         let texel = (first + away).as_i64vec2();
         let inside = texel.min_element() >= 0 && texel.max_element() < i64::from(map_size);
@@ -96,8 +96,8 @@ fn certain(hit: &Hit, light: &LightView, map: &[f32], map_size: u32) -> Certain 
     }
 }
 
-/// Pixels that are not as they must be: none may differ from the test where no side of the texel is an edge, and silhouette
-/// recovery lights no texel that is in shadow.
+/// Counts wrong pixels. Where no side of the texel has a discontinuity, none may differ from the test, and silhouette
+/// recovery lights no texel in shadow.
 fn wrong(certain: &[Certain], seen: &[f32], recovers: bool) -> usize {
     assert_eq!(certain.len(), seen.len());
     let is_wrong = |(c, v): (&Certain, &f32)| match c {
@@ -110,7 +110,7 @@ fn wrong(certain: &[Certain], seen: &[f32], recovers: bool) -> usize {
 
 #[test]
 fn away_from_edges_the_family_keeps_the_test() {
-    // Edges of a texel are all that these may change.
+    // These may change only texels with a discontinuity.
     let modes: [(&str, &[(&str, &str)]); 5] = [
         ("rbsm", &[]),
         ("rbsm-filtered", &[]),
@@ -123,13 +123,13 @@ fn away_from_edges_the_family_keeps_the_test() {
         for scene in every_shipped() {
             let map_size = 256;
             let mut r = renderer(host, &scene, desc(SIZE, map_size));
-            // At the point itself, and on its plane.
+            // At the point itself and on its plane, without offset or slack.
             let exact = [("normal_offset", "0"), ("slack", "0")];
             let images = modes.map(|(id, params)| visibility(&mut r, id, &[params, &exact].concat()));
             let shot = Shot::of(host, &r, true);
             let triangles = host.read_image::<u32>(&r.gbuffer().triangle).unwrap();
             let light = *r.light();
-            // Where the ray and the rasteriser see the same triangle.
+            // Only where the ray and the rasteriser see the same triangle.
             let certain: Vec<Certain> = hits(&scene, &r, SIZE)
                 .iter()
                 .zip(&triangles)
@@ -146,7 +146,7 @@ fn away_from_edges_the_family_keeps_the_test() {
                 let off = wrong(&certain, &images[k], *id == "rbsm");
                 assert_eq!(off, 0, "{} {id} {params:?}", scene.name);
             }
-            // What looks farther than a texel is found out, and so is what lights shadow.
+            // A technique that reads more than a texel away is found out, and so is one that lights shadow.
             let wide = visibility(&mut r, "rpcf", &[&[("width", "3")], &exact[..]].concat());
             controls[0] += wrong(&certain, &wide, false);
             controls[1] += wrong(&certain, &images[2], true);

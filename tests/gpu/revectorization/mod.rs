@@ -1,4 +1,4 @@
-//! Revectorized visibility: against its mirrors, the listings' own rules, and shapes of known truth.
+//! Revectorized visibility compared with its mirrors, with the listings' own rules, and on shapes of known truth.
 
 mod borders;
 mod branches;

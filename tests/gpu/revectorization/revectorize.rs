@@ -1,4 +1,4 @@
-//! The RBSM family against its mirror in `f64`, pixel by pixel.
+//! The RBSM family equals its mirror in `f64`, pixel by pixel.
 
 use crate::common::{
     Shot, assert_same_bits, desc, every_nth, every_shipped, is_full_sweep, prepare, renderer, shipped_scene,
@@ -13,10 +13,10 @@ use edgeshade::scene::RenderDesc;
 
 const SIZE: [u32; 2] = [256, 144];
 
-/// Id, settings, and the function that the technique is.
+/// Technique id, settings, and the technique's function.
 type Member = (&'static str, &'static [(&'static str, &'static str)], Function);
 
-/// Every function of the family, with the technique that is it.
+/// Every function of the family, with its technique.
 pub const FUNCTIONS: &[Member] = &[
     ("rbsm", &[], Function::Silhouette),
     ("rbsm-filtered", &[], Function::Filtered),
@@ -37,7 +37,7 @@ pub fn settings(function: Function, fixed_depth: bool, max_distance: u32) -> Set
     }
 }
 
-/// A ramp may be off by rounding; a binary result by nothing.
+/// Returns the tolerance: rounding for a ramp, almost none for a binary result.
 pub fn tolerance(function: Function) -> f64 {
     if function == Function::Filtered { 1e-4 } else { 1e-6 }
 }
@@ -49,12 +49,12 @@ fn agreement(gpu: &[f32], mirror: &Mirror, function: Function) -> Agreement {
 #[test]
 fn the_family_equals_its_mirrors() {
     with_gpu(|host| {
-        // Each distance and receiver is a set of pipelines of its own, and compiling these is what takes the time.
+        // Each distance and receiver needs its own pipelines, and compiling them takes most of the time.
         let cases: &[(u32, bool, bool, u32)] =
             &[(512, true, false, 16), (333, false, false, 16), (512, true, true, 64), (100, true, false, 1)];
         for (i, scene) in every_shipped().enumerate().take(if is_full_sweep() { usize::MAX } else { cases.len() }) {
             for (k, &(map_size, normals, fixed, max_distance)) in cases.iter().enumerate() {
-                // Every case on every fourth scene, all scenes with some.
+                // Every case runs on every fourth scene, and every scene runs some.
                 if (i + k) % 4 != 0 {
                     continue;
                 }
@@ -78,11 +78,11 @@ fn the_family_equals_its_mirrors() {
     });
 }
 
-/// The comparison is worth something only if it can fail.
+/// The comparison can fail.
 #[test]
 fn planted_differences_are_found() {
     with_gpu(|host| {
-        // Texels large enough in the picture for the last quality to show.
+        // Texels large enough in the picture for the last quality to matter.
         let scene = shipped_scene("robot");
         let mut renderer = lit_renderer(host, &scene, SIZE, 128, true);
         let shot = |r: &_| Shot::of(host, r, true);
@@ -97,7 +97,7 @@ fn planted_differences_are_found() {
             assert_eq!(agreement(&planted, &right, function).wrong, 1);
             planted[sure(&right)] = f32::NAN;
             assert_eq!(agreement(&planted, &right, function).wrong, 1);
-            // Another function, a shorter reach, the fixed depth.
+            // Another function, a shorter reach, and the fixed depth.
             for &(other, other_params, f) in FUNCTIONS {
                 let wrong = agreement(&gpu, &mirror(f, false, 16), function).wrong;
                 let same = f == function;
@@ -113,7 +113,7 @@ fn planted_differences_are_found() {
 pub const FILTERED: &[(&str, Function)] =
     &[("filtered", Function::Filtered), ("star", Function::Star), ("profile", Function::Profile(Quality::Run))];
 
-/// The passes share tests and runs between samples; the mirror takes each sample for itself.
+/// The passes share tests and runs between samples; the mirror computes every sample separately.
 #[test]
 fn rpcf_equals_its_mirror() {
     with_gpu(|host| {
@@ -127,7 +127,7 @@ fn rpcf_equals_its_mirror() {
                 check_rpcf(host, &scene, (size, width, map_size, fixed, max_distance));
             }
         }
-        // The widest, whose ring needs a bit more than a word has.
+        // The widest kernel, whose ring needs one bit more than a word has.
         check_rpcf(host, &shipped_scene("fence"), ([64, 36], 31, 512, false, 16));
     });
 }
@@ -152,12 +152,12 @@ fn check_rpcf(
         let shot = Shot::of(host, &renderer, true);
         let mirror = |w| rpcf::visibility(&shot.data(), &settings(*function, fixed, max_distance), w).unwrap();
         compare(&off, &mirror(width), 1e-4).check(&what, if width < 7 { 0.03 } else { 0.3 });
-        // It can fail: the mean over another width.
+        // The comparison can fail: use the mean over another width.
         assert!(compare(&off, &mirror(width + 2), 1e-4).wrong > 20, "{what}: another width goes unnoticed");
     }
 }
 
-/// The pictures of what is found on the way.
+/// The images of intermediate results.
 #[test]
 fn intermediates_equal_their_mirror() {
     with_gpu(|host| {
@@ -192,14 +192,15 @@ fn intermediates_equal_their_mirror() {
             println!("intermediates {word}: {} wrong, {unsure} of {} unsure", wrong(&height), mirror.len());
             assert_eq!(wrong(&height), 0, "{word}");
             assert!(unsure * 50 < mirror.len(), "{word}: {unsure} unsure");
-            // It can fail, and there is something to see.
-            let edges: Vec<_> = (0..mirror.len()).filter(|&i| mirror[i].height != [0.0; 4] && mirror[i].sure).collect();
-            assert!(edges.len() > 200, "{word}: {} pixels at edges", edges.len());
+            // The comparison can fail, and the image is not empty.
+            let boundary: Vec<_> =
+                (0..mirror.len()).filter(|&i| mirror[i].height != [0.0; 4] && mirror[i].sure).collect();
+            assert!(boundary.len() > 200, "{word}: {} pixels at discontinuities", boundary.len());
             let mut planted = height.clone();
-            planted[edges[0]][0] += 1e-3;
+            planted[boundary[0]][0] += 1e-3;
             assert_eq!(wrong(&planted), 1, "{word}: a planted difference goes unnoticed");
         }
-        // Nobody asked: nothing is made.
+        // Without a request, no intermediates are made.
         let r = renderer(host, &scene, desc(SIZE, 64));
         assert!(prepare(&r, "rbsm", &[]).intermediates().is_empty());
     });

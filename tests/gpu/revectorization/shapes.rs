@@ -1,5 +1,5 @@
-//! The study's shapes on the GPU: the family equals its mirrors, the functions asked of the shapes themselves, and the
-//! study's figures.
+//! The study's shapes on the GPU: the family equals its mirrors, the functions evaluated on the shapes themselves, and
+//! the study's figures.
 
 use crate::common::with_gpu;
 use crate::mirrors::compare;
@@ -12,24 +12,24 @@ use edgeshade::reference::revectorization::shapes::study::{Method, Options, of_s
 use edgeshade::reference::revectorization::shapes::{Class, Shape, TILE};
 use glam::dvec2;
 
-/// Texels of the map around the study's tile.
+/// Margin of the map around the study's tile, texels.
 const MARGIN: i64 = 40;
 const MAX_DISTANCE: u32 = 16;
-/// Parallel to the map, and at 51 degrees to it.
+/// Receivers parallel to the map, and at 51 degrees to it.
 const RISES: [[f64; 2]; 2] = [[0.0, 0.0], [1.2, -0.3]];
 
-/// A part of the tile.
+/// Returns a window on a part of the tile.
 fn window(from: u32, texels: u32, zoom: u32, rise: [f64; 2]) -> Window {
     let (map, first) = ([TILE + 2 * MARGIN as u32; 2], [MARGIN + i64::from(from); 2]);
     Window { map, first, texels: [texels; 2], zoom, rise }
 }
 
-/// The shape in the map.
+/// Returns the shape placed in the map.
 fn placed(shape: &Shape) -> impl Fn([i64; 2]) -> bool {
     move |texel| edgeshade::reference::revectorization::revectorize::Texels::lit(shape, texel.map(|t| t - MARGIN))
 }
 
-/// Panics unless the image is right, and a pixel planted into it is not.
+/// Panics unless the image is right and a planted pixel is noticed.
 fn check(gpu: &[f32], expected: &Expected, what: &str) {
     assert_eq!(expected.wrong(gpu), 0, "{what}");
     let sure = (0..gpu.len()).find(|&i| expected.doubt[i] == 0.0 && gpu[i] == 1.0).unwrap();
@@ -44,7 +44,7 @@ fn check(gpu: &[f32], expected: &Expected, what: &str) {
 fn the_family_equals_its_mirrors_and_the_shapes() {
     with_gpu(|host| {
         let (mut pixels, mut ties) = (0, 0);
-        // Of each function under the name of each other, over all shapes.
+        // Wrong pixels of each function compared with each other one, over all shapes.
         let mut others = [[0; FUNCTIONS.len()]; FUNCTIONS.len()];
         for (i, class) in Class::ALL.into_iter().enumerate() {
             let shape = Shape::new(class, 1);
@@ -87,7 +87,7 @@ fn rpcf_equals_its_mirror_and_the_mean_over_the_shapes() {
                     let says = |width| expected(&w, &placed(&shape), function, MAX_DISTANCE, width);
                     assert_eq!(says(width).wrong(&gpu), 0, "{what}");
                     assert!(says(width + 2).wrong(&gpu) > 20, "{what}: another width goes unnoticed");
-                    // The mirror takes its time.
+                    // The mirror is slow, so it runs on some cases only.
                     if (i + k) % 3 == 0 && (width == 3 || i < 3) {
                         let settings = Settings { normal_offset: 0.0, ..settings(function, false, MAX_DISTANCE) };
                         let mirror = rpcf::visibility(&flat.data(), &settings, width).unwrap();
@@ -99,7 +99,7 @@ fn rpcf_equals_its_mirror_and_the_mean_over_the_shapes() {
     });
 }
 
-/// Area that is too dark and too light, texels.
+/// Returns the areas that are too dark and too light, texels.
 fn mismatch(w: &Window, shape: &Shape, lit: impl Fn(usize) -> bool) -> [f64; 2] {
     let mut area = [0.0; 2];
     for i in w.pixels() {
@@ -121,10 +121,11 @@ fn the_studys_figures_are_those_of_the_pictures() {
         // The study's points are the pixels' centres.
         let subsamples = 4;
         let options = Options { methods, shapes: 1, subsamples, max_distances: vec![MAX_DISTANCE] };
-        // Mismatch a texel of silhouette in the pictures and in the study, mean over the shapes; pixels in doubt.
+        // Mismatch per texel of silhouette in the pictures and in the study, averaged over the shapes; pixels in
+        // doubt.
         let mut table = [([0.0; 2], 0); FUNCTIONS.len()];
         let mut shapes = 0.0;
-        // Shapes that tell each function from the next.
+        // Number of shapes that distinguish each function from the next.
         let mut told_apart = [0; FUNCTIONS.len()];
         for (i, shape) in Class::ALL.into_iter().flat_map(|c| c.shapes().take(2)).enumerate() {
             let w = window(0, TILE, subsamples, RISES[i % 2]);
@@ -141,7 +142,7 @@ fn the_studys_figures_are_those_of_the_pictures() {
                 let gpu = flat.visibility(host, id, params);
                 let area = mismatch(&w, &shape, |i| gpu[i] >= 0.5);
                 let says = expected(&w, &placed(&shape), function, MAX_DISTANCE, 1);
-                // On a line, or on the ramp's own line at one half.
+                // On a deciding line, or where the ramp is one half.
                 let ramp = |v: f64| function == Function::Filtered && (v - 0.5).abs() <= 2.0 * PLACE_ERROR;
                 let ties = (0..gpu.len()).filter(|&i| says.doubt[i] > 0.0 || ramp(says.visibility[i])).count();
                 let allowed = ties as f64 / f64::from(w.zoom * w.zoom) + 1e-9;
@@ -150,7 +151,7 @@ fn the_studys_figures_are_those_of_the_pictures() {
                     (0..2).all(|k| (area[k] - known[k]).abs() <= allowed)
                 };
                 assert!(is_right(k + 1), "{id} {params:?} {:?}: {area:?}, {:?}", shape.class, rows[k + 1]);
-                // The study's figure of the next function is another.
+                // The study's figure for the next function is different.
                 told_apart[k] += usize::from(!is_right((k + 1) % FUNCTIONS.len() + 1));
                 table[k].0[0] += (area[0] + area[1]) / length;
                 table[k].0[1] += rows[k + 1].mismatch();

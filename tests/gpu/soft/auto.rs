@@ -1,4 +1,4 @@
-//! The hybrid of soft shadows against its mirror, and against the techniques that it is made of.
+//! The hybrid of soft shadows compared with its mirror, and with the techniques that it combines.
 
 use super::ground::{self, Ground, UNDER_NOISE, noise, upload};
 use crate::common::enlarged;
@@ -18,7 +18,7 @@ use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];
 
-/// Default; much of each kind of filter; as in the papers, with few taps; nothing but plain tests.
+/// Default; many pixels for each kind of filter; as in the papers, with few taps; only plain tests.
 const FORMS: [Set; 4] = [
     &[],
     &[("hard_pixels", "4"), ("kernel_texels", "5"), ("max_distance", "7"), ("thin_distance", "0")],
@@ -57,7 +57,8 @@ fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
     ground::on_ground(host, "soft-auto", params(set))
 }
 
-/// A mirror that doubts everything agrees with anything.
+/// Checks an image against its mirror. The mirror must have few doubts, since one that doubts everything agrees with
+/// anything.
 fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) {
     compare(gpu, mirror, 1e-4).check(what, most_ties);
     let doubt = mirror.doubt.iter().sum::<f64>() / mirror.doubt.len() as f64;
@@ -68,7 +69,7 @@ fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) {
 #[test]
 fn it_equals_its_mirror_on_scenes() {
     with_gpu(|host| {
-        // Lights of such a size that each kind of filter has its pixels.
+        // Lights of such sizes that each kind of filter has pixels.
         let cases = [
             ("robot", 4.0, 1024, true),
             ("courtyard", 6.0, 512, true),
@@ -89,7 +90,7 @@ fn it_equals_its_mirror_on_scenes() {
                 let what = format!("soft-auto {name} {map_size} {set:?}");
                 let s = settings(set);
                 check(&gpu, &mirror(&s), &what, 0.05);
-                // Each kind of filter is another image.
+                // Each kind of filter gives another image.
                 let wrong = |s: Settings| compare(&gpu, &mirror(&s), 1e-4).wrong;
                 let others = [
                     wrong(Settings { hard_pixels: s.hard_pixels + 2.0, ..s }),
@@ -126,7 +127,7 @@ fn it_equals_its_mirror_on_noise() {
                     soft_auto::visibility(&ground.data(&constants, &texels), &settings(set)).unwrap()
                 };
                 check(&gpu, &mirror(&ground), &what, 0.25);
-                // The light a little larger is another image, unless it has no size.
+                // A slightly larger light gives another image, unless it has no size.
                 let wrong = compare(&gpu, &mirror(&ground.with_size(1.05)), 1e-4).wrong;
                 assert!(if size == 0.0 { wrong == 0 } else { wrong > 20 }, "{what}: {wrong} pixels");
             }
@@ -134,7 +135,8 @@ fn it_equals_its_mirror_on_noise() {
     });
 }
 
-/// Without one of the two kinds of filter it is the technique of the other, bit for bit, and skipping changes nothing.
+/// Without one of its two kinds of filter, it equals the technique of the other, bit for bit; skipping changes
+/// nothing.
 #[test]
 fn its_ends_are_pcss_and_rbssm() {
     const BIAS: Set = &[("normal_offset", "0.1"), ("depth_bias", "0.3")];
@@ -165,7 +167,7 @@ fn its_ends_are_pcss_and_rbssm() {
     });
 }
 
-/// Every kind of filter has its share of the pixels, and not more than there are in penumbrae.
+/// Every kind of filter has some pixels, but no more than there are in penumbrae.
 #[test]
 fn pixels_are_listed_for_each_kind_of_filter() {
     with_gpu(|host| {
@@ -177,12 +179,12 @@ fn pixels_are_listed_for_each_kind_of_filter() {
         println!("{tiles:?}");
         assert_eq!(lists.len(), 3);
         assert!(lists.iter().all(|l| l.1.active > 0 && l.1.active < all.1.total), "{tiles:?}");
-        // Groups of 64 pixels, each list's last one not full.
+        // Groups of 64 pixels; the last group of each list is not full.
         assert!(lists.iter().map(|l| l.1.active).sum::<u32>() <= all.1.active + 3, "{tiles:?}");
     });
 }
 
-/// A light without size: the image of RBSM*, bit for bit, whether as a hard edge or as a filter without width.
+/// With a light without size, it equals RBSM*, bit for bit, whether by hard edges or by filters without width.
 #[test]
 fn a_light_without_size_is_the_hard_technique() {
     with_gpu(|host| {
@@ -218,7 +220,7 @@ fn impossible_settings_are_errors() {
         assert!(error.contains(name), "{error}");
     }
     with_gpu(|host| {
-        // Devices differ in how much a storage buffer holds.
+        // Devices differ in the size limit of storage buffers.
         if !is_llvmpipe(host) {
             return;
         }

@@ -1,4 +1,4 @@
-//! Which pixels are searched and filtered, against the mirror of the classification.
+//! Classes of pixels, which decide where to search and filter, compared with the mirror of the classification.
 
 use super::{pcss as pcss_tests, rbssm as rbssm_tests};
 use crate::common::enlarged;
@@ -11,11 +11,11 @@ use edgeshade::scene::{RenderDesc, Renderer};
 
 type Set = &'static [(&'static str, &'static str)];
 
-/// Techniques that classify, with their two windows.
+/// Techniques that classify, each with both search windows.
 const FORMS: [(&str, Set); 4] =
     [("pcss", &[]), ("pcss", &[("search", "near")]), ("rbssm", &[]), ("rbssm", &[("search", "near")])];
 
-/// As the GPU classifies.
+/// Returns the classes from the GPU.
 fn drawn(host: &Host, r: &mut Renderer<'_>, id: &str, set: Set) -> Vec<Class> {
     let mut technique = prepare(r, id, set);
     r.frame(technique.as_mut()).unwrap();
@@ -38,13 +38,13 @@ fn mirrored(data: &FrameData<'_>, id: &str, set: Set, map: &MapClasses) -> Vec<C
     .unwrap()
 }
 
-/// Pixels of a class that the mirror does not explain.
+/// Counts the pixels whose class the mirror does not explain.
 fn wrong(drawn: &[Class], mirror: &[Classified]) -> usize {
     assert_eq!(drawn.len(), mirror.len());
     drawn.iter().zip(mirror).filter(|(class, m)| !m.explains(**class)).count()
 }
 
-/// The same with cells that hold a quarter of what they should: of each level, those of the finer one.
+/// Returns a map whose cells hold a quarter of what they should: each level has the bounds of the finer one.
 fn one_level_off(map: &MapClasses) -> MapClasses {
     let mut planted = map.clone();
     for l in 1..map.hsm.levels.len() {

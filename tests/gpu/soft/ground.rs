@@ -1,4 +1,4 @@
-//! A plane, level or tilted, that fills a camera's view and that of a light, under shadow maps made by hand.
+//! Plane, level or tilted, that fills the views of a camera and a light, under hand-made shadow maps.
 
 use crate::common::enlarged;
 use crate::common::passes::Random;
@@ -12,11 +12,11 @@ use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique};
 use edgeshade::view::{CameraView, LightView};
 use glam::{DAffine3, dvec3};
 
-/// Texels: odd, and wider than high.
+/// Size of the map in texels: odd, and wider than high.
 pub const MAP: [u32; 2] = [101, 67];
 pub const IMAGE: [u32; 2] = [192, 128];
 
-/// Lights and planes for noise: whether a spot, its size, the tilt.
+/// Lights and planes for noise: whether it is a spot, the light's size, the plane's tilt.
 pub const UNDER_NOISE: [(bool, f64, f64); 5] =
     [(true, 0.0, 0.0), (true, 0.5, 0.0), (true, 3.0, 0.3), (false, 0.02, 0.0), (false, 0.4, -0.2)];
 
@@ -25,7 +25,7 @@ const DISTANCE: f64 = 10.0;
 const NEAR: f64 = 1.0;
 const FAR: f64 = 21.0;
 
-/// A technique for such images and maps.
+/// Prepares a technique for such images and maps.
 pub fn on_ground(host: &Host, id: &str, params: Params) -> Box<dyn Technique> {
     let setup =
         Setup { extent: IMAGE, map_size: MAP, output: OutputFormat::R32, params, intermediates: false, casters: None };
@@ -40,8 +40,8 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// The plane falls away by `tilt` a unit to the right; the light is a spot of full width `size`, or a sun of full angle
-    /// `size`.
+    /// Makes the plane and the light. The plane falls away by `tilt` per unit to the right. The light is a spot of
+    /// full width `size`, or a sun of full angle `size`.
     pub fn new(host: &Host, is_spot: bool, size: f64, tilt: f64) -> Self {
         let eye = DAffine3::from_translation(dvec3(0.0, 0.0, DISTANCE));
         let half = [4.0, 4.0 * f64::from(MAP[1]) / f64::from(MAP[0])];
@@ -65,13 +65,13 @@ impl Ground {
         }
     }
 
-    /// The same under a light of another size.
+    /// Returns the same under a light of another size.
     pub fn with_size(mut self, factor: f64) -> Self {
         self.light[0] = enlarged(&self.light[0], factor);
         self
     }
 
-    /// What the map stores of something at a distance from the light's plane.
+    /// Returns the depth that the map stores at a distance from the light's plane.
     pub fn stored(&self, distance: f64) -> f32 {
         let q = self.light[0].clip_from_view * glam::dvec4(0.0, 0.0, -distance, 1.0);
         (q.z / q.w) as f32
@@ -97,13 +97,13 @@ impl Ground {
         FrameData { constants, depth: &self.depths, normal: &[], shadow_map: map }
     }
 
-    /// Width of a texel on the plane's middle, world units along x.
+    /// Returns the width of a texel at the plane's middle, world units along x.
     pub fn texel(&self) -> f64 {
         let q = self.light[0].clip_from_view * glam::dvec4(1.0, 0.0, -DISTANCE, 1.0);
         2.0 / (f64::from(MAP[0]) * q.x / q.w)
     }
 
-    /// World x of a pixel's centre.
+    /// Returns the world x of a pixel's centre.
     pub fn x(&self, pixel: usize) -> f64 {
         (2.0 * (pixel % IMAGE[0] as usize) as f64 + 1.0) / f64::from(IMAGE[0]) * 4.0 - 4.0
     }
@@ -113,14 +113,14 @@ impl Ground {
     }
 }
 
-/// A shadow map of given depths, row by row from the top.
+/// Returns a shadow map of given depths, row by row from the top.
 pub fn upload(host: &Host, depths: &[f32]) -> Image {
     let usage = vk::ImageUsageFlags::SAMPLED;
     let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", vk::Format::D32_SFLOAT, MAP) };
     host.upload_image(&desc, bytemuck::cast_slice(depths)).unwrap()
 }
 
-/// Depths of noise: holes, casters at many heights, now and then one texel among others.
+/// Returns depths of noise: holes, casters at many heights, and occasional single texels.
 pub fn noise(ground: &Ground, seed: u64) -> Vec<f32> {
     let mut random = Random(seed);
     let blocks: Vec<f32> = (0..20 * 20).map(|_| random.unit()).collect();

@@ -1,4 +1,4 @@
-//! Penumbrae of an area light: the shared passes and the techniques made of them.
+//! Penumbrae of an area light: the shared passes and the techniques that use them.
 
 mod auto;
 mod classes;

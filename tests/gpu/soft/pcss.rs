@@ -1,4 +1,4 @@
-//! Percentage-closer soft shadows against the mirror, a closed form, and without their shortcuts.
+//! Percentage-closer soft shadows compared with the mirror, with a closed form, and without their shortcuts.
 
 use super::ground::{self, Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
 use crate::common::enlarged;
@@ -13,7 +13,7 @@ use edgeshade::technique::{Params, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];
 
-/// The technique's forms: default; as in the papers; taps wherever a window is wider than a few texels; odd mixtures.
+/// Forms of the technique: default; as in the papers; taps wherever a window is wider than a few texels; odd mixtures.
 const FORMS: [Set; 4] = [
     &[],
     &[("search", "near"), ("taps", "nearest"), ("narrow", "taps")],
@@ -42,7 +42,8 @@ fn on_ground(host: &Host, set: Set) -> Box<dyn Technique> {
     ground::on_ground(host, "pcss", params(set))
 }
 
-/// A mirror that doubts everything agrees with anything: its doubts stay small, and planted errors are found despite them.
+/// Checks an image against its mirror. A mirror that doubts everything agrees with anything, so its doubts must stay
+/// small and planted errors must be found despite them.
 fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) -> Agreement {
     let agreement = compare(gpu, mirror, 1e-4);
     agreement.check(what, most_ties);
@@ -53,7 +54,7 @@ fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) -> Agreement 
     agreement
 }
 
-/// Partly shadowed, neither nearly lit nor nearly dark.
+/// Counts the pixels that are partly shadowed: neither nearly lit nor nearly dark.
 fn partly(values: &[f32]) -> usize {
     values.iter().filter(|v| (0.05..0.95).contains(*v)).count()
 }
@@ -78,7 +79,7 @@ fn it_equals_its_mirror_on_scenes() {
                 let what = format!("pcss {name} {map_size} {set:?}");
                 assert!(partly(&gpu) > 100, "{what}: {} pixels in penumbra", partly(&gpu));
                 check(&gpu, &mirror(&settings(set)), &what, 0.02);
-                // Another number of taps is another image.
+                // Another number of taps gives another image.
                 let s = settings(set);
                 let other = Settings { filter_taps: s.filter_taps + 2, exact_box: false, ..s };
                 assert!(compare(&gpu, &mirror(&other), 1e-4).wrong > 20, "{what}: other taps go unnoticed");
@@ -105,7 +106,7 @@ fn it_equals_its_mirror_on_noise() {
                 let constants = ground.constants(&map);
                 let mirror = pcss::visibility(&ground.data(&constants, &texels), &settings(set)).unwrap();
                 check(&gpu, &mirror, &what, 0.25);
-                // The light a little larger is another image, unless it has no size.
+                // A slightly larger light gives another image, unless it has no size.
                 let larger = Ground::new(host, is_spot, size, tilt).with_size(1.05);
                 let constants = larger.constants(&map);
                 let mirror = pcss::visibility(&larger.data(&constants, &texels), &settings(set)).unwrap();
@@ -116,8 +117,8 @@ fn it_equals_its_mirror_on_noise() {
     });
 }
 
-/// A half-plane that blocks, parallel to map and receiver: its penumbra is a ramp whose ends are lines from the light's rim
-/// past its edge.
+/// The penumbra of a blocking half-plane, parallel to map and receiver, is a ramp. Its ends are lines from the light's
+/// rim past the half-plane's edge.
 #[test]
 fn a_straight_edge_casts_a_ramp_of_the_right_width() {
     with_gpu(|host| {
@@ -129,14 +130,14 @@ fn a_straight_edge_casts_a_ramp_of_the_right_width() {
             let texels: Vec<f32> =
                 (0..MAP[0] * MAP[1]).map(|i| if i % MAP[0] < MAP[0] / 2 { blocks } else { 1.0 }).collect();
             let map = upload(host, &texels);
-            // On the receiver, by similar triangles: filtered over what the light's width is through the edge seen from z, which
-            // the perspective of the map carries to the receiver.
+            // Width on the receiver, by similar triangles. The filter covers the light as seen from z through the
+            // edge; the map's perspective carries that to the receiver.
             let width =
                 if is_spot { size * (z - z_blocker) / z_blocker } else { 2.0 * (0.5 * size).tan() * (z - z_blocker) };
             let edge = (f64::from(MAP[0] / 2) - 0.5 * f64::from(MAP[0])) * ground.texel();
             let worst = |technique: &mut dyn Technique, width: f64| {
                 let gpu = visibility_of(host, technique, &ground.inputs(&map));
-                // The search sees the edge as far as its outermost tap reaches.
+                // The search sees the edge only as far as its outermost tap reaches.
                 let half = (0.5 * width).max(ground.texel());
                 let reach = half * (1.0 - 1.0 / 9.0);
                 let off = |i: usize| {
@@ -146,7 +147,7 @@ fn a_straight_edge_casts_a_ramp_of_the_right_width() {
                     let tie = (x - reach).abs() < 1e-3 * half;
                     if tie { 0.0 } else { (f64::from(gpu[i]) - expected).abs() }
                 };
-                // Away from the map's rim, beyond which all is lit.
+                // Away from the map's rim, outside which everything is lit.
                 let inner = |i: &usize| {
                     ground.x(*i).abs() < 2.5 && (IMAGE[1] / 3..IMAGE[1] * 2 / 3).contains(&(*i as u32 / IMAGE[0]))
                 };
@@ -186,7 +187,7 @@ fn skipping_changes_nothing() {
     });
 }
 
-/// A light without size casts the edge of a bilinear test: percentage-closer filtering one texel wide.
+/// A light without size casts the edge of a bilinear test, which is percentage-closer filtering one texel wide.
 #[test]
 fn a_light_without_size_casts_a_hard_edge() {
     with_gpu(|host| {
@@ -199,7 +200,7 @@ fn a_light_without_size_casts_a_hard_edge() {
             let hard = visibility(&mut r, "pcf", &[("width", "1"), ("skip", "off")]);
             let off = differing(&soft, &hard, 1e-4);
             println!("{name}: {off} of {} pixels differ", soft.len());
-            // Ties of the shadow test, which the two sum up in different orders.
+            // Ties of the shadow test, which the two add up in different orders.
             assert!(off * 1000 <= soft.len(), "{name}: {off} pixels");
             let wide = visibility(&mut r, "pcf", &[("width", "3"), ("skip", "off")]);
             assert!(differing(&soft, &wide, 1e-4) > 300, "{name}: another width goes unnoticed");

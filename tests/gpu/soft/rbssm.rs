@@ -1,4 +1,4 @@
-//! Revectorization-based soft shadow mapping against the mirror, and without its shortcuts.
+//! Revectorization-based soft shadow mapping compared with the mirror, and without its shortcuts.
 
 use super::ground::{self, Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
 use crate::common::enlarged;
@@ -15,7 +15,7 @@ use edgeshade::technique::{Params, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];
 
-/// Default; as in the paper; windows of few taps and of many, short runs and long ones.
+/// Default; as in the paper; windows with few taps and with many, short runs and long ones.
 const FORMS: [Set; 4] = [
     &[],
     &[("search", "near"), ("visibility", "recovery"), ("least_width", "0")],
@@ -48,7 +48,8 @@ fn on_ground(host: &Host, id: &str, set: Set) -> Box<dyn Technique> {
     ground::on_ground(host, id, params(id, set))
 }
 
-/// A mirror that doubts everything agrees with anything.
+/// Checks an image against its mirror. The mirror must have few doubts, since one that doubts everything agrees with
+/// anything.
 fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) {
     compare(gpu, mirror, 1e-4).check(what, most_ties);
     let doubt = mirror.doubt.iter().sum::<f64>() / mirror.doubt.len() as f64;
@@ -83,7 +84,7 @@ fn it_equals_its_mirror_on_scenes() {
                 assert!(partly(&gpu) > 100, "{what}: {} pixels in penumbra", partly(&gpu));
                 let s = settings(set);
                 check(&gpu, &mirror(&s), &what, 0.05);
-                // Another number of taps is another image, and so is the other function.
+                // Another number of taps gives another image, and so does the other function.
                 let wrong = |s: &Settings| compare(&gpu, &mirror(s), 1e-4).wrong;
                 let taps = wrong(&Settings { filter_taps: s.filter_taps + 2, ..s });
                 let other = match s.visibility {
@@ -97,7 +98,8 @@ fn it_equals_its_mirror_on_scenes() {
     });
 }
 
-/// On noise every pixel has edges of all shapes; with all accelerations, with each alone, and with none.
+/// On noise every pixel has discontinuities of all shapes. It is tested with all accelerations, with each alone, and
+/// with none.
 #[test]
 fn it_equals_its_mirror_and_the_naive_form_on_noise() {
     with_gpu(|host| {
@@ -126,7 +128,7 @@ fn it_equals_its_mirror_and_the_naive_form_on_noise() {
                     rbssm::visibility(&ground.data(&constants, &texels), s).unwrap()
                 };
                 check(&gpu, &mirror(&ground, &settings(set)), &what, 0.25);
-                // Another longest run is another image, and the light a little larger, unless it has no size.
+                // Another longest run gives another image, and so does a slightly larger light, unless it has no size.
                 let wrong = |m: &Mirror| compare(&gpu, m, 1e-4).wrong;
                 let shorter = wrong(&mirror(&ground, &Settings { max_distance: 1, ..settings(set) }));
                 assert!(shorter > 20, "{what}: shorter runs, {shorter} pixels");
@@ -138,15 +140,15 @@ fn it_equals_its_mirror_and_the_naive_form_on_noise() {
     });
 }
 
-/// No acceleration changes a bit on any scene: not the classification, nor the bits of narrow windows, nor the runs reused
-/// in wide ones.
+/// No acceleration changes a bit on any scene: neither the classification, nor the bit masks of narrow windows, nor
+/// the reuse of runs in wide ones.
 #[test]
 fn it_is_the_naive_form_on_every_scene() {
     with_gpu(|host| {
         let (mut active, mut total) = (0, 0);
         for (k, scene) in every_nth(2, every_shipped().enumerate()) {
             let cases = [([160, 90], 1024, 1.0), ([96, 54], 2048, 6.0), ([160, 90], 100, 10.0)];
-            // Two of the three: narrow windows, windows of more texels than fit, and such as leave the map.
+            // Two of the three: narrow windows, windows with more texels than fit, and windows that leave the map.
             for (size, map_size, factor) in [cases[k % 3], cases[(k + 1) % 3]] {
                 let set: Set = FORMS[k / 2 % 2];
                 let mut r = renderer(host, &scene, desc(size, map_size));
@@ -164,7 +166,7 @@ fn it_is_the_naive_form_on_every_scene() {
     });
 }
 
-/// A light without size: the image of the hard technique, bit for bit.
+/// With a light without size, it equals the hard technique, bit for bit.
 #[test]
 fn a_light_without_size_is_the_hard_technique() {
     with_gpu(|host| {
@@ -186,7 +188,7 @@ fn a_light_without_size_is_the_hard_technique() {
     });
 }
 
-/// A slanted half-plane: its light's penumbra is straight, where that of texels has stairs.
+/// The penumbra of a slanted half-plane is straight, where that of texels has stairs.
 #[test]
 fn a_slanted_edge_has_no_stairs() {
     with_gpu(|host| {
@@ -198,7 +200,7 @@ fn a_slanted_edge_has_no_stairs() {
             let inside = |i: u32| f64::from(i % MAP[0]) - 50.0 + slope * (f64::from(i / MAP[0]) - 33.0) < 0.0;
             let texels: Vec<f32> = (0..MAP[0] * MAP[1]).map(|i| if inside(i) { blocks } else { 1.0 }).collect();
             let map = upload(host, &texels);
-            // Lit share of each row: a straight line down the image.
+            // Lit fraction of each row: a straight line down the image.
             let rows = IMAGE[1] / 4..IMAGE[1] * 3 / 4;
             let [straight, stairs] = [0, 1].map(|k: usize| {
                 let gpu = visibility_of(host, techniques[k].as_mut(), &ground.inputs(&map));

@@ -1,4 +1,4 @@
-//! Soft shadows that are filtered in screen space, against their mirrors in `f64` and closed forms.
+//! Soft shadows filtered in screen space, compared with their mirrors in `f64` and with closed forms.
 
 mod edge;
 
@@ -20,7 +20,7 @@ const MAP: u32 = 512;
 
 type Pairs<'a> = &'a [(&'a str, &'a str)];
 
-/// Techniques in their modes.
+/// Techniques with their modes.
 const MODES: &[(&str, Pairs<'static>)] = &[
     ("ssrbssm", &[]),
     ("ssabss", &[]),
@@ -37,7 +37,7 @@ pub fn prepare(host: &Host, r: &Renderer<'_>, id: &str, params: Pairs<'_>, inter
     technique::prepare(id, host.context(), &setup).unwrap()
 }
 
-/// A scene under its own light, of another size: a spot's width in world units, a sun's angle in degrees.
+/// Renders a scene under its own light of another size: a spot's width in world units, a sun's angle in degrees.
 pub fn lit<'h>(host: &'h Host, scene: &Scene, size: [u32; 2], map_size: u32, sizes: [f64; 2]) -> Renderer<'h> {
     let mut light = light_of(scene);
     match &mut light.shape {
@@ -48,17 +48,17 @@ pub fn lit<'h>(host: &'h Host, scene: &Scene, size: [u32; 2], map_size: u32, siz
     Renderer::new(host, scene, camera_of(scene, size).view(size), &light, desc).unwrap()
 }
 
-/// The image of a technique prepared for one frame.
+/// Returns the image of a technique prepared for one frame.
 pub fn image(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>) -> Vec<f32> {
     let mut technique = prepare(host, r, id, params, false);
     r.frame(technique.as_mut()).unwrap();
     r.visibility(technique.as_ref()).unwrap()
 }
 
-/// A frame with all that is known of it.
+/// Frame with all data about it.
 struct Run {
     shot: Shot,
-    /// Hard shadows as the technique of that name makes them, and as they are filtered.
+    /// Hard shadows as the hard technique alone makes them, and as they are filtered.
     technique_alone: Vec<f32>,
     hard: Vec<f32>,
     widths: Vec<f32>,
@@ -78,8 +78,8 @@ impl Run {
         let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
         let (widths, visibility) = (image("width"), r.visibility(technique.as_ref()).unwrap());
         let technique_alone = image("hard");
-        // Where there is no penumbra it is known without the technique: what that shadows falsely, or draws of an edge that has
-        // no width, is gone.
+        // Where there is no penumbra, visibility is known without the hard technique. Its false shadows, and edges
+        // without width, are gone there.
         let hard: Vec<f32> =
             (0..widths.len()).map(|i| if widths[i] > 0.0 { technique_alone[i] } else { visibility[i] }).collect();
         let other = differing(&hard, &technique_alone, 0.0);
@@ -118,14 +118,15 @@ impl Run {
         penumbra_width::widths(&self.shot.data(), &self.search).unwrap()
     }
 
-    /// Pixels that the mirror does not explain.
+    /// Counts the pixels that the mirror does not explain.
     fn wrong(&self, settings: &screen_filter::Settings, hard: &[f32], widths: &[f32]) -> usize {
         let mirror = screen_filter::visibility(&self.shot.data(), settings, hard, widths).unwrap();
         compare(&self.visibility, &mirror, 1e-5).wrong
     }
 }
 
-/// How widths agree with the mirror's: unexplained, in a penumbra, in the umbra by all texels, and of those without a width.
+/// Counts widths that the mirror does not explain, pixels in a penumbra, pixels surely in the umbra, and those of the
+/// latter without a width.
 fn judge(found: &[f32], mirror: &[Width]) -> [usize; 4] {
     let mut counts = [0; 4];
     for (&w, m) in found.iter().zip(mirror) {
@@ -158,7 +159,8 @@ fn shipped_scenes_equal_the_mirrors() {
                     "{what}: {penumbra} pixels in penumbrae, {unexplained} wrong; {skipped} of {umbra} in the umbra skipped"
                 );
                 assert_eq!(unexplained, 0, "{what}");
-                // A Gaussian looks farther than a penumbra is wide: its windows hold more that the map's bounds can't tell apart.
+                // A Gaussian reaches farther than a penumbra is wide, so its windows more often contain both lit and
+                // dark texels.
                 let most = if run.search.reach > 1.0 { 3 } else { 2 };
                 let skips = skipped * most >= umbra || run.search.window == SearchWindow::Near;
                 assert!(penumbra > 1000 && skips, "{what}: {skipped} of {umbra} skipped");

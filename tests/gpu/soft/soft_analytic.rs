@@ -1,15 +1,16 @@
-//! Penumbrae of area lights against closed forms: how wide those of straight edges are, by similar triangles.
+//! Penumbrae of area lights compared with closed forms: the widths at straight edges, by similar triangles.
 //!
-//! Half-planes at several heights over a plane, each by itself, under a spot and a sun straight above and a sun aslant; and
-//! a wall that stands on the plane. The lights' squares lie along the edges, so visibility across an edge is a ramp of
-//! width `W`: `size (z_r - z_b) / z_b` under a spot, `2 tan(angle / 2) (z_r - z_b)` under a sun, with distances along
-//! the light's axis from light to receiver and blocker. The camera looks straight down at it from below the
-//! half-plane: steps from pixel to pixel are equal on the plane, and every row of the image says the same.
+//! The scene has half-planes at several heights over a plane, each by itself, under a spot and a sun straight above
+//! and under an oblique sun; and a wall that stands on the plane. The lights' squares are aligned with the edges, so
+//! visibility across an edge is a ramp of width `W`: `size (z_r - z_b) / z_b` under a spot, `2 tan(angle / 2) (z_r -
+//! z_b)` under a sun. Here `z_r` and `z_b` are distances along the light's axis from the light to receiver and
+//! blocker. The camera looks straight down from below the half-plane: steps from pixel to pixel are equal on the
+//! plane, and every row of the image has the same values.
 //!
-//! The width of a measured profile is `6 * integral of v (1 - v)`: that of the ramp which has this integral. It needs no
-//! threshold, does not depend on where the edge lies, and stairs of few taps are averaged.
+//! The width of a measured profile is `6 * integral of v (1 - v)`, the width of the ramp with this integral. It needs
+//! no threshold, does not depend on the edge's position, and averages the stairs of few taps.
 //!
-//! A technique is a line of [`SUBJECTS`].
+//! A technique is an entry of [`SUBJECTS`].
 
 use crate::common::{desc, differing, is_full_sweep, prepare, with_gpu};
 use crate::made::{self, mesh, perspective, plane};
@@ -20,39 +21,40 @@ use edgeshade::technique::Technique;
 use edgeshade::view::{CameraView, LightKind, LightView, look_along, look_at};
 use glam::{DAffine3, DVec3, dvec3};
 
-/// What is judged.
+/// Technique to judge.
 struct Subject {
-    /// Of the registry.
+    /// Id in the registry.
     id: &'static str,
     settings: &'static [(&'static str, &'static str)],
     hard: Hard,
     limits: Limits,
 }
 
-/// What is drawn under a light without size.
+/// Technique that gives the image under a light without size.
 struct Hard {
     id: &'static str,
     settings: &'static [(&'static str, &'static str)],
-    /// How far a pixel may be off that counts as the same.
+    /// Largest difference of a pixel that counts as equal.
     tolerance: f32,
 }
 
-/// To the bit.
+/// Returns a hard technique whose image must be equal, bit for bit.
 const fn hard(id: &'static str, settings: &'static [(&'static str, &'static str)]) -> Hard {
     Hard { id, settings, tolerance: 0.0 }
 }
 
-/// How far off a technique may be.
+/// Largest errors of a technique.
 struct Limits {
-    /// Of the closed form's width, share.
+    /// Error of the width, as a fraction of the closed form's.
     width: f64,
-    /// Visibility from a ramp of the right width at the found place: root of the mean square within a width of its middle.
+    /// Difference of visibility from a ramp of the right width at the found position: root mean square within a width
+    /// of its middle.
     shape: f64,
-    /// Of the edge from its place, texels. Up to half a texel is the map's: edges lie on no texel's border.
+    /// Displacement of the edge, texels. Up to half a texel is due to the map, because edges lie on no texel's border.
     shift: f64,
-    /// Deepest fall of visibility where it should rise, from pixel to pixel.
+    /// Largest fall of visibility where it should rise, from pixel to pixel.
     fall: f64,
-    /// Of the width at the line of contact, which is 0, texels.
+    /// Width at the line of contact, which should be 0, texels.
     contact: f64,
 }
 
@@ -69,28 +71,28 @@ const SUBJECTS: &[Subject] = &[
         settings: &[],
         // The narrowest filter is a bilinear test.
         hard: Hard { id: "pcf", settings: &[("width", "1")], tolerance: 1e-4 },
-        // Taps at the centres of the window's cells leave the lit rim of a penumbra out (see pcss.comp).
+        // Taps at the centres of the window's cells miss the lit rim of a penumbra (see pcss.comp).
         limits: Limits { width: 0.02, shape: 0.02, shift: 1.0, fall: 0.001, contact: 0.15 },
     },
     Subject {
         id: "rbssm",
         settings: &[],
         hard: hard("rbsm-star", &[("slack", "0")]),
-        // The same, and 11 taps make a stair of a ramp.
+        // The same, and 11 taps turn a ramp into stairs.
         limits: Limits { width: 0.03, shape: 0.025, shift: 1.0, fall: 0.001, contact: 0.15 },
     },
     Subject {
         id: "ssrbssm",
         settings: &[],
         hard: hard("rbsm-star", &[]),
-        // At the wall pixels are 1.8 texels wide, and no penumbra in the image is narrower than a pixel.
+        // At the wall, pixels are 1.8 texels wide, and no penumbra in the image is narrower than a pixel.
         limits: Limits { width: 0.04, shape: 0.02, shift: 0.7, fall: 0.001, contact: 0.7 },
     },
     Subject {
         id: "ssabss",
         settings: &[],
         hard: hard("sm", &[]),
-        // A Gaussian is no box: of the same deviation and cut off at 3 of them, its step counts as 2.9 % narrower.
+        // A Gaussian is not a box: with the same deviation, cut off at 3 deviations, its step measures 2.9 % narrower.
         limits: Limits { width: 0.055, shape: 0.04, shift: 0.7, fall: 0.001, contact: 0.35 },
     },
     Subject {
@@ -108,40 +110,40 @@ const SUBJECTS: &[Subject] = &[
     },
 ];
 
-/// Is no technique of the renderer's: rays on the CPU.
+/// Id of the CPU ray tracer, which is not a technique of the renderer.
 const TRUTH: &str = "ray-traced";
-/// Rays a pixel.
+/// Number of rays per pixel.
 const SAMPLES: u32 = 256;
-/// Limits that planted errors must not meet.
+/// Limits that planted errors must exceed.
 const WIDE: Limits = Limits { width: 0.05, shape: 0.05, shift: 2.0, fall: 0.02, contact: 1.0 };
 
 const SIZE: [u32; 2] = [192, 128];
 const MAP: u32 = 1024;
-/// Of every light's map: half its width on the plane, world units.
+/// Half the width of every light's map on the plane, world units.
 const HALF: f64 = 4.0;
 const TEXEL: f64 = 2.0 * HALF / MAP as f64;
 /// Height of the spot, and of the suns' views.
 const ABOVE: f64 = 10.0;
-/// Of the half-planes over the plane.
+/// Heights of the half-planes over the plane.
 const HEIGHTS: [f64; 3] = [2.5, 5.0, 7.5];
-/// The half-planes end here: on no texel's border.
+/// Position where the half-planes end, which is on no texel's border.
 const EDGE: f64 = 0.0317;
-/// From one half-plane's middle to the next: none casts where another's shadow is looked at.
+/// Distance between the middles of the half-planes: none casts where another's shadow is measured.
 const APART: f64 = 60.0;
-/// Where the wall stands, and the spot in front of it: height and distance.
+/// Position of the wall, and height and distance of the spot in front of it.
 const WALL: f64 = -APART;
 const BEFORE: f64 = 6.0;
-/// Sizes of the spot.
+/// Sizes of the spot, world units.
 const SPOTS: [f64; 2] = [0.2, 0.6];
-/// For each height under the vertical sun, the width of the penumbra it is to throw, texels: two of them alike, so that a
-/// kernel of that width is right there and nowhere else.
+/// Width of the penumbra to cast from each height under the vertical sun, texels. Two are equal, so that a kernel of
+/// that width is right there and nowhere else.
 const SUNS: [f64; 3] = [31.0, 31.0, 93.0];
-/// The kernel that is.
+/// Width of that kernel.
 const FITTING: &str = "31";
-/// Elevation and angle of the sun aslant, radians.
+/// Elevation and angle of the oblique sun, radians.
 const ASLANT: [f64; 2] = [0.9, 0.08];
 
-/// A light over one of the half-planes or in front of the wall, and a camera there.
+/// Light over one of the half-planes or in front of the wall, and a camera there.
 struct Case {
     name: String,
     light: LightView,
@@ -151,22 +153,22 @@ struct Case {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Expected {
-    /// One width, and where the edge's shadow lies in x.
+    /// One width, and the x of the edge's shadow.
     Parallel { width: f64, at: f64 },
-    /// So much a unit of distance from the wall.
+    /// Width per unit of distance from the wall.
     Contact { slope: f64 },
 }
 
-/// What an image says of a case.
+/// Measurements of an image for a case.
 #[derive(Debug)]
 struct Found {
-    /// Parallel: width by the expected one. Contact: increase by the expected one.
+    /// Relative to the expected value: the width for `Parallel`, its increase for `Contact`.
     width: f64,
     shape: f64,
-    /// Texels.
+    /// Displacement, texels.
     shift: f64,
     fall: f64,
-    /// At the line of contact, texels.
+    /// Width at the line of contact, texels.
     contact: f64,
 }
 
@@ -192,7 +194,7 @@ fn scene() -> Scene {
     made::scene(parts, perspective(DVec3::Y, DVec3::ZERO, 0.1), made::sun(DVec3::Y))
 }
 
-/// Straight down at a point of the plane; `width` is the world width of the image there.
+/// Returns a camera that looks straight down at a point of the plane; `width` is the world width of the image there.
 fn camera(target: DVec3, height: f64, width: f64) -> CameraView {
     let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
     let fov_y = 2.0 * (0.5 * width / aspect / height).atan();
@@ -234,8 +236,8 @@ fn cases() -> Vec<Case> {
     let width = 2.0 * (0.5 * angle).tan() * height / elevation.sin();
     parallel("sun aslant".into(), height, z, sun(towards, dvec3(0.0, 0.0, z), angle), width, EDGE);
 
-    // In x the light's rays to a point at distance z from the wall are so far apart at the wall's edge, and from there in
-    // the same proportion at the point.
+    // The light's rays to a point at distance z from the wall are this far apart in x at the wall's edge, and from
+    // there in proportion at the point.
     let target = dvec3(EDGE, 0.0, WALL + 1.0);
     let mut contact = |name: &str, light, slope: f64| {
         let camera = camera(target, 1.0, 2.7);
@@ -248,7 +250,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// World x of a column and z of a row: the camera looks straight down, with x to the right.
+/// World x of each column and z of each row; the camera looks straight down, with x to the right.
 struct Places {
     x: Vec<f64>,
     z: Vec<f64>,
@@ -267,7 +269,7 @@ impl Places {
         }
     }
 
-    /// World width of a pixel.
+    /// Returns the world width of a pixel.
     fn step(&self) -> f64 {
         (self.x[self.x.len() - 1] - self.x[0]) / (self.x.len() - 1) as f64
     }
@@ -278,17 +280,18 @@ fn row(image: &[f32], y: usize) -> impl Iterator<Item = f64> + '_ {
     image[y * width..(y + 1) * width].iter().map(|&v| f64::from(v))
 }
 
-/// Width of a row's profile, world units.
+/// Returns the width of a row's profile, world units.
 fn width(image: &[f32], y: usize, step: f64) -> f64 {
     6.0 * step * row(image, y).map(|v| v * (1.0 - v)).sum::<f64>()
 }
 
-/// Where an edge of a row's area lies; lit is to the right, up to the last pixel's end.
+/// Returns the position of the hard edge with the same lit area as a row; the lit side is right, up to the last
+/// pixel's end.
 fn place(image: &[f32], y: usize, places: &Places) -> f64 {
     places.x[places.x.len() - 1] + places.step() * (0.5 - row(image, y).sum::<f64>())
 }
 
-/// Deepest fall of a row.
+/// Returns the largest fall in a row.
 fn fall(image: &[f32], y: usize) -> f64 {
     let values: Vec<f64> = row(image, y).collect();
     values.windows(2).map(|v| v[0] - v[1]).fold(0.0, f64::max)
@@ -299,7 +302,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     sum / f64::from(count)
 }
 
-/// Least squares: value at 0 and slope.
+/// Fits a line by least squares: returns its value at 0 and its slope.
 fn line(points: &[(f64, f64)]) -> [f64; 2] {
     let [x, y] = [mean(points.iter().map(|p| p.0)), mean(points.iter().map(|p| p.1))];
     let covariance = mean(points.iter().map(|p| (p.0 - x) * (p.1 - y)));
@@ -307,14 +310,14 @@ fn line(points: &[(f64, f64)]) -> [f64; 2] {
     [y - slope * x, slope]
 }
 
-/// Root of the mean square of a row's distance from a ramp of that width around that place, within a width of it.
+/// Returns the root mean square difference of a row from a ramp of this width and position, within a width of it.
 fn off_ramp(image: &[f32], y: usize, places: &Places, width: f64, at: f64) -> f64 {
     let pairs = places.x.iter().zip(row(image, y)).filter(|(x, _)| (*x - at).abs() < width);
     let ramp = |x: f64| (0.5 + (x - at) / width).clamp(0.0, 1.0);
     mean(pairs.map(|(x, v)| (v - ramp(*x)).powi(2))).sqrt()
 }
 
-/// Measures an image; `expected` is the case's own, or another to see it refused.
+/// Measures an image; `expected` is the case's own, or another that should be rejected.
 fn measure(image: &[f32], camera: &CameraView, expected: Expected) -> Found {
     let places = Places::new(camera);
     let step = places.step();
@@ -334,7 +337,7 @@ fn measure(image: &[f32], camera: &CameraView, expected: Expected) -> Found {
             let seen: Vec<usize> = (0..rows).filter(near).collect();
             let widths: Vec<_> = seen.iter().map(|&y| (places.z[y] - WALL, width(image, y, step))).collect();
             let [contact, slope] = line(&widths);
-            // Nearer to the wall stairs of the map are as wide as the penumbra.
+            // Closer to the wall, the map's stairs are as wide as the penumbra.
             let far: Vec<usize> = seen.into_iter().filter(|&y| places.z[y] - WALL > 0.8).collect();
             let off = |y: &usize| {
                 let expected = expected * (places.z[*y] - WALL);
@@ -352,7 +355,7 @@ fn measure(image: &[f32], camera: &CameraView, expected: Expected) -> Found {
 }
 
 impl Found {
-    /// What is not as it should be; NaN is never.
+    /// Returns what exceeds the limits; NaN always does.
     fn faults(&self, limits: &Limits) -> Vec<&'static str> {
         let checks = [
             ("width", (self.width - 1.0).abs() <= limits.width),
@@ -373,7 +376,7 @@ struct Bed<'h> {
     cases: Vec<Case>,
 }
 
-/// How an image is made.
+/// Way of making an image.
 enum How {
     Traced,
     Drawn(Box<dyn Technique>),
@@ -406,12 +409,12 @@ impl<'h> Bed<'h> {
         }
     }
 
-    /// Images of all cases.
+    /// Returns the images of all cases.
     fn images(&mut self, how: &mut How) -> Vec<Vec<f32>> {
         (0..self.cases.len()).map(|i| self.image(how, i, self.cases[i].light)).collect()
     }
 
-    /// What is wrong in each case; prints all figures.
+    /// Returns the faults of each case; prints all figures.
     fn judge(&self, name: &str, images: &[Vec<f32>], limits: &Limits) -> Vec<(String, Vec<&'static str>)> {
         let judged = self.cases.iter().zip(images).map(|(case, image)| {
             let found = measure(image, &case.camera, case.expected);
@@ -437,7 +440,7 @@ impl<'h> Bed<'h> {
         judged.collect()
     }
 
-    /// Share of the pixels, in all cases, that differ from another technique's under lights without size.
+    /// Returns the fraction of pixels, over all cases, that differ from another technique's under lights without size.
     fn without_size(&mut self, how: &mut How, hard: &mut How, tolerance: f32) -> f64 {
         let (mut off, mut all) = (0, 0);
         for i in 0..self.cases.len() {
@@ -456,7 +459,7 @@ impl<'h> Bed<'h> {
     }
 }
 
-/// Cases with a fault, or with that one.
+/// Counts the cases with any fault, or with the given one.
 fn faulty(judged: &[(String, Vec<&str>)], fault: Option<&str>) -> usize {
     judged.iter().filter(|(_, faults)| fault.map_or(!faults.is_empty(), |f| faults.contains(&f))).count()
 }
@@ -466,7 +469,7 @@ fn penumbrae_are_as_wide_as_similar_triangles_say() {
     with_gpu(|host| {
         let mut bed = Bed::new(host);
         if !is_full_sweep() {
-            // Of the lights straight above, each over a half-plane at another height.
+            // Of the lights straight above, take each over a half-plane at another height.
             let kinds = SPOTS.len() + 1;
             let mut i = 0;
             bed.cases.retain(|_| {
@@ -499,7 +502,7 @@ fn wrong_penumbrae_are_found() {
     with_gpu(|host| {
         let mut bed = Bed::new(host);
         let count = bed.cases.len();
-        // A width that does not depend on the light is right by chance, where it is the light's, and nowhere else.
+        // A width that does not depend on the light is right by chance where it equals the light's, and nowhere else.
         for (kernel, right) in [(FITTING, 2), ("15", 0)] {
             let mut how = bed.how("pcf", &[("width", kernel)]);
             let images = bed.images(&mut how);
@@ -511,11 +514,11 @@ fn wrong_penumbrae_are_found() {
             let off = bed.without_size(&mut how, &mut hard, 0.0);
             assert!(off > 0.01, "width {kernel}: {off} of the pixels are not hard");
         }
-        // The renderer's hard images are the traced ones, up to the map's texels.
+        // The renderer's hard images equal the traced ones, up to the map's texels.
         let mut hard = bed.how("sm", &[]);
         let off = bed.without_size(&mut How::Traced, &mut hard, 0.0);
         assert!(off > 0.0 && off < 0.03, "{off} of the pixels");
-        // Images that are right, against figures that are not: each one's own limit notices.
+        // Right images with wrong expectations: each limit notices its own.
         let limits = &SUBJECTS[0].limits;
         let images = bed.images(&mut How::Traced);
         let width = SIZE[0] as usize;
@@ -541,7 +544,7 @@ fn wrong_penumbrae_are_found() {
             assert!(faults(&planted, case.expected).contains(&"fall"), "{}", case.name);
             planted[64 * width + place] = f32::NAN;
             assert!(faults(&planted, case.expected).contains(&"width"), "{}", case.name);
-            // A smooth step of the same integral is no ramp.
+            // A smooth step of the same integral is not a ramp.
             let smooth: Vec<f32> = image.iter().map(|v| v * v * (3.0 - 2.0 * v)).collect();
             assert!(faults(&smooth, case.expected).contains(&"shape"), "{}", case.name);
         }

@@ -1,5 +1,6 @@
-//! Soft shadows where numbers are extreme: scales and places of the world, grazing light, blockers at the light's near plane,
-//! receivers at its far plane, lights without size and as large as the scene, kernels of one tap and of the most.
+//! Soft shadows with extreme numbers: scales and positions of the world, grazing light, blockers at the light's near
+//! plane, receivers at its far plane, lights without size and as large as the scene, and kernels with the fewest and
+//! the most taps.
 
 use crate::common::enlarged;
 use crate::common::{assert_in_range, desc, differing, is_full_sweep, prepare, with_gpu};
@@ -15,7 +16,7 @@ const MAP: u32 = 256;
 
 type Set = &'static [(&'static str, &'static str)];
 
-/// A technique, its defaults aside: kernels of 1, 3 and 63 taps.
+/// Technique with settings besides its defaults: kernels of 1, 3 and 63 taps.
 struct Subject {
     id: &'static str,
     kernels: [Set; 3],
@@ -42,17 +43,17 @@ const TAPS: [Set; 3] = [
     &[("search_taps", "63"), ("filter_taps", "63")],
 ];
 
-/// Factors of a light's size: without, hardly any, as it is, half the scene.
+/// Factors of a light's size: none, almost none, unchanged, half the scene.
 const SIZES: [f64; 4] = [0.0, 1e-5, 1.0, 10.0];
 
-/// Scales and places of the world; the first is none.
+/// Scales and positions of the world; the first is the identity.
 const WORLDS: [(&str, f64, DVec3); 4] = [
     ("", 1.0, DVec3::ZERO),
     ("scale 1e-3", 1e-3, DVec3::ZERO),
     ("scale 1e3", 1e3, DVec3::ZERO),
     ("moved 1e5", 1.0, dvec3(1e5, 1e5, -1e5)),
 ];
-/// How far a pixel may be off that counts as the same, and the share of those that may be off by more.
+/// Largest difference of a pixel that counts as equal, and the fraction of pixels that may differ by more.
 const SAME: f32 = 0.02;
 const MOST_OFF: f64 = 0.005;
 
@@ -70,7 +71,7 @@ fn with_size(light: Light, size: f64) -> Light {
     Light { shape, ..light }
 }
 
-/// A slab with a post over a ground.
+/// Returns a slab and a post over a ground.
 fn slab(bottom: f64, camera: Camera) -> Scene {
     let parts = vec![
         (plane(8.0), DAffine3::IDENTITY),
@@ -88,7 +89,7 @@ fn cases() -> Vec<Case> {
         Case { name, scene, light }
     };
     let above = || perspective(dvec3(1.0, 6.0, 9.0), dvec3(0.0, 0.5, 0.0), 0.1);
-    // 16 units wide: half of it is 10 times the spot's width; the sun's 4 degrees become 40.
+    // The scene is 16 units wide, and half of that is 10 times the spot's width; the sun's 4 degrees become 40.
     let (lamp, angle) = (0.8, 0.07);
     let spot_at = |eye: DVec3, near: f64, far: f64| {
         let half_angle = 0.6;
@@ -102,21 +103,21 @@ fn cases() -> Vec<Case> {
     vec![
         fitted("spot", with_size(spot(dvec3(3.0, 9.0, 4.0), DVec3::ZERO, 0.8), lamp)),
         fitted("sun", with_size(sun(dvec3(-1.0, 2.0, 1.0)), angle)),
-        // The ground's depth changes by 30 texels' width a texel.
+        // The ground's depth changes by 30 texel widths per texel.
         fitted("grazing sun", with_size(sun(dvec3(1.0, 0.033, 0.2)), angle)),
-        // The slab's upper face lies in the near plane, or before it.
+        // The slab's upper face lies in the near plane, or in front of it.
         case("spot, blocker at the near plane", slab(7.8, above()), spot_at(dvec3(0.0, 9.0, 0.0), 1.0, 9.5)),
         case("spot, blocker before the near plane", slab(8.3, above()), spot_at(dvec3(0.0, 9.0, 0.0), 1.0, 9.5)),
-        // The nearest that a fitted light has.
+        // The nearest near plane that a fitted light may have.
         case("spot, a near plane at the light", slab(3.0, above()), spot_at(dvec3(0.0, 9.0, 0.0), 9.5e-3, 9.5)),
         case("sun, blocker at the near plane", slab(3.0, above()), down(3.2, 4.0)),
-        // The ground lies in the far plane, up to a margin that rounding may need.
+        // The ground lies in the far plane, except for a margin that rounding may need.
         case("spot, receiver at the far plane", slab(3.0, above()), spot_at(dvec3(0.0, 9.0, 0.0), 2.0, 9.0 * 1.00001)),
         case("sun, receiver at the far plane", slab(3.0, above()), down(5.0, 5.0 * 1.00001)),
     ]
 }
 
-/// The same light in a world scaled and moved.
+/// Returns the same light in a world that is scaled and moved.
 fn in_world(light: &LightView, scale: f64, translation: DVec3) -> LightView {
     let mut moved = *light;
     moved.world_from_view.translation = scale * light.world_from_view.translation + translation;
@@ -126,13 +127,13 @@ fn in_world(light: &LightView, scale: f64, translation: DVec3) -> LightView {
         directional => directional,
     };
     if !light.is_directional() {
-        // Homogeneous: w is the distance again.
+        // Homogeneous coordinates: makes w the distance again.
         moved.clip_from_view *= scale;
     }
     moved
 }
 
-/// A case in one of the worlds.
+/// Case in one of the worlds.
 struct Stage<'h> {
     scene: Scene,
     light: LightView,
@@ -172,8 +173,8 @@ fn soft_shadows_stay_in_range_and_scale_with_the_world() {
             SIZE[0] * SIZE[1]
         );
         for subject in &SUBJECTS {
-            // The defaults everywhere; the kernels of few and of many taps in every third case, under the largest light, at one
-            // other scale.
+            // The defaults run everywhere. The kernels with few and with many taps run in every third case, under the
+            // largest light, at one other scale.
             let defaults: Set = &[];
             for (k, set) in std::iter::once(defaults).chain(subject.kernels).enumerate() {
                 let mut technique = prepare(&stages[0][0].renderer, subject.id, set);
@@ -215,7 +216,7 @@ fn soft_shadows_stay_in_range_and_scale_with_the_world() {
     });
 }
 
-/// The comparison is worth something only if it can fail: a light of twice the size is another image, and one without size.
+/// The comparison can fail: a light of twice the size gives another image, and so does one without size.
 #[test]
 fn another_size_is_noticed() {
     with_gpu(|host| {

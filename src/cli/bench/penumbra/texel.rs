@@ -1,15 +1,15 @@
-//! How wide a texel is where the camera looks.
+//! Width of a texel on the surfaces that the camera sees.
 
 use edgeshade::reference::ray_traced::Truth;
 use edgeshade::view::{CameraView, LightView};
 use glam::{DVec3, dvec2};
 
-/// Width of a whole shadow map as it lies on what the camera sees, world units: by a map's side in texels, that of a
-/// texel.
+/// Width of a whole shadow map on the surfaces that the camera sees, world units. Divided by the map's side in texels
+/// it gives the width of a texel.
 ///
-/// At a pixel it is the square root of the area that a small part of the map covers on the surface there, by that
-/// part's share of the map: on slopes the mean of along and across. Of all pixels in the mask it is the median, and
-/// `None` without any.
+/// The width at a pixel is the square root of an area: the area that a small part of the map covers on the surface
+/// there, divided by that part's share of the map. On slopes this is the geometric mean of the widths along and
+/// across the slope. The result is the median over the pixels in the mask; `None` if there are none.
 pub fn median_width(truth: &Truth, mask: &[bool], camera: &CameraView, light: &LightView) -> Option<f64> {
     let judged = (0..mask.len()).filter(|&i| mask[i]);
     let mut widths: Vec<f64> = judged.map(|i| width(light, point(truth, camera, i), truth.n_dot_l[i].into())).collect();
@@ -17,7 +17,7 @@ pub fn median_width(truth: &Truth, mask: &[bool], camera: &CameraView, light: &L
     (!widths.is_empty()).then(|| *widths.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// What a pixel sees, in the world.
+/// World-space point that a pixel sees.
 fn point(truth: &Truth, camera: &CameraView, i: usize) -> DVec3 {
     let [w, h] = truth.size;
     let pixel = dvec2((i as u32 % w).into(), (i as u32 / w).into());
@@ -28,11 +28,11 @@ fn point(truth: &Truth, camera: &CameraView, i: usize) -> DVec3 {
     origin + direction * ((f64::from(truth.depth_view[i]) - start) / direction.dot(axis))
 }
 
-/// Of the whole map at one point of a surface, world units.
+/// Width of the whole map at one point of a surface, world units.
 fn width(light: &LightView, p: DVec3, n_dot_l: f64) -> f64 {
     let clip = &light.clip_from_view;
     let w = clip.row(3).dot(light.world_from_view.inverse().transform_point3(p).extend(1.0));
-    // Of what is square to the light's axis; seen along the ray, and then on the surface.
+    // Area square to the light's axis; then across the ray, and then on the surface.
     let area = (2.0 * w / clip.x_axis.x) * (2.0 * w / clip.y_axis.y);
     let axis_dot_l = -light.direction().dot(light.towards(p));
     (area * axis_dot_l / n_dot_l).abs().sqrt()
@@ -44,7 +44,7 @@ mod tests {
     use edgeshade::view::look_at;
     use glam::{DVec2, dvec3};
 
-    /// Where the light's ray through a point of its map, -1 to 1, meets a plane.
+    /// Point where the light's ray through a point of its map, -1 to 1, meets a plane.
     fn cast(light: &LightView, ndc: DVec2, on: DVec3, normal: DVec3) -> DVec3 {
         let inverse = light.clip_from_view.inverse();
         let at = |depth| light.world_from_view.transform_point3(inverse.project_point3(ndc.extend(depth)));
@@ -63,7 +63,7 @@ mod tests {
                     let p = cast(&light, ndc, DVec3::ZERO, normal);
                     let step = 1e-5;
                     let [x, y] = [DVec2::X, DVec2::Y].map(|d| cast(&light, ndc + step * d, DVec3::ZERO, normal) - p);
-                    // Of the map's 2 x 2.
+                    // The map is 2 x 2 in these coordinates.
                     let expected = x.cross(y).length().sqrt() * 2.0 / step;
                     let found = width(&light, p, normal.dot(light.towards(p)));
                     assert!((found / expected - 1.0).abs() < 1e-4, "{ndc}: {found}, not {expected}");
@@ -93,11 +93,11 @@ mod tests {
         assert!(close(of([true, true, true, false, false, false]), 8.0));
         assert!(close(of([true; 6]), 8.0));
         assert_eq!(of([false; 6]), None);
-        // Pixels are where their rays say: all at the depth of one plane, 6 from the light.
+        // Every pixel lies where its ray says; all are at the depth of one plane, 6 from the light.
         let p = point(&truth, &camera, 5);
         assert!((p.y + 1.0).abs() < 1e-6 && (p.x.hypot(p.z)) > 0.5, "{p}");
         let spot = LightView::spot(above, 2.0 * 1f64.atan(), 0.5, 20.0, 0.1);
-        // On the axis of a spot of 90 degrees a map is twice as wide as it is far.
+        // On the axis of a spot of 90 degrees a map is twice as wide as its distance.
         assert!((width(&spot, dvec3(0.0, -1.0, 0.0), 1.0) - 12.0).abs() < 1e-9);
     }
 }

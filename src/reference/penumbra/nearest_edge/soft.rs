@@ -1,4 +1,4 @@
-//! The search where every seed has a penumbra width of its own (`SOFT` of `glsl/penumbra/nearest_edge.glsl`).
+//! Mirror of the search where every seed has its own penumbra width (`SOFT` of `glsl/penumbra/nearest_edge.glsl`).
 
 use super::{Link, Nearest, on_surface};
 use crate::reference::FrameData;
@@ -15,20 +15,21 @@ use std::collections::HashMap;
 /// Settings of the passes.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Those of the seeds.
+    /// Settings of the seeds.
     pub seeds: edge_seeds::Settings,
-    /// Which edge counts.
+    /// Rule for which edge counts where several are in reach.
     pub meet: Meet,
-    /// How distances are measured.
+    /// Measure of distances.
     pub metric: Metric,
-    /// Width of the mean filter, a share of the penumbra's.
+    /// Width of the mean filter, as a fraction of the penumbra's width.
     pub filter_width: f32,
 }
 
 impl Settings {
-    /// Within this distance of an edge, a share of its penumbra's width, the image may differ from hard shadows.
+    /// Returns the distance from an edge, as a fraction of its penumbra's width, within which the image may differ
+    /// from hard shadows.
     pub fn reach(&self) -> f64 {
-        // The passes take a little more, so that rounding takes nothing off.
+        // The passes use a slightly larger reach, so that rounding excludes nothing.
         0.5 * (1.0 + f64::from(self.filter_width)) * 1.000001f64.sqrt()
     }
 
@@ -37,16 +38,16 @@ impl Settings {
     }
 }
 
-/// A seed with the penumbra's width and the cosine that it was given.
+/// Seed with its penumbra width and its cosine, as the pass stored them.
 pub type WideSeed = (Seed, [f32; 2]);
 
 /// `ROUNDED` of `glsl/penumbra/nearest_edge.glsl`.
 const ROUNDED: f64 = 0.5;
 
-/// A distance as it is measured, in world units, and the bound of its error.
+/// Measured distance, world units, and the bound of its error.
 struct Measured(f64, f64);
 
-/// What of a pixel distances are measured by.
+/// Data of a pixel that distances are measured with.
 struct Place {
     p: Receiver,
     axis: DVec3,
@@ -85,11 +86,12 @@ impl Place {
     }
 }
 
-/// Every pixel's exact nearest seed, on its surface: with [`Meet::Weighted`] by the share of its penumbra's width, of those
-/// in reach; with [`Meet::Nearest`] in world units, of all.
+/// Returns every pixel's exact nearest seed on its surface. With [`Meet::Weighted`] distances are fractions of the
+/// penumbra's width, and only seeds in reach count. With [`Meet::Nearest`] distances are in world units, and all seeds
+/// count.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -> Result<Vec<Nearest>> {
     let view = View::new(data)?;
     let reach = settings.reach();
@@ -106,7 +108,7 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -
                 Meet::Nearest => 1.0,
             };
             let reach = if settings.meet == Meet::Weighted { reach } else { f64::INFINITY };
-            // Most are too far off by any measure.
+            // Most seeds are clearly too far away.
             let limit = 1.00001 * (reach.min(found.range[1]) * unit / cosine + p.position_error.length() + seed.off());
             if place.p.position.distance_squared(seed.point) > limit * limit {
                 continue;
@@ -132,11 +134,11 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -
     }))
 }
 
-/// Every pixel with the seed of its label, and the distance to it as a share of the penumbra's width there; `None` for
-/// [`NO_SEED`].
+/// Returns every pixel's link to the seed of its label, with the distance as a fraction of that seed's penumbra width;
+/// `None` for [`NO_SEED`].
 ///
 /// # Errors
-/// Images that do not fit the constants, or a label that is no seed's.
+/// Fails if the images do not fit the constants, or if a label belongs to no seed.
 pub fn links(
     data: &FrameData<'_>,
     settings: &Settings,
@@ -155,7 +157,8 @@ pub fn links(
         }
         let (x, y) = (label & 0xffff, label >> 16);
         let Some(wide) = seeds.get(&label).filter(|s| s.1[0] > 0.0) else {
-            let problem = format!("mirror: pixel {pixel:?} has the label {x}, {y}, which is no seed with a penumbra");
+            let problem =
+                format!("mirror: pixel {pixel:?} has the label {x}, {y}, but there is no seed with a penumbra");
             return Err(Error::Usage(problem));
         };
         let Some(p) = view.receiver(pixel) else {
@@ -171,32 +174,32 @@ pub fn links(
     view.every_pixel(link).into_iter().collect()
 }
 
-/// Every pixel's point and unit normal in camera view space; `None` for the sky.
+/// Returns every pixel's point and unit normal in camera view space; `None` for the sky.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn points(data: &FrameData<'_>) -> Result<Vec<Option<(DVec3, DVec3)>>> {
     let view = View::new(data)?;
     Ok(view.every_pixel(|pixel| view.receiver(pixel).map(|r| (r.position, r.normal))))
 }
 
-/// What a pixel's hard shadows hold beyond its nearest edge.
+/// Contribution of a pixel's hard shadows beyond its nearest edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Beyond {
-    /// To be added to eq. 8's intensity.
+    /// Amount to add to eq. 8's intensity.
     pub change: f64,
-    /// How far taps that rounding may place or judge otherwise take it from that.
+    /// Largest deviation from `change` by taps whose position or test rounding may change.
     pub doubt: f64,
 }
 
 /// `EDGE_PIXELS` of `glsl/penumbra/nearest_edge.comp`.
 const EDGE_PIXELS: f64 = 1.5;
 
-/// `beyondEdge` of `glsl/penumbra/nearest_edge.comp`, of every pixel with a label, at a distance that is the given share of the
-/// penumbra's width.
+/// Mirror of `beyondEdge` of `glsl/penumbra/nearest_edge.comp` for every pixel with a label. `shares` holds each
+/// pixel's distance to its edge as a fraction of the penumbra's width.
 ///
 /// # Errors
-/// Images that do not fit the constants.
+/// Fails if the images do not fit the constants.
 pub fn beyond(
     data: &FrameData<'_>,
     settings: &Settings,
@@ -208,7 +211,7 @@ pub fn beyond(
     let view = View::new(data)?;
     let pixels = view.size[0] * view.size[1];
     if [hard.len(), labels.len(), shares.len()].iter().any(|n| *n != pixels) {
-        return Err(Error::Usage(format!("mirror: images of other sizes than {:?} pixels", view.size)));
+        return Err(Error::Usage(format!("mirror: not all images have {:?} pixels", view.size)));
     }
     let seeds: HashMap<u32, &WideSeed> = seeds.iter().map(|s| (s.0.label(), s)).collect();
     Ok(view.every_pixel(|pixel| {
@@ -235,34 +238,34 @@ pub fn beyond(
     }))
 }
 
-/// A pixel's line through its nearest edge.
+/// Line of a pixel through its nearest edge.
 struct Line<'a> {
     view: &'a View<'a>,
     s: &'a Settings,
     pixel: [usize; 2],
     p: Receiver,
-    /// As long as the penumbra is wide.
+    /// Vector across the edge, as long as the penumbra is wide, world units.
     across: DVec3,
     share: f64,
-    /// Of that, world units.
+    /// Bound on the error of `across`, world units.
     error: f64,
 }
 
 impl Line<'_> {
-    /// In pixels from the image's corner.
+    /// Returns the image position at parameter `t`, in pixels from the image's corner.
     fn place(&self, t: f64) -> Option<DVec2> {
         let clip = self.view.clip_from_view() * (self.p.position + t * self.across).extend(1.0);
         let size = dvec2(self.view.size[0] as f64, self.view.size[1] as f64);
         (clip.w > 0.0).then(|| (dvec2(clip.x, clip.y) / clip.w * 0.5 + 0.5) * size)
     }
 
-    /// What a tap adds by the most likely decisions, at the least and at the most.
+    /// Returns what a tap adds: by the most likely decisions, at least and at most.
     fn tap(&self, t: f64, expected: f64, hard: &[f32]) -> [f64; 3] {
         let ends = [-0.5, 0.5].map(|t| self.place(t));
         let (Some(place), [Some(from), Some(to)]) = (self.place(t), ends) else { return [0.0; 3] };
         let pixels = from.distance(to);
         let (width, _) = self.view.pixel_width(self.p.position, self.p.position_error);
-        // Of a place: what the line's end may be off, and the products of a few matrices.
+        // Error of a position: the error of the line's end, and the products of a few matrices.
         let error = t.abs() * self.error / width + 1e-4 + 1e-6 * (place.length() + pixels);
         let away = (t - self.share).abs() * pixels - EDGE_PIXELS;
         let far = Decision::positive(away, 1e-3 + 1e-4 * pixels + self.error / width);

@@ -1,4 +1,4 @@
-//! The boundary of hard shadows, as short lines on surfaces.
+//! Boundary of hard shadows, as short lines on surfaces.
 
 use super::super::frame::{Eye, Lamp};
 use super::super::hard::is_lit;
@@ -9,40 +9,40 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Cells along the side of what is done at a time.
+/// Side of a tile, the unit of parallel work, in cells.
 const TILE: u64 = 64;
 
-/// Bisection ends after so many halvings: the samples of a change lie 2^-20 of a lattice step apart.
+/// Number of bisection steps: the samples on both sides of a change end up 2^-20 of a lattice step apart.
 const HALVINGS: u32 = 20;
 
-/// Of two points whose camera rays pass each other at some distance, the surface between is torn if they are this many
-/// times as far apart. No surface that is seen under more than 0.06 degrees is; and with [`HALVINGS`] each step in depth
-/// is found that is larger than a thousandth of a lattice step.
+/// Ratio above which the surface between two points is torn: their distance over the distance at which their camera
+/// rays pass each other. No surface seen under more than 0.06 degrees reaches it. With [`HALVINGS`], every step in
+/// depth larger than a thousandth of a lattice step does.
 const TORN: f64 = 1024.0;
 
-/// Where the visibility is sampled: `subsamples x subsamples` points a pixel, one in its centre, with a margin around the
-/// picture.
+/// Lattice of visibility samples: `subsamples x subsamples` points per pixel, one in its centre, with a margin around
+/// the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lattice {
     subsamples: u32,
     margin: u32,
-    /// Cells across and down.
+    /// Number of cells across and down.
     cells: [u64; 2],
 }
 
 impl Lattice {
-    /// Of a picture of `size` pixels with `margin` pixels around.
+    /// Returns the lattice of a picture of `size` pixels with `margin` pixels around it.
     pub(super) fn new(size: [u32; 2], subsamples: u32, margin: u32) -> Self {
         let cells = size.map(|n| (u64::from(n) - 1 + 2 * u64::from(margin)) * u64::from(subsamples));
         Self { subsamples, margin, cells }
     }
 
-    /// Number of cells, which the progress counts.
+    /// Returns the number of cells, which the progress counts.
     pub(super) fn samples(&self) -> u64 {
         self.cells[0] * self.cells[1]
     }
 
-    /// A sample's place in pixels from the centre of the first pixel. Centres are exact.
+    /// Returns a sample's position in pixels from the centre of the first pixel. Pixel centres are exact.
     fn place(&self, at: [u64; 2]) -> DVec2 {
         let first = f64::from(self.margin * self.subsamples);
         let step = f64::from(self.subsamples);
@@ -50,33 +50,34 @@ impl Lattice {
     }
 }
 
-/// What is looked at.
+/// Input of the search for the boundary.
 pub(super) struct Boundary<'a> {
     pub scene: &'a RayScene,
     pub eye: &'a Eye,
     pub lamp: &'a Lamp,
     pub lattice: &'a Lattice,
-    /// A number for every triangle id, of the surface it belongs to.
+    /// Number of the smooth surface of every triangle id.
     pub surfaces: &'a [u32],
 }
 
-/// A point that the camera sees.
+/// Point that the camera sees.
 struct Sample {
     hit: Hit,
     lit: bool,
 }
 
-/// Shadow rays traced, and the last occluder.
+/// Count of shadow rays, and the last occluder.
 struct Work {
     rays: u64,
     last: u32,
 }
 
-/// What a tile remembers of a lattice edge, by its first end and whether it runs down.
+/// Crossings that a tile has found, by the lattice edge's first end and whether the edge runs down.
 type Crossings = HashMap<([u64; 2], bool), Option<Place>>;
 
 impl Boundary<'_> {
-    /// All of it, and how many shadow rays that took. `progress` hears how many of the lattice's samples are done.
+    /// Finds the whole boundary; also returns the number of shadow rays. `progress` is told how many of the lattice's
+    /// cells are done.
     pub fn trace(&self, progress: &(dyn Fn(u64) + Sync)) -> (Vec<Segment>, u64) {
         let [columns, rows] = self.lattice.cells.map(|n| n.div_ceil(TILE));
         let done = AtomicU64::new(0);
@@ -97,7 +98,7 @@ impl Boundary<'_> {
         (tiles.into_iter().flat_map(|t| t.0).collect(), rays)
     }
 
-    /// In the cells from `first` up to `end`.
+    /// Finds the boundary in the cells from `first` up to, but not including, `end`.
     fn tile(&self, first: [u64; 2], end: [u64; 2]) -> (Vec<Segment>, u64) {
         let mut work = Work { rays: 0, last: NONE };
         let width = (end[0] - first[0] + 1) as usize;
@@ -122,7 +123,7 @@ impl Boundary<'_> {
                 })
             });
             let found: Vec<Place> = found.collect();
-            // With four changes the pairing is open, and with one of two missing the boundary ends at an outline.
+            // With four changes the pairing is ambiguous. With one of two missing, the boundary ends at an outline.
             match found[..] {
                 [a, b] if changes.len() == 2 && is_same_surface(&a, &b, 0.0) => segments.push(Segment::new(&a, &b)),
                 _ => segments.extend(found.iter().map(|p| Segment::new(p, p))),
@@ -131,7 +132,7 @@ impl Boundary<'_> {
         (segments, work.rays)
     }
 
-    /// The change of visibility between two samples that differ; `None` where there is no surface that it is on.
+    /// Finds the change of visibility between two samples that differ; `None` if no single surface carries it.
     fn crossing(&self, [mut from, mut to]: [DVec2; 2], work: &mut Work) -> Option<Place> {
         let mut ends = [self.sample(from, work)?, self.sample(to, work)?];
         for _ in 0..HALVINGS {
@@ -144,13 +145,13 @@ impl Boundary<'_> {
             }
         }
         let [a, b] = &ends;
-        // How far the one's camera ray passes the other.
+        // Distance at which the camera ray through one sample passes the other.
         let (origin, direction, _) = self.eye.ray_at(to.to_array());
         let apart = (a.hit.local - origin).cross(direction).length() / direction.length();
         if (b.hit.local - a.hit.local).length() > TORN * apart {
             return None;
         }
-        // The two ends are one point now: only their normals can tell surfaces apart.
+        // The two ends are practically one point, so only their normals can separate surfaces.
         let places = [a, b].map(|s| Place { position: a.hit.local, ..self.place(&s.hit) });
         let normal = (a.hit.normal + b.hit.normal).normalize_or_zero();
         let position = 0.5 * (a.hit.local + b.hit.local);
@@ -166,7 +167,8 @@ impl Boundary<'_> {
         Place { position: hit.local, normal: hit.normal, surface: self.surfaces[hit.triangle as usize] }
     }
 
-    /// What the camera sees at a place of the picture, pixels from the centre of the first; `None` for the sky.
+    /// Returns what the camera sees at a position in the picture, pixels from the first pixel's centre; `None` for the
+    /// sky.
     fn sample(&self, at: DVec2, work: &mut Work) -> Option<Sample> {
         let (origin, direction, t_max) = self.eye.ray_at(at.to_array());
         let hit = self.scene.primary_local(origin, direction, t_max)?;
@@ -177,7 +179,7 @@ impl Boundary<'_> {
     }
 }
 
-/// The other end of a lattice edge.
+/// Returns the other end of a lattice edge.
 fn next([x, y]: [u64; 2], down: bool) -> [u64; 2] {
     if down { [x, y + 1] } else { [x + 1, y] }
 }

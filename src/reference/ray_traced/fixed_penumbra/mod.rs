@@ -1,45 +1,47 @@
-//! Penumbrae of a fixed width, around the exact boundary of hard shadows.
+//! Penumbrae of a fixed width around the exact boundary of hard shadows.
 //!
-//! The model of Macedo and Apolinário, *Euclidean distance transform soft shadow mapping*, 2018, eq. 8, without its
-//! approximations: no map, no image-space distance, no nearest *pixel*. With `D` the distance in the world from a point
-//! to the nearest boundary of the hard shadow on the same surface, and `P` the width of the penumbra,
+//! This is the model of Macedo and Apolinário, *Euclidean distance transform soft shadow mapping*, 2018, eq. 8,
+//! without its approximations: no map, no image-space distance, no nearest *pixel*. `D` is the distance in the world
+//! from a point to the nearest boundary of the hard shadow on the same surface, and `P` is the width of the penumbra:
 //!
 //! ```text
 //! I = 1/2 + D/P  if lit,  1/2 - D/P  if in shadow,  where D <= P/2;  else the hard visibility
 //! ```
 //!
-//! # What the boundary is
+//! # Boundary
 //!
-//! Where the hard visibility, of rays to the light's centre, changes on a surface. Samples lie on a lattice of `S x S` a
-//! pixel, one of them in its centre. Between two neighbours that differ, bisection with camera rays finds the change to
-//! 2^-20 of their distance; the changes on the sides of a cell of the lattice are joined by a line where there are two.
+//! The boundary lies where the hard visibility, of rays to the light's centre, changes on a surface. Samples lie on a
+//! lattice of `S x S` per pixel, one of them in the pixel's centre. Between two neighbours that differ, bisection with
+//! camera rays finds the change to 2^-20 of their distance. A line joins the changes on the sides of a lattice cell if
+//! there are two.
 //!
-//! The terminator, where a surface turns away from the light, is such a change. So a smooth body has a penumbra around it
-//! on both sides, also where a technique calls pixels dark because they face away. At the crease of a box it is none:
-//! the surface ends there.
+//! The terminator, where a surface turns away from the light, is such a change. So a smooth body has a penumbra on
+//! both sides of it, even where a technique leaves pixels dark because they face away. The crease of a box is no
+//! boundary: the surface ends there.
 //!
-//! # What the same surface is
+//! # Same surface
 //!
 //! Two points are on the same surface if
 //!
-//! * their triangles hang together over edges that turn by less than 30 degrees, and neither point lies farther than 45
-//!   degrees from the other's tangent plane (a quarter of a cylinder): a drum or a terrain; or
-//! * they lie in one plane, within a thousandth of their distance and of a radian: a floor of several objects, or two
-//!   sides of a gap.
+//! * their triangles are connected over edges that turn by less than 30 degrees, and neither point lies farther than
+//!   45 degrees from the other's tangent plane (a quarter of a cylinder), as on a drum or a terrain; or
+//! * they lie in one plane, within a thousandth of their distance and of a radian, as on a floor of several objects or
+//!   on two sides of a gap.
 //!
-//! A bisected change counts if the surface is one there, too, and has no gap in depth: the outline of an object in front of
-//! a shadow is no boundary. All of this is free of scale.
+//! A bisected change counts only if the surface is the same there too and has no gap in depth: the outline of an
+//! object in front of a shadow is no boundary. None of this depends on the scene's scale.
 //!
-//! # How exact it is
+//! # Accuracy
 //!
-//! Let `h` be the diagonal of a lattice cell as it lies on the surface, in world units. Where the boundary passes through
-//! cells as a smooth curve of curvature `k`, `D` is exact to `h^2 k / 8`: for straight boundaries on planes to rounding.
-//! Where it has a corner in a cell, or ends there at an outline, `D` is off by `h` at most. Lit or dark specks that fit between
-//! the samples, less than `1/S` pixel across, may be missed as a whole, and `D` is then too large next to them.
+//! Let `h` be the diagonal of a lattice cell projected onto the surface, in world units. Where the boundary passes
+//! through cells as a smooth curve of curvature `k`, `D` is exact to `h^2 k / 8`, and to rounding for straight
+//! boundaries on planes. Where the boundary has a corner in a cell, or ends there at an outline, `D` is off by at most
+//! `h`. Lit or dark specks that fit between the samples, less than `1/S` pixel across, may be missed entirely; `D` is
+//! then too large near them.
 //!
-//! Also missed is boundary that the camera does not see: behind something, or outside the picture by more than the
-//! margin. The margin is the widest projection of `P/2` at the picture's border, but no more than an eighth of the
-//! longer side.
+//! Boundary that the camera does not see is also missed: behind an object, or outside the picture by more than the
+//! margin. The margin is the widest projection of `P/2` at the picture's border, but at most an eighth of the longer
+//! side.
 
 mod boundary;
 mod nearest;
@@ -59,27 +61,28 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-/// Most samples along a pixel's side.
+/// Largest number of samples along a pixel's side.
 pub const MAX_SUBSAMPLES: u32 = 16;
 
-/// A surface goes on over an edge that turns by less than 30 degrees.
+/// Cosine of 30 degrees: a surface continues over an edge that turns by less.
 const SMOOTH_COSINE: f64 = 0.866_025_403_784_438_6;
 
-/// How [`fixed_penumbra`] looks for the boundary, and what it makes of it.
+/// Settings of [`fixed_penumbra`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedPenumbraSettings {
-    /// Full width of the penumbra, world units, above 0.
+    /// Full width of the penumbra, world units; greater than 0.
     pub penumbra: f64,
-    /// Samples along a pixel's side that the boundary is found by, 1 to [`MAX_SUBSAMPLES`].
+    /// Number of samples along a pixel's side for finding the boundary, 1 to [`MAX_SUBSAMPLES`].
     pub subsamples: u32,
 }
 
-/// Penumbrae of a fixed width around exact hard shadows: see the [module](self). The light's size is ignored.
+/// Computes penumbrae of a fixed width around exact hard shadows: see the [module](self). The light's size is ignored.
 ///
-/// The result is that of [`hard`], but for its visibility, `samples` (`subsamples` squared) and `rays`. The sky is 1.
+/// The result is that of [`hard`], except for its visibility, `samples` (`subsamples` squared) and `rays`. The sky is
+/// 1.
 ///
 /// # Errors
-/// As [`hard`], or if a setting is out of range.
+/// Fails like [`hard`], or if a setting is out of range.
 pub fn fixed_penumbra(
     scene: &RayScene,
     camera: &CameraView,
@@ -113,7 +116,7 @@ pub fn fixed_penumbra(
     let reach = 0.5 * penumbra / scene.scale();
     truth.visibility.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, visibility) in row.iter_mut().enumerate() {
-            // `hard` has traced this very ray.
+            // `hard` has traced this ray.
             if truth.triangle[y * width + x] == SKY {
                 continue;
             }
@@ -132,13 +135,13 @@ pub fn fixed_penumbra(
     Ok(truth)
 }
 
-/// Eq. 8 of the paper: from the hard visibility and the distance to its boundary, in the unit of `penumbra`.
+/// Evaluates eq. 8 of the paper from the hard visibility and the distance to its boundary, in the unit of `penumbra`.
 fn intensity(hard: f32, distance: f64, penumbra: f64) -> f64 {
     let offset = (distance / penumbra).min(0.5);
     if hard > 0.5 { 0.5 + offset } else { 0.5 - offset }
 }
 
-/// How many pixels around the picture the boundary is looked for, with a boundary `reach` world units away in mind.
+/// Returns how many pixels around the picture to search for boundary that is up to `reach` world units away.
 fn margin(scene: &RayScene, eye: &Eye, camera: &CameraView, size: [u32; 2], reach: f64) -> u32 {
     let most = size[0].max(size[1]).div_ceil(8);
     let [right, bottom] = size.map(|n| n - 1);
@@ -158,7 +161,7 @@ fn margin(scene: &RayScene, eye: &Eye, camera: &CameraView, size: [u32; 2], reac
             Some(step(DVec3::X).max(step(DVec3::Y)))
         })
         .reduce(|| 0.0, f64::max);
-    // Saturates, also from NaN and infinity.
+    // The cast saturates, also for NaN and infinity.
     (widest.ceil() as u32).saturating_add(1).min(most)
 }
 

@@ -1,26 +1,27 @@
-//! The nearest boundary of each point, on its own surface.
+//! Nearest boundary of each point on its own surface.
 
 use glam::DVec3;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
-/// Neither of two points of a curved surface lies farther than 45 degrees from the other's tangent plane.
+/// Sine of 45 degrees: neither of two points of a curved surface lies farther from the other's tangent plane.
 const CURVED_SINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// What counts as one plane: distance over length, and sine of the angle between normals.
+/// Tolerance for one plane: distance from the plane over length, and sine of the angle between normals.
 const FLAT_SINE: f64 = 1e-3;
-/// Rounding of a point, local space.
+/// Rounding error of a point, local space.
 const ROUNDING: f64 = 1.0 / (1u64 << 36) as f64;
 
-/// A point of a surface, local space.
+/// Point of a surface, local space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub position: DVec3,
-    /// Unit, on the camera's side.
+    /// Unit normal on the camera's side.
     pub normal: DVec3,
     /// Number of the smooth surface.
     pub surface: u32,
 }
 
-/// Whether two points are on the same surface, as the [module](super) says; each may lie off its own by `slack`.
+/// Returns whether two points are on the same surface as defined in the [module](super). Each may lie off its surface
+/// by `slack`.
 pub(super) fn is_same_surface(a: &Place, b: &Place, slack: f64) -> bool {
     let between = b.position - a.position;
     let height = a.normal.dot(between).abs().max(b.normal.dot(between).abs());
@@ -30,7 +31,7 @@ pub(super) fn is_same_surface(a: &Place, b: &Place, slack: f64) -> bool {
     a.normal.dot(b.normal) > 0.0 && (a.surface == b.surface && within(CURVED_SINE, slack) || is_flat())
 }
 
-/// A piece of the boundary, or a point of it.
+/// Piece of the boundary, or a single point of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Segment {
     from: DVec3,
@@ -50,19 +51,19 @@ impl Segment {
         self.from.lerp(self.to, t)
     }
 
-    /// Its point that is nearest to `p`.
+    /// Returns the segment's point nearest to `p`.
     fn nearest(&self, p: DVec3) -> Place {
         let along = self.to - self.from;
         let t = (p - self.from).dot(along) / along.length_squared();
-        // NaN, of a point, is 0.
+        // For a segment of length 0, `t` is NaN and counts as 0.
         let position = self.from + along * if t > 0.0 { t.min(1.0) } else { 0.0 };
         Place { position, normal: self.normal, surface: self.surface }
     }
 
-    /// Its distance from a place if it is on the same surface.
+    /// Returns the segment's distance from a place; `None` if that lies on another surface.
     pub fn distance(&self, place: &Place) -> Option<f64> {
         let nearest = self.nearest(place.position);
-        // On a curved surface the chord lies off it, by less than this.
+        // On a curved surface the chord lies off the surface, by less than this.
         let slack = 0.25 * (self.to - self.from).length();
         is_same_surface(place, &nearest, slack).then(|| (nearest.position - place.position).length())
     }
@@ -83,7 +84,7 @@ impl PointDistance for Segment {
     }
 }
 
-/// All of the boundary, by where it is.
+/// Spatial index of the whole boundary.
 pub(super) struct Nearest(RTree<Segment>);
 
 impl Nearest {
@@ -91,7 +92,7 @@ impl Nearest {
         Self(RTree::bulk_load(segments))
     }
 
-    /// Distance from a place to the nearest boundary on its surface, if that is not beyond `reach`.
+    /// Returns the distance from a place to the nearest boundary on its surface; `None` beyond `reach`.
     pub fn distance(&self, place: &Place, reach: f64) -> Option<f64> {
         self.0
             .nearest_neighbor_iter_with_distance_2(&place.position.to_array())

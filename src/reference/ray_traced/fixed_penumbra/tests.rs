@@ -5,7 +5,7 @@ use glam::dvec3;
 
 const SIZE: [u32; 2] = [80, 45];
 
-/// A shipped scene's boundary, and every pixel's place.
+/// Boundary of a shipped scene, and the place of every pixel.
 fn boundary_of(name: &str) -> (Vec<Segment>, Vec<Place>) {
     let shipped = shipped::find(name).unwrap();
     let scene = load_bytes(shipped.name, shipped.bytes).unwrap();
@@ -25,7 +25,7 @@ fn boundary_of(name: &str) -> (Vec<Segment>, Vec<Place>) {
     (segments, pixels.collect())
 }
 
-/// By looking at every segment, each at a thousand points.
+/// Checks every segment, each at a thousand points.
 fn by_brute_force(segments: &[Segment], place: &Place, reach: f64) -> Option<f64> {
     let distances = segments.iter().filter_map(|s| {
         let d = s.distance(place)?;
@@ -52,7 +52,7 @@ fn the_index_finds_what_brute_force_finds() {
             }
         }
         assert!(found[0] > 10 && found[1] > 10, "{name}: {found:?}");
-        // With half of the segments left out the answers are others.
+        // Without half of the segments the answers differ.
         segments.truncate(segments.len() / 2);
         let fewer = Nearest::new(segments);
         assert!(places.iter().step_by(37).any(|p| fewer.distance(p, 0.2) != nearest.distance(p, 0.2)));
@@ -71,15 +71,15 @@ fn one_surface_is_a_plane_or_a_smooth_mesh() {
             assert_eq!(answer, is_same_surface(&other, &flat, 0.0));
             answer
         };
-        // In the plane, whatever the mesh; a step up, and another tilt, are another surface.
+        // In the plane it is the same surface, whatever the mesh; a step up or another tilt makes it another.
         assert!(same(1.0, 0.0, 0.0, 1) && !same(1.0, 0.01, 0.0, 1) && !same(1.0, 0.0, 1.0, 1));
-        // A quarter of a circle that bends down, if it is one mesh.
+        // A quarter of a circle that bends down is one surface if it is one mesh.
         let arc = |turn: f64, surface| {
             let (sin, cos) = turn.to_radians().sin_cos();
             same(sin, cos - 1.0, turn, surface)
         };
         assert!(arc(30.0, 0) && arc(89.0, 0) && !arc(91.0, 0) && !arc(30.0, 1));
-        // The other side of a leaf, and what lies above.
+        // The back of a leaf and a point above it are on other surfaces.
         assert!(!same(0.1, 0.0, 180.0, 0) && !same(0.1, 1.0, 0.0, 0));
     }
 }

@@ -1,28 +1,29 @@
-//! A straight line through a piece of the boundary.
+//! Fit of a straight line to a piece of the boundary.
 
 use super::{Crack, Side, Texels, add, scaled};
 use glam::DVec2;
 
-/// Cracks walked to either side of the first: with it, a line has twice as many and one.
+/// Number of cracks followed to either side of the first: a line is fitted to twice as many plus one.
 pub const FITTED_CRACKS: usize = 8;
 
-/// A line that runs less than this across the side asked for has no height over it worth using.
+/// Smallest component of the line's normal across the crack's side for which the height over the side is usable.
 const LEAST_ACROSS: f64 = 0.3;
 
-/// A line between the inside and the outside texels of a piece of the boundary.
+/// Line that separates the inside texels of a piece of the boundary from the outside texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FittedLine {
-    /// Places are measured from the centre of this texel.
+    /// Texel whose centre is the origin of coordinates.
     pub origin: [i64; 2],
-    /// Unit length, from inside to outside.
+    /// Unit normal, pointing from inside to outside.
     pub normal: DVec2,
-    /// Places on the line have this product with the normal, texels.
+    /// Dot product of the normal with any point of the line, texels.
     pub offset: f64,
 }
 
 impl FittedLine {
-    /// Height of the line above the side of `crack`, into its texel, `along` texels from the texel's centre in the
-    /// direction `step` along that side. `None` where the line is too steep over it.
+    /// Returns the line's height above the side of `crack`, positive into its texel. The height is taken `along`
+    /// texels from the texel's centre in the direction `step` along that side. Returns `None` where the line is too
+    /// steep.
     pub fn height_over(&self, crack: Crack, along: f64, step: [i64; 2]) -> Option<f64> {
         let side = vector(crack.side.step());
         let center = vector(add(crack.texel, scaled(self.origin, -1)));
@@ -32,8 +33,8 @@ impl FittedLine {
     }
 }
 
-/// The crack that follows in the direction `step` along the boundary, and the direction there; `None` where four texels
-/// meet like a chess board, so that there are two ways on.
+/// Returns the next crack in the direction `step` along the boundary, and the direction there. Returns `None` where
+/// four texels meet like a chessboard, since the boundary then continues two ways.
 fn follow(texels: &impl Texels, crack: Crack, step: [i64; 2]) -> Option<(Crack, [i64; 2])> {
     let normal = crack.side.step();
     let ahead = add(crack.texel, step);
@@ -46,13 +47,13 @@ fn follow(texels: &impl Texels, crack: Crack, step: [i64; 2]) -> Option<(Crack, 
     }
 }
 
-/// The line with the least squares of distances to the midpoints of [`FITTED_CRACKS`] cracks to either side of `crack`
-/// and its own, moved into the middle of the gap between the centres of the inside and of the outside texels there.
+/// Fits a line by least squares to the midpoints of `crack` and of [`FITTED_CRACKS`] cracks to either side. The line
+/// is then moved to the middle of the gap between the centres of the inside and the outside texels.
 ///
-/// `None` where the boundary cannot be followed that far, or no such line separates them.
+/// Returns `None` where the boundary cannot be followed that far, or where no such line separates the texels.
 pub fn fitted_line(texels: &impl Texels, crack: Crack) -> Option<FittedLine> {
     let origin = crack.texel;
-    // Centres of the texels inside, and the ways out of them.
+    // Centres of the inside texels, and the steps out of them.
     let mut pieces = Vec::with_capacity(2 * FITTED_CRACKS + 1);
     let mut record = |c: Crack| pieces.push((vector(add(c.texel, scaled(origin, -1))), vector(c.side.step())));
     record(crack);

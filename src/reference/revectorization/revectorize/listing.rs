@@ -1,24 +1,24 @@
-//! Macedo 2017 listings 2 to 5, function by function. The errata are in the module above.
+//! Listings 2 to 5 of Macedo 2017, function by function. The errata are in the head of the parent module.
 
 use super::{Side, Texels, add};
 use glam::{DVec2, DVec3, DVec4};
 
-/// Where a texel's shadow test differs from its neighbours' (Macedo 2017 equations 2 to 4).
+/// Discontinuity of a texel: where its shadow test differs from its neighbours' (Macedo 2017, equations 2 to 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Discontinuity {
-    /// Bit i is set where the neighbour on side `Side::ALL[i]` differs: 1 left, 2 right, 4 +v, 8 -v.
+    /// Mask of the sides whose neighbour differs: bit i is for `Side::ALL[i]`; 1 left, 2 right, 4 +v, 8 -v.
     pub mask: u8,
-    /// The texel's own test.
+    /// Shadow test of the texel itself; `true` if lit.
     pub lit: bool,
 }
 
 impl Discontinuity {
-    /// True where the neighbour on that side differs.
+    /// Returns whether the neighbour on that side differs.
     pub fn at(self, side: Side) -> bool {
         self.mask & (1 << side as u8) != 0
     }
 
-    /// As listing 2 packs it: `(2 left + right) / 4`, `(2 (+v) + (-v)) / 4`, `1 - s`.
+    /// Returns the packed form of listing 2: `(2 left + right) / 4`, `(2 (+v) + (-v)) / 4`, `1 - s`.
     pub fn packed(self) -> DVec3 {
         let bit = |side| f64::from(u8::from(self.at(side)));
         DVec3::new(
@@ -28,13 +28,13 @@ impl Discontinuity {
         )
     }
 
-    /// Both sides of an axis differ: 0.75 in the packed form.
+    /// Returns whether both sides of an axis differ, which is 0.75 in the packed form.
     pub(super) fn is_short_u_or_o(self) -> bool {
         self.mask & 0b11 == 0b11 || self.mask & 0b1100 == 0b1100
     }
 }
 
-/// `computeDiscontinuity`, listing 2. Five tests.
+/// Mirrors `computeDiscontinuity`, listing 2, with five tests.
 pub fn discontinuity(texels: &impl Texels, texel: [i64; 2]) -> Discontinuity {
     let lit = texels.lit(texel);
     let differs = |side: Side| texels.lit(add(texel, side.step())) != lit;
@@ -42,11 +42,11 @@ pub fn discontinuity(texels: &impl Texels, texel: [i64; 2]) -> Discontinuity {
     Discontinuity { mask: bits.iter().sum(), lit }
 }
 
-/// `traverseShadowSilhouette`, listing 3: steps from a texel with discontinuity `d` towards `towards`.
+/// Mirrors `traverseShadowSilhouette`, listing 3: steps from a texel with discontinuity `d` towards `towards`.
 ///
-/// Returns the number of the step that ended it, signed: positive where that texel's test differs from the start
-/// texel's (an edge end), negative where it shares no discontinuity direction with it (stepped out). A traversal that is
-/// still going on after `max_distance` steps has not ended: `-(max_distance + 1)`.
+/// Returns the number of the step that ended the traversal, with a sign. It is positive if that texel's test differs
+/// from the start texel's (an edge end), and negative if the texel shares no discontinuity direction with the start
+/// texel (stepped out). A traversal that has not ended after `max_distance` steps gives `-(max_distance + 1)`.
 pub fn traverse(texels: &impl Texels, texel: [i64; 2], d: Discontinuity, towards: Side, max_distance: u32) -> i64 {
     let across = Side::ALL.map(|side| side.is_horizontal() != towards.is_horizontal() && d.at(side));
     let mut at = texel;
@@ -63,13 +63,13 @@ pub fn traverse(texels: &impl Texels, texel: [i64; 2], d: Discontinuity, towards
     -i64::from(max_distance) - 1
 }
 
-/// [`traverse`] towards all four sides.
+/// Performs [`traverse`] towards all four sides.
 pub fn traverse_all(texels: &impl Texels, texel: [i64; 2], d: Discontinuity, max_distance: u32) -> [i64; 4] {
     Side::ALL.map(|side| traverse(texels, texel, d, side, max_distance))
 }
 
-/// `computeFragmentDistanceToSE`, Macedo 2019 equation 2: from the point to the end of each traversal, texels, with the
-/// traversal's sign. `fraction`, `[0, 1)`, is the point's place in its texel.
+/// Mirrors `computeFragmentDistanceToSE`, Macedo 2019 equation 2: distances from the point to the end of each
+/// traversal, texels, with the traversal's sign. `fraction` is the point's position in its texel, `[0, 1)`.
 pub fn distance_to_edge(fraction: DVec2, traversal: [i64; 4]) -> DVec4 {
     let distance = |i: usize| {
         let steps = traversal[i];
@@ -79,11 +79,11 @@ pub fn distance_to_edge(fraction: DVec2, traversal: [i64; 4]) -> DVec4 {
     DVec4::new(distance(0), distance(1), distance(2), distance(3))
 }
 
-/// `normalizeFragmentDistanceToSE`, Macedo 2019 equation 3 and Macedo 2017 equation 5.
+/// Mirrors `normalizeFragmentDistanceToSE`, Macedo 2019 equation 3 and Macedo 2017 equation 5.
 ///
-/// `x` and `y` are the normalised positions on the horizontal and the vertical axis: 0 at the edge end and 1 at the
-/// other where one end was found; of two found, the farther one counts, `[0.5, 1]`; with none they are negative.
-/// `z` and `w` are 1 where both traversals of the axis ended at an edge end, 0 for one, -1 for none.
+/// `x` and `y` are the normalised positions on the horizontal and the vertical axis. With one edge end they are 0 at
+/// that end and 1 at the other; with two, the farther end counts, `[0.5, 1]`; with none they are negative. `z` and `w`
+/// are 1 where both traversals of the axis ended at an edge end, 0 for one, -1 for none.
 pub fn normalized(distance: DVec4, traversal: [i64; 4]) -> DVec4 {
     let position = |a: f64, b: f64| a.max(b) / (a.abs() + b.abs());
     let ends = |a: i64, b: i64| f64::from(i8::from(a > 0) + i8::from(b > 0) - 1);
@@ -95,7 +95,8 @@ pub fn normalized(distance: DVec4, traversal: [i64; 4]) -> DVec4 {
     )
 }
 
-/// `computeRBSMVisibility`, listing 4, of a point in a texel with a discontinuity. Shadow stays shadow (listing 1).
+/// Mirrors `computeRBSMVisibility`, listing 4, for a point in a texel with a discontinuity. Shadow stays shadow
+/// (listing 1).
 pub fn silhouette_visibility(d: Discontinuity, nrd: DVec4) -> f64 {
     if !d.lit || d.is_short_u_or_o() || nrd.z == 1.0 || nrd.w == 1.0 {
         return 0.0;
@@ -106,7 +107,7 @@ pub fn silhouette_visibility(d: Discontinuity, nrd: DVec4) -> f64 {
     if nrd.y < 1.0 - nrd.x { 0.0 } else { 1.0 }
 }
 
-/// `computeRBSMVisibility`, listing 5, of a point in a texel with a discontinuity.
+/// Mirrors `computeRBSMVisibility`, listing 5, for a point in a texel with a discontinuity.
 pub fn filtered_visibility(d: Discontinuity, nrd: DVec4) -> f64 {
     let other = d.packed().z;
     let sign = 1.0 - 2.0 * other;
@@ -125,9 +126,9 @@ pub fn filtered_visibility(d: Discontinuity, nrd: DVec4) -> f64 {
     (other + sign * ramp).clamp(0.0, 1.0)
 }
 
-/// How far a point in an L shape is from the line where its two positions add up to `sum`, texels.
+/// Returns the distance, texels, of a point in an L shape from the line where its two positions add up to `sum`.
 pub(super) fn line_margin(nrd: DVec4, traversal: [i64; 4], sum: f64) -> f64 {
-    // A run's length: `|d_l| + |d_r|`, wherever the point is.
+    // Length of a run: `|d_l| + |d_r|`, wherever the point is.
     let length = |a: i64, b: i64| (a.abs() + b.abs() - 1) as f64;
     let slope = DVec2::new(1.0 / length(traversal[0], traversal[1]), 1.0 / length(traversal[2], traversal[3]));
     (nrd.x + nrd.y - sum).abs() / slope.length()

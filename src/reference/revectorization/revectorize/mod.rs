@@ -1,25 +1,26 @@
-//! The visibility functions of revectorization-based shadow mapping in `f64`, over any binary shadow test.
+//! Visibility functions of revectorization-based shadow mapping in `f64`, over any binary shadow test.
 //!
 //! Sources: Macedo, Apolinário and Agüero 2017, the optimised visibility functions, listings 1 to 5; Macedo and
-//! Apolinário 2018, *Improved anti-aliasing for Euclidean distance transform shadow mapping*, equations 5 to 7; Macedo,
-//! Apolinário and Agüero 2019, *Revectorization-Based Soft Shadow Mapping*, equations 2 and 3; the edge profile is our
-//! own. All lengths are in texels. The second axis, v, grows downwards; neighbours are in the order of listing 2: left,
-//! right, +v, -v.
+//! Apolinário 2018, *Improved anti-aliasing for Euclidean distance transform shadow mapping*, equations 5 to 7;
+//! Macedo, Apolinário and Agüero 2019, *Revectorization-Based Soft Shadow Mapping*, equations 2 and 3. The edge
+//! profile is our own. All lengths are in texels. The second axis, v, grows downwards. Neighbours are in the order of
+//! listing 2: left, right, +v, -v.
 //!
-//! What the sources leave open, or have wrong, and what is done here:
+//! The sources leave these points open or have them wrong; this module resolves them as follows:
 //!
-//! * Listing 2 against table 1 of Macedo 2017: the table swaps top and bottom; the listing counts.
-//! * Listing 3: its loop variable is misspelt and its `d` must have three components. `checkDiscontinuity` is not
-//!   printed: here a stepped texel shares a discontinuity direction with the start texel when one of the sides *across*
-//!   the traversal that the start texel has differs there too. The sides along it cannot: the start texel's would have
-//!   ended the traversal at its first step. A traversal that reaches the largest distance has not ended: negative.
-//! * `normalizeFragmentDistanceToSE` is not printed: Macedo 2019 equation 3 has `max(d_l, d_b)` as its second component,
-//!   which must be `max(d_t, d_b)`. Whether a run has ended at an edge end is taken from the traversal and not from the
-//!   sign of the distance, which is 0 on the texel's own border.
-//! * Listing 5, I shape: `nrd.w == 1.0` is printed where `nrd.w == -1.0` is meant. Every returned value is clamped:
-//!   with one axis ended at both ends and the other at none, the second position is negative.
-//! * Macedo 2018 equation 7 says nothing of U, O and I shapes: they keep the shadow test here. Each side of the boundary
-//!   measures its `alpha` from the corner where its own run meets the opposite visibility.
+//! * Listing 2 and table 1 of Macedo 2017 disagree: the table swaps top and bottom. The listing counts.
+//! * Listing 3 misspells its loop variable, and its `d` must have three components. `checkDiscontinuity` is not
+//!   printed. Here a stepped texel shares a discontinuity direction with the start texel if it differs on a side
+//!   *across* the traversal on which the start texel differs too. Sides along the traversal cannot be shared: the
+//!   start texel's would have ended the traversal at its first step. A traversal that reaches the largest distance has
+//!   not ended and is negative.
+//! * `normalizeFragmentDistanceToSE` is not printed. Macedo 2019 equation 3 has `max(d_l, d_b)` as its second
+//!   component; it must be `max(d_t, d_b)`. The traversal, not the sign of the distance, tells whether a run ended at
+//!   an edge end, because the distance is 0 on the texel's own border.
+//! * Listing 5 prints `nrd.w == 1.0` for the I shape and means `nrd.w == -1.0`. Every returned value is clamped: if
+//!   one axis ended at both ends and the other at none, the second position is negative.
+//! * Macedo 2018 equation 7 does not cover U, O and I shapes; here they keep the shadow test. Each side of the
+//!   boundary measures its `alpha` from the corner where its own run meets the opposite visibility.
 
 mod line;
 mod listing;
@@ -38,9 +39,9 @@ pub use star::star_visibility;
 
 use glam::DVec2;
 
-/// The shadow test of a texel: true where lit. Texels by index, any `i64`.
+/// Shadow test of any texel, by its integer index.
 pub trait Texels {
-    /// True where the texel is lit.
+    /// Returns whether the texel is lit.
     fn lit(&self, texel: [i64; 2]) -> bool;
 }
 
@@ -50,7 +51,7 @@ impl<F: Fn([i64; 2]) -> bool> Texels for F {
     }
 }
 
-/// A side of a texel.
+/// Side of a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Towards smaller u.
@@ -64,10 +65,10 @@ pub enum Side {
 }
 
 impl Side {
-    /// All four, in the order of listing 2.
+    /// All four sides, in the order of listing 2.
     pub const ALL: [Self; 4] = [Self::Left, Self::Right, Self::PlusV, Self::MinusV];
 
-    /// The way to the neighbour on that side.
+    /// Returns the step to the neighbour on that side.
     pub fn step(self) -> [i64; 2] {
         match self {
             Self::Left => [-1, 0],
@@ -77,7 +78,7 @@ impl Side {
         }
     }
 
-    /// The one with this step.
+    /// Returns the side with this step.
     fn of(step: [i64; 2]) -> Self {
         match step.map(i64::signum) {
             [-1, _] => Self::Left,
@@ -87,17 +88,17 @@ impl Side {
         }
     }
 
-    /// True for left and right.
+    /// Returns whether the side is left or right.
     pub fn is_horizontal(self) -> bool {
         matches!(self, Self::Left | Self::Right)
     }
 
-    /// The unit step along the side, towards larger u or v.
+    /// Returns the unit step along the side, towards larger u or v.
     pub fn along(self) -> [i64; 2] {
         if self.is_horizontal() { [0, 1] } else { [1, 0] }
     }
 
-    /// Distance of a point in a texel from this side of it, texels.
+    /// Returns the distance of a point in a texel from this side, texels.
     pub fn distance(self, fraction: DVec2) -> f64 {
         match self {
             Self::Left => fraction.x,
@@ -108,42 +109,42 @@ impl Side {
     }
 }
 
-/// How much the edge profile looks at.
+/// Extent of the boundary that the edge profile reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
     /// The run along each side.
     Run,
-    /// Also the two runs next door.
+    /// Also the two adjacent runs.
     Neighbours,
-    /// Also a line through the edge around each end of a short run.
+    /// Also a line fitted to the boundary around each end of a short run.
     Line,
 }
 
-/// A visibility function.
+/// Visibility function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Function {
-    /// Silhouette recovery, Macedo 2017 listing 4: lit points only, it grows the shadow.
+    /// Silhouette recovery, Macedo 2017 listing 4. It changes lit points only, so it grows the shadow.
     Silhouette,
     /// Filtering, Macedo 2017 listing 5: a ramp across the boundary texels.
     Filtered,
     /// Improved visibility, Macedo 2018 equation 7, for L shapes; U, O and I keep the shadow test.
     Star,
-    /// The edge profile: the boundary as a height over each run of the texel's sides.
+    /// Edge profile: the boundary as a height over each run of the texel's sides.
     Profile(Quality),
 }
 
-/// What a function says at a point.
+/// Result of a function at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// 1 lit, 0 in shadow.
+    /// Visibility: 1 is lit, 0 is in shadow.
     pub visibility: f64,
-    /// The point may be moved at least this far, texels, before the visibility jumps, as long as it stays in its texel.
-    /// Infinite where it does not jump in the texel; 0 for a point right on the line that it is decided by.
+    /// Distance, texels, that the point may be moved within its texel before the visibility jumps, at least. It is
+    /// infinite if the visibility does not jump in the texel, and 0 on the line that decides the point.
     pub margin: f64,
 }
 
 impl Outcome {
-    /// A visibility that no place in the texel changes by a jump.
+    /// Returns a visibility that does not jump anywhere in the texel.
     fn sure(visibility: f64) -> Self {
         Self { visibility, margin: f64::INFINITY }
     }
@@ -153,7 +154,8 @@ impl Outcome {
     }
 }
 
-/// A function at a texel: what depends on the texel alone is done, any number of points can be asked for.
+/// Function prepared for a texel: everything that depends on the texel alone is computed, so that many points are
+/// cheap.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     lit: bool,
@@ -169,7 +171,7 @@ enum Rule {
     Profile([Option<Profile>; 4]),
 }
 
-/// Reads all that `function` needs around a texel; `max_distance` is the most steps in a direction.
+/// Reads all that `function` needs around a texel; `max_distance` is the largest number of steps per direction.
 pub fn prepare(texels: &impl Texels, texel: [i64; 2], function: Function, max_distance: u32) -> Prepared {
     if function == Function::Silhouette && !texels.lit(texel) {
         return Prepared { lit: false, rule: Rule::Keep };
@@ -192,18 +194,18 @@ pub fn prepare(texels: &impl Texels, texel: [i64; 2], function: Function, max_di
 }
 
 impl Prepared {
-    /// The test of the texel: true where lit.
+    /// Returns the shadow test of the texel: `true` if lit.
     pub fn is_lit(&self) -> bool {
         self.lit
     }
 
-    /// True where the function keeps the test in all of the texel because no side of it differs, or because listing 4
+    /// Returns whether the function keeps the test in the whole texel. It does if no side differs, or if listing 4
     /// leaves shadow alone.
     pub fn keeps_test(&self) -> bool {
         matches!(self.rule, Rule::Keep)
     }
 
-    /// What the function says at `fraction`, `[0, 1)` inside the texel.
+    /// Evaluates the function at `fraction`, `[0, 1)`, inside the texel.
     pub fn at(&self, fraction: DVec2) -> Outcome {
         let positions = |traversal| normalized(distance_to_edge(fraction, traversal), traversal);
         match &self.rule {
@@ -227,9 +229,9 @@ impl Prepared {
     }
 }
 
-/// What `function` says at a point: `fraction`, `[0, 1)`, inside `texel`.
+/// Evaluates `function` at a point: `fraction`, `[0, 1)`, inside `texel`.
 ///
-/// `max_distance` is the most steps in a direction (`MAXDIST` of listing 3, there 16).
+/// `max_distance` is the largest number of steps per direction (`MAXDIST` of listing 3, 16 there).
 pub fn visibility(
     texels: &impl Texels,
     texel: [i64; 2],

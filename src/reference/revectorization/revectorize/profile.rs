@@ -1,44 +1,45 @@
-//! The edge profile: over each side of a texel whose neighbour differs, the boundary is a height above that side, as a
-//! function of the place along the run of such sides. A point closer to a side than that height takes the other test.
+//! Edge profile. Over each side of a texel whose neighbour differs, the boundary is a height above that side, as a
+//! function of the position along the run of such sides. A point closer to a side than that height takes the opposite
+//! test.
 
 use super::{Outcome, Quality, Side, Texels, add, fitted_line, scaled};
 use glam::DVec2;
 
-/// Runs this long with big crossings at both ends are the flat ends of boxes, texels.
+/// Smallest length, texels, of a run with big crossings at both ends that counts as the flat end of a box.
 const FLAT_RUN: f64 = 6.0;
-/// How far the runs next door tilt a Z.
+/// Strength with which the adjacent runs tilt a Z.
 const TILT: f64 = 0.33;
-/// How much the runs next door say about the bow of a U; the rest is said by its length.
+/// Weight of the adjacent runs in the bow of a U; its length has the remaining weight.
 const BOW_FROM_NEIGHBOURS: f64 = 0.7;
-/// Z runs of at most this length get lines, texels.
+/// Largest length, texels, of a Z run for which lines are fitted.
 const LINE_RUN: f64 = 2.0;
 
-/// A unit piece of the boundary between texels of different tests, seen from one of them.
+/// Unit piece of the boundary between texels with different tests, seen from one of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crack {
-    /// The texel inside.
+    /// Texel on the inside.
     pub texel: [i64; 2],
-    /// The side of it on which the crack is.
+    /// Side of that texel on which the crack lies.
     pub side: Side,
-    /// The inside texel's test; the one across differs.
+    /// Test of the inside texel; the texel across has the opposite one.
     pub lit: bool,
 }
 
-/// How a run ends.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The most steps were made.
+    /// Not reached within the largest number of steps.
     Unknown,
-    /// The next texel is as the inside, and so is the one across: the boundary turns away from the inside.
+    /// The next texel and the one across from it both equal the inside: the boundary turns away from the inside.
     Away,
-    /// The next texel is as the outside, and so is the one across: the boundary turns towards the inside.
+    /// The next texel and the one across from it both equal the outside: the boundary turns towards the inside.
     Toward,
-    /// The next texel is as the outside, and the one across as the inside: four texels like a chess board.
+    /// The next texel equals the outside and the one across from it the inside: four texels meet like a chessboard.
     Saddle,
 }
 
 impl End {
-    /// -1 away, 1 toward, 0 else.
+    /// Returns -1 for away, 1 for toward, 0 otherwise.
     pub fn sign(self) -> f64 {
         match self {
             Self::Away => -1.0,
@@ -56,26 +57,26 @@ impl End {
     }
 }
 
-/// The run of cracks along one side, through a texel.
+/// Run of cracks along one side, through a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Texels of the run before this one: towards smaller u or v.
+    /// Number of texels of the run before this one, towards smaller u or v.
     pub before: u32,
-    /// Texels of the run after this one.
+    /// Number of texels of the run after this one.
     pub after: u32,
-    /// How it ends before and after.
+    /// Ends of the run before and after this texel.
     pub ends: [End; 2],
-    /// Whether the edge that crosses there is at least 2 texels long.
+    /// `true` for an end whose crossing boundary is at least 2 texels long.
     pub big: [bool; 2],
 }
 
 impl Run {
-    /// All texels of the run.
+    /// Returns the length of the run, texels.
     pub fn length(&self) -> f64 {
         f64::from(self.before) + f64::from(self.after) + 1.0
     }
 
-    /// The ends with a saddle taken for the opposite of the other end; two saddles stay.
+    /// Returns the ends, with a saddle replaced by the opposite of the other end. Two saddles stay.
     pub fn resolved_ends(&self) -> [End; 2] {
         match self.ends {
             [End::Saddle, End::Saddle] => self.ends,
@@ -86,21 +87,21 @@ impl Run {
     }
 }
 
-/// The run next door, beyond an end.
+/// Adjacent run beyond an end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NextDoor {
-    /// Texels; 0 where there is none: that end is big or unknown, or the boundary turns back.
+    /// Length in texels; 0 if there is none because that end is big or unknown, or the boundary turns back.
     pub length: u32,
-    /// How its far end turns, seen from the same side of the boundary.
+    /// Turn of its far end, seen from the same side of the boundary.
     pub end: End,
 }
 
 impl NextDoor {
-    /// No run.
+    /// No adjacent run.
     pub const NONE: Self = Self { length: 0, end: End::Unknown };
 }
 
-/// Steps along `crack` in the direction `step`: texels counted, and how it ended.
+/// Steps along `crack` in the direction `step`. Returns the number of texels and the end.
 fn walk(texels: &impl Texels, crack: Crack, step: [i64; 2], max_distance: u32) -> (u32, End) {
     let mut at = crack.texel;
     for steps in 0..max_distance {
@@ -117,12 +118,12 @@ fn walk(texels: &impl Texels, crack: Crack, step: [i64; 2], max_distance: u32) -
     (max_distance, End::Unknown)
 }
 
-/// The directions before and after.
+/// Returns the directions before and after.
 fn directions(side: Side) -> [[i64; 2]; 2] {
     [scaled(side.along(), -1), side.along()]
 }
 
-/// Steps along a side both ways, at most `max_distance` each: two tests a step, and two at a known end.
+/// Steps along a side both ways, at most `max_distance` each. It takes two tests per step, and two at a known end.
 pub fn run(texels: &impl Texels, crack: Crack, max_distance: u32) -> Run {
     let normal = crack.side.step();
     let found = directions(crack.side).map(|step| {
@@ -130,7 +131,7 @@ pub fn run(texels: &impl Texels, crack: Crack, max_distance: u32) -> Run {
         let last = add(crack.texel, scaled(step, i64::from(steps)));
         let same = |texel| texels.lit(texel) == crack.lit;
         let big = match end {
-            // One texel further in, the crossing edge goes on.
+            // The crossing boundary continues one texel further in.
             End::Toward => {
                 let behind = add(last, scaled(normal, -1));
                 same(behind) & !same(add(behind, step))
@@ -147,7 +148,7 @@ pub fn run(texels: &impl Texels, crack: Crack, max_distance: u32) -> Run {
     Run { before, after, ends: [a, b], big: [big_a, big_b] }
 }
 
-/// The texel inside the crossing edge at an end, and its side: what the boundary goes on with.
+/// Returns the crack at which the boundary continues at an end: the texel inside the crossing boundary, and its side.
 fn crossing(crack: Crack, last: [i64; 2], step: [i64; 2], end: End) -> Option<Crack> {
     let normal = crack.side.step();
     match end {
@@ -160,7 +161,7 @@ fn crossing(crack: Crack, last: [i64; 2], step: [i64; 2], end: End) -> Option<Cr
     }
 }
 
-/// The runs beyond both ends of `run`, which is that of `crack`.
+/// Returns the runs beyond both ends of `run`, which is the run of `crack`.
 pub fn next_door(texels: &impl Texels, crack: Crack, run: &Run, max_distance: u32) -> [NextDoor; 2] {
     let normal = crack.side.step();
     let steps = [run.before, run.after];
@@ -183,25 +184,25 @@ pub fn next_door(texels: &impl Texels, crack: Crack, run: &Run, max_distance: u3
     })
 }
 
-/// The height of the boundary over a run, texels into the inside; negative where the outside's texels take it.
+/// Height of the boundary over a run, texels into the inside; negative where the boundary lies in the outside texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Curve {
-    /// On the cracks: the height is 0.
+    /// The height is 0: the boundary lies on the cracks.
     Flat,
-    /// From `height` at the end before (0) or after (1) down to nothing at `reach` from it.
+    /// Falls from `height` at one end to 0 at the distance `reach` from it.
     Fade {
-        /// At the known end, texels.
+        /// Height at the known end, texels.
         height: f64,
-        /// Which end that is.
+        /// Index of the known end: 0 before, 1 after.
         end: usize,
-        /// The largest distance, texels.
+        /// Distance at which the height is 0, texels: the largest traversal distance.
         reach: f64,
     },
-    /// A parabola: `height - depth (1 - w^2)`, `w` from -1 to 1 over the run.
+    /// A parabola: `height - depth (1 - w^2)`, with `w` from -1 to 1 over the run.
     Bow {
-        /// At both ends, texels.
+        /// Height at both ends, texels.
         height: f64,
-        /// How far the middle is from that, texels.
+        /// Difference between the ends and the middle, texels.
         depth: f64,
     },
     /// A straight line.
@@ -211,8 +212,8 @@ pub enum Curve {
     },
 }
 
-/// The curve over a run. `neighbours` are of [`next_door`] (`None` for [`Quality::Run`]); `lines` the heights of
-/// [`fitted_line`] at both ends where there is such a line.
+/// Returns the curve over a run. `neighbours` come from [`next_door`] (`None` for [`Quality::Run`]). `lines` are the
+/// heights of [`fitted_line`] at both ends, where there is such a line.
 pub fn profile_curve(
     run: &Run,
     neighbours: Option<[NextDoor; 2]>,
@@ -257,7 +258,8 @@ pub fn profile_curve(
                     return base;
                 };
                 let next = f64::from(next.length);
-                // The next run's slope counts: outwards for a shorter one. `base` has the sign of the way out.
+                // The next run's slope counts too: outwards if it is shorter. `base` has the sign of the outward
+                // direction.
                 base + base.signum() * TILT * 2.0 * (length - next) / (length + next)
             });
             Curve::Line { heights }
@@ -265,7 +267,7 @@ pub fn profile_curve(
     }
 }
 
-/// [`Profile::height`] of the curve of [`profile_curve`] at `u`, texels from the run's start.
+/// Returns [`Profile::height`] of the curve of [`profile_curve`] at `u`, texels from the run's start.
 pub fn profile_height(
     run: &Run,
     u: f64,
@@ -276,14 +278,14 @@ pub fn profile_height(
     Profile::new(run, profile_curve(run, neighbours, lines, max_distance)).height(u)
 }
 
-/// The boundary over the run of one side of a texel.
+/// Boundary over the run of one side of a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
-    /// Texels of the run before the texel.
+    /// Length of the run before the texel, texels.
     pub before: f64,
-    /// Texels of the run.
+    /// Length of the whole run, texels.
     pub length: f64,
-    /// The height over it.
+    /// Height over the run.
     pub curve: Curve,
 }
 
@@ -292,7 +294,7 @@ impl Profile {
         Self { before: run.before.into(), length: run.length(), curve }
     }
 
-    /// The height at `u`, texels from the run's start, `[0, length]`.
+    /// Returns the height at `u`, texels from the run's start, `[0, length]`.
     pub fn height(&self, u: f64) -> f64 {
         match self.curve {
             Curve::Flat => 0.0,
@@ -308,7 +310,7 @@ impl Profile {
         }
     }
 
-    /// The steepest slope of the curve.
+    /// Returns the steepest slope of the curve.
     fn steepest(&self) -> f64 {
         match self.curve {
             Curve::Flat => 0.0,
@@ -319,7 +321,7 @@ impl Profile {
     }
 }
 
-/// The profile over the run of `crack`.
+/// Returns the profile over the run of `crack`.
 pub fn profile(texels: &impl Texels, crack: Crack, quality: Quality, max_distance: u32) -> Profile {
     let run = run(texels, crack, max_distance);
     let neighbours = (quality != Quality::Run).then(|| next_door(texels, crack, &run, max_distance));
@@ -327,7 +329,7 @@ pub fn profile(texels: &impl Texels, crack: Crack, quality: Quality, max_distanc
     Profile::new(&run, profile_curve(&run, neighbours, lines, max_distance))
 }
 
-/// The heights of lines through the edge around the ends of a short Z run.
+/// Returns the heights of lines fitted to the boundary around the ends of a short Z run.
 fn end_lines(texels: &impl Texels, crack: Crack, run: &Run) -> [Option<f64>; 2] {
     let ends = run.resolved_ends();
     let is_z = ends[0].sign() * ends[1].sign() < 0.0;
@@ -340,14 +342,15 @@ fn end_lines(texels: &impl Texels, crack: Crack, run: &Run) -> [Option<f64>; 2] 
         let step = directions(crack.side)[i];
         let last = add(crack.texel, scaled(step, i64::from(steps[i])));
         let line = fitted_line(texels, crossing(crack, last, step, run.ends[i])?)?;
-        // The crossing edge is half a texel beyond the last texel's centre.
+        // The crossing boundary lies half a texel beyond the last texel's centre.
         line.height_over(crack, f64::from(steps[i]) + 0.5, step)
     })
 }
 
-/// What the profiles of a texel's sides say at a point.
+/// Combines the profiles of a texel's sides at a point.
 pub(super) fn outcome(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec2) -> Outcome {
-    // Flipped while one side says so; unflipped until one says so.
+    // The test flips if any side flips it. A flipped point stays so while one side does; an unflipped one until the
+    // first does.
     let (mut within, mut apart): (f64, f64) = (0.0, f64::INFINITY);
     let mut flips = false;
     for (side, profile) in Side::ALL.into_iter().zip(profiles) {

@@ -1,4 +1,4 @@
-//! Small patterns with values worked out by hand, and what must hold on any pattern.
+//! Small patterns with values computed by hand, and properties that hold for any pattern.
 
 use super::*;
 use glam::{DVec3, DVec4, dvec2};
@@ -13,7 +13,8 @@ const FUNCTIONS: [Function; 6] = [
 ];
 const RUN: Function = Function::Profile(Quality::Run);
 
-/// `#` is shadow; the texel in the upper left corner is 0, 0; what is outside is as the nearest inside.
+/// Returns a pattern in which `#` is shadow. The upper left texel is 0, 0; texels outside repeat the nearest one
+/// inside.
 fn pattern(rows: &'static [&'static str]) -> impl Texels {
     move |[x, y]: [i64; 2]| {
         let row = rows[y.clamp(0, rows.len() as i64 - 1) as usize].as_bytes();
@@ -21,17 +22,17 @@ fn pattern(rows: &'static [&'static str]) -> impl Texels {
     }
 }
 
-/// Runs of 4 texels that go up to the right.
+/// Runs of 4 texels that rise to the right.
 const STEPS: [&str; 4] = ["............", "........####", "....########", "############"];
 
-/// Random numbers in `[0, 1)`, the same each time.
+/// Returns a reproducible source of random numbers in `[0, 1)`.
 fn random(seed: u64) -> impl FnMut() -> f64 {
     use rand_pcg::rand_core::Rng as _;
     let mut pcg = rand_pcg::Pcg64::new(seed.into(), 0);
     move || (pcg.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Tests of a random pattern, 16 x 16 and so on without end: blobs, noise, and all between.
+/// Returns the tests of a random pattern that repeats every 16 x 16 texels: from noise to blobs.
 fn random_pattern(seed: u64) -> impl Fn([i64; 2]) -> bool + Copy {
     let mut next = random(seed);
     let mut bits = [[false; 16]; 16];
@@ -69,7 +70,7 @@ fn the_lit_side_of_a_step() {
     let distance = distance_to_edge(dvec2(0.25, 0.25), traversal);
     assert_eq!(distance, DVec4::new(-1.25, 2.75, 0.75, -0.25));
     assert_eq!(normalized(distance, traversal), DVec4::new(0.6875, 0.75, 0.0, 0.0));
-    // Lines fall by a texel over the 4 of the run.
+    // The lines fall by one texel over the 4 of the run.
     let per = 1.0f64.hypot(0.25);
     check(
         &steps,
@@ -93,7 +94,7 @@ fn the_lit_side_of_a_step() {
             (RUN, 0.0, 0.3375 / per),
         ],
     );
-    // On the line of equation 7: lit, and nothing to spare.
+    // On the line of equation 7 the point is lit, with no margin.
     check(
         &steps,
         [6, 1],
@@ -136,11 +137,11 @@ fn the_run_of_a_step() {
     for (u, height) in [(0.0, -0.5), (2.0, 0.0), (3.0, 0.25), (4.0, 0.5)] {
         assert!(near(profile_height(&run, u, 16, None, [None; 2]), height));
     }
-    // The runs next door go on beyond all distances.
+    // The adjacent runs continue beyond all distances.
     let next = next_door(&steps, crack, &run, 16);
     assert_eq!(next.map(|n| n.end), [End::Unknown; 2]);
     assert_eq!(profile_curve(&run, Some(next), [None; 2], 16), Curve::Line { heights: [-0.5, 0.5] });
-    // The same from the right: steps that go the other way.
+    // The same from the right: steps in the opposite direction.
     let mirrored = |[x, y]: [i64; 2]| steps.lit([11 - x, y]);
     let run = super::run(&mirrored, Crack { texel: [6, 1], ..crack }, 16);
     assert_eq!(run, Run { before: 2, after: 1, ends: [End::Toward, End::Away], big: [false; 2] });
@@ -158,14 +159,14 @@ fn the_runs_next_door_tilt_and_bow() {
     };
     let [a, b] = heights(curve(z, next(5, End::Away), next(3, End::Toward)));
     assert!(near(a, -0.5 + 0.66 / 9.0) && near(b, 0.5 + 0.66 / 7.0), "{a} {b}");
-    // Runs of another kind, or of quite another length, say nothing.
+    // Adjacent runs of another kind, or of a very different length, have no effect.
     assert_eq!(heights(curve(z, next(5, End::Toward), next(6, End::Toward))), [-0.5, 0.5]);
     assert_eq!(heights(curve(z, NextDoor::NONE, next(2, End::Toward))), [-0.5, 0.5]);
-    // A line's height counts before those, within half a texel.
+    // A line's height takes precedence over those, within half a texel.
     let lines = [Some(-1.3), Some(0.6)];
     assert_eq!(heights(profile_curve(&z, Some([next(5, End::Away), NextDoor::NONE]), lines, 16)), [-1.0, 0.6]);
 
-    // A bow of 4 texels: 1/8 by its length; with runs of 2 on both sides, a quarter of the square of 2 less 1.
+    // A bow of 4 texels: 1/8 by its length; with runs of 2 on both sides, a quarter of (2 squared minus 1).
     let u = run([End::Toward; 2]);
     let Curve::Bow { height, depth } = curve(u, NextDoor::NONE, next(2, End::Toward)) else { panic!() };
     assert!(near(height, 0.5) && near(depth, 0.625));
@@ -196,7 +197,7 @@ fn the_runs_next_door_are_found() {
         assert_eq!((run.before, run.after, run.ends), (1, 1, [a, b]));
         let next = next_door(&lit, crack, &run, 16);
         assert_eq!(next, [NextDoor { length: 3, end: a }, NextDoor { length: 2, end: b }]);
-        // No farther than they may.
+        // The search stops at the largest distance.
         assert_eq!(next_door(&lit, crack, &run, 2)[0], NextDoor { length: 3, end: End::Unknown });
     }
 }
@@ -221,17 +222,17 @@ fn a_step_with_one_end_fades() {
     let crack = Crack { texel: [-3, 0], side: Side::PlusV, lit: true };
     let run = run(&lit, crack, 16);
     assert_eq!(run, Run { before: 16, after: 2, ends: [End::Unknown, End::Toward], big: [false; 2] });
-    // 2.5 texels from the end.
+    // The point is 2.5 texels from the end.
     assert!(near(profile_height(&run, 16.5, 16, None, [None; 2]), 0.5 * (1.0 - 2.5 / 16.0)));
     assert_eq!(profile_height(&run, 0.0, 16, None, [None; 2]), 0.0);
-    // Listing 3 has its step out after 16 more texels: 19 texels in all, with 2.5 to the end.
+    // Listing 3 steps out after 16 more texels: 19 texels in all, with 2.5 to the end.
     let o = visibility(&lit, [-3, 0], dvec2(0.5, 0.9), Function::Filtered, 16);
     assert!(near(o.visibility, 2.5 / 19.0 + 0.1), "{o:?}");
 }
 
 #[test]
 fn u_and_o_shapes() {
-    // A slit of three texels, closed: lit in the dark, then dark in the light.
+    // A closed slit of three texels: first lit in the dark, then dark in the light.
     let slit = pattern(&["#####", "#...#", "#####"]);
     check(
         &slit,
@@ -241,7 +242,7 @@ fn u_and_o_shapes() {
             (Function::Silhouette, 0.0, SURE),
             (Function::Filtered, 0.0, SURE),
             (Function::Star, 1.0, SURE),
-            // Bows of 3: 1/12 beyond the sides in the middle.
+            // Bows of 3 texels: 1/12 beyond the sides in the middle.
             (RUN, 1.0, (0.2 + 1.0 / 12.0) / 1.0f64.hypot(4.0 / 3.0 * (0.75 - 1.0 / 6.0))),
         ],
     );
@@ -257,14 +258,14 @@ fn u_and_o_shapes() {
             (RUN, 0.0, (0.2 + 1.0 / 12.0) / 1.0f64.hypot(4.0 / 3.0 * (0.75 - 1.0 / 6.0))),
         ],
     );
-    // A single texel: its profile has corners cut and a quarter of a texel taken from each side.
+    // A single texel: its profile loses its corners and a quarter of a texel on each side.
     let dot = |t: [i64; 2]| t == [0, 0];
     assert_eq!(discontinuity(&dot, [0, 0]).packed(), DVec3::new(0.75, 0.75, 0.0));
     let at = |x, y, function| visibility(&dot, [0, 0], dvec2(x, y), function, 16).visibility;
     assert_eq!([at(0.5, 0.5, RUN), at(0.5, 0.24, RUN), at(0.5, 0.26, RUN), at(0.1, 0.4, RUN)], [1.0, 0.0, 1.0, 0.0]);
     assert_eq!([at(0.5, 0.5, Function::Filtered), at(0.5, 0.5, Function::Star)], [0.0, 1.0]);
 
-    // A notch 2 wide in a plain: a U of the third texel's axis, whose other axis is an L.
+    // A notch 2 texels wide in a plain: a U along one axis and an L along the other.
     let notch = pattern(&["......", "##..##", "######"]);
     let d = discontinuity(&notch, [2, 1]);
     assert_eq!(d.mask, 0b0101);
@@ -294,7 +295,7 @@ fn corners_of_boxes_stay_with_the_profile_and_flip_with_equation_7() {
     }
     let run = run(&lit, Crack { texel: [3, -1], side: Side::PlusV, lit: true }, 16);
     assert_eq!(run, Run { before: 3, after: 16, ends: [End::Away, End::Unknown], big: [true, false] });
-    // The flat end of a box, and one that is too short to be told from a rounding.
+    // The flat end of a box, and one too short to be distinguished from a rounded one.
     for (length, flat) in [(5, false), (6, true)] {
         let lit = |[x, y]: [i64; 2]| !(0..length).contains(&x) || y < 0;
         let run = super::run(&lit, Crack { texel: [2, 0], side: Side::MinusV, lit: false }, 16);
@@ -310,14 +311,14 @@ fn saddles() {
     assert_eq!(run, Run { before: 0, after: 0, ends: [End::Saddle; 2], big: [false; 2] });
     assert_eq!(visibility(&chess, [0, 0], dvec2(0.1, 0.1), RUN, 16), Outcome { visibility: 1.0, margin: SURE });
     assert_eq!(fitted_line(&chess, Crack { texel: [0, 0], side: Side::PlusV, lit: true }), None);
-    // One saddle takes the opposite of the other end.
+    // A single saddle takes the opposite of the other end.
     let one = Run { ends: [End::Saddle, End::Toward], ..run };
     assert_eq!(profile_curve(&one, None, [None; 2], 16), Curve::Line { heights: [-0.5, 0.5] });
     let lost = Run { ends: [End::Saddle, End::Unknown], ..run };
     assert_eq!(profile_curve(&lost, None, [None; 2], 16), Curve::Flat);
 }
 
-/// Staircases of equal runs: the boundary is the straight line through the middles of the steps.
+/// In a staircase of equal runs, the boundary is the straight line through the middles of the steps.
 #[test]
 fn equal_steps_become_a_straight_line() {
     let mut next = random(5);
@@ -345,7 +346,7 @@ fn equal_steps_become_a_straight_line() {
 
 #[test]
 fn lines_are_fitted() {
-    // 45 degrees: inside centres have sums of 0 and less, outside ones of 1 and more.
+    // 45 degrees: coordinates of inside centres add up to 0 or less, those of outside centres to 1 or more.
     let lit = |[x, y]: [i64; 2]| x + y < 0;
     for (side, step) in [(Side::Right, [0, 1]), (Side::PlusV, [1, 0])] {
         let crack = Crack { texel: [-1, 0], side, lit: true };
@@ -355,7 +356,7 @@ fn lines_are_fitted() {
         assert!(near(line.height_over(crack, 0.5, step).unwrap(), 0.5));
         assert!(near(line.height_over(crack, -0.5, step).unwrap(), -0.5));
     }
-    // Other slopes: near the true line all along the fitted piece, far nearer than half a step.
+    // Other slopes: the fit is close to the true line along the whole piece, far closer than half a step.
     for slope in [0.53, 0.618, 0.71, 0.87] {
         let truth = |x: f64| 0.3 + slope * x;
         let lit = |[x, y]: [i64; 2]| (y as f64 + 0.5) < truth(x as f64 + 0.5);
@@ -367,7 +368,7 @@ fn lines_are_fitted() {
         let offset = (truth(here.x) - here.y) * normal.y;
         assert!((line.offset - offset).abs() < 0.15, "{slope} {line:?} {offset}");
     }
-    // A corner is no line.
+    // A corner is not a line.
     let lit = |[x, y]: [i64; 2]| x < 0 || y < 0;
     assert_eq!(fitted_line(&lit, Crack { texel: [0, 0], side: Side::Left, lit: false }), None);
 }
@@ -406,7 +407,7 @@ fn values_are_in_range_on_any_pattern() {
         let lit = random_pattern(seed);
         for i in 0..200 {
             let texel = [(next() * 16.0) as i64, (next() * 16.0) as i64];
-            // Also on the texel's own border.
+            // Include points on the texel's own border.
             let at = dvec2(next(), if i % 4 == 0 { 0.0 } else { next() });
             for function in FUNCTIONS {
                 let o = visibility(&lit, texel, at, function, 1 + i % 64);
@@ -434,14 +435,15 @@ fn far_texels_are_as_near_ones() {
     }
 }
 
-/// The eight symmetries of the square, as a matrix of 0 and 1.
+/// Returns the eight symmetries of the square as integer matrices.
 fn symmetries() -> impl Iterator<Item = [[i64; 2]; 2]> {
     [[[1, 0], [0, 1]], [[0, 1], [1, 0]]].into_iter().flat_map(|m: [[i64; 2]; 2]| {
         [[1, 1], [1, -1], [-1, 1], [-1, -1]].map(|[a, b]| [m[0].map(|v| a * v), m[1].map(|v| b * v)])
     })
 }
 
-/// Compares a function on a pattern with itself on the pattern transformed; how many points were flipped by it.
+/// Compares a function on a pattern with itself on the transformed pattern. Returns how many points the function
+/// flipped.
 fn symmetry(
     function: Function,
     seed: u64,
@@ -490,7 +492,7 @@ fn functions_have_the_symmetries_of_the_square() {
     }
 }
 
-/// A function that forgets one side, or takes the second axis upwards, does not pass.
+/// A function that treats one axis differently does not pass.
 #[test]
 #[should_panic(expected = "Star")]
 fn a_broken_symmetry_is_noticed() {
@@ -532,7 +534,7 @@ fn margins_are_what_a_point_may_be_moved_by() {
     assert!(kept > 10_000 && turned > 2_000, "{kept} {turned}");
 }
 
-/// The ramp of listing 5 has no jumps inside a texel.
+/// The ramp of listing 5 does not jump inside a texel.
 #[test]
 fn filtering_is_continuous_within_a_texel() {
     let mut next = random(9);

@@ -1,4 +1,4 @@
-//! The distributions that shapes are drawn from.
+//! Random distributions that shapes are drawn from.
 
 use super::form::{Form, Glyph, Leaf, Letter};
 use super::{Class, Shape, TILE};
@@ -7,16 +7,16 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng as _;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
-/// Any number: the shapes of tables and tests are those of this one.
+/// Arbitrary seed; the shapes of tables and tests depend on it.
 const SEED: u128 = 0x5ead_0e5e_ed5e_ed00;
 
-/// Half-length of bars that end outside of every tile, texels.
+/// Half-length of bars that end outside every tile, texels.
 const ENDLESS: f64 = 200.0;
 
 struct Random(Pcg64);
 
 impl Random {
-    /// Uniform in `[0, 1)`.
+    /// Returns a uniform number in `[0, 1)`.
     fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -29,7 +29,7 @@ impl Random {
         self.unit() < share
     }
 
-    /// One of `0..count`.
+    /// Returns a uniform number in `0..count`.
     fn below(&mut self, count: usize) -> usize {
         (self.unit() * count as f64) as usize
     }
@@ -38,14 +38,14 @@ impl Random {
         self.between(0.0, PI)
     }
 
-    /// A point at most `reach` from the tile's centre on either axis.
+    /// Returns a point at most `reach` texels from the tile's centre on either axis.
     fn near_center(&mut self, reach: f64) -> DVec2 {
         let offset = dvec2(self.between(-reach, reach), self.between(-reach, reach));
         DVec2::splat(0.5 * f64::from(TILE)) + offset
     }
 }
 
-/// Where a form is put.
+/// Position and orientation of a form.
 struct Place {
     center: DVec2,
     angle: f64,
@@ -88,7 +88,7 @@ pub(super) fn shape(class: Class, number: u32) -> Shape {
     Shape { class, number, center, turn: DVec2::from_angle(angle), is_hole, form }
 }
 
-/// A straight edge with an angle in `low..high`, radians, against one of the axes.
+/// Draws a straight edge at an angle in `low..high`, radians, to one of the axes.
 fn edge(random: &mut Random, low: f64, high: f64) -> (Form, Place) {
     let angle = random.between(low, high) + random.below(4) as f64 * FRAC_PI_2;
     let angle = if random.chance(0.5) { -angle } else { angle };
@@ -98,7 +98,7 @@ fn edge(random: &mut Random, low: f64, high: f64) -> (Form, Place) {
 fn disc(random: &mut Random, low: f64, high: f64) -> (Form, Place) {
     let radius = random.between(low.ln(), high.ln()).exp();
     let is_hole = random.chance(0.5);
-    // What does not fit into the tile has its rim near the tile's centre.
+    // A disc that does not fit into the tile has its rim near the tile's centre.
     let center = if radius < 18.0 {
         random.near_center(3.0)
     } else {
@@ -137,7 +137,7 @@ fn foliage(random: &mut Random) -> (Form, Place) {
         let angle = random.angle();
         return (form, Place { center: random.near_center(5.0), angle, is_hole: false });
     }
-    // Leaves cover about this share of the tile and 6 texels around it.
+    // Leaves cover about this share of the tile and a margin of 6 texels around it.
     let side = f64::from(TILE) + 12.0;
     let share = random.between(0.15, 0.5);
     let mut covered = 0.0;
@@ -153,7 +153,7 @@ fn foliage(random: &mut Random) -> (Form, Place) {
 }
 
 fn glyph(random: &mut Random) -> (Form, Place) {
-    // Most are slanted a little; upright strokes are the hard case.
+    // Most letters are slanted slightly; upright strokes are the hard case.
     let angle = if random.chance(0.7) { random.between(-0.4, 0.4) } else { 0.0 };
     let scale = random.between(0.45, 1.2);
     let half_width = 0.5 * random.between(1.2, 4.0);

@@ -1,28 +1,28 @@
-//! Signed distances of the forms about their own origin; negative inside.
+//! Signed distances of forms around their own origin; negative inside.
 
 use glam::{DVec2, dvec2};
 
-/// An occluder before it is turned and placed.
+/// Occluder before it is rotated and placed.
 #[derive(Clone, Debug)]
 pub(super) enum Form {
-    /// All with negative y.
+    /// Half-plane of negative y.
     HalfPlane,
-    /// Radius.
+    /// Disc with this radius, texels.
     Disc(f64),
-    /// Half its sides.
+    /// Rectangle with these half-sides, texels.
     Rect(DVec2),
-    /// About the positive x axis, half its angle in radians.
+    /// Wedge around the positive x axis, with this half-angle in radians.
     Wedge(f64),
-    /// Along x: the gap between them and the width of each.
+    /// Two bars along x: the gap between them and the width of each, texels.
     TwoBars {
         gap: f64,
         width: f64,
     },
-    /// Sides of the cells.
+    /// Chessboard with cells of this side, texels.
     Chess(f64),
     Leaves(Vec<Leaf>),
     Glyph(Glyph),
-    /// All below `amplitude sin(frequency x + phase)`.
+    /// Region below `amplitude sin(frequency x + phase)`.
     Wave {
         amplitude: f64,
         frequency: f64,
@@ -30,23 +30,23 @@ pub(super) enum Form {
     },
 }
 
-/// What two discs have in common.
+/// Intersection of two discs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
     pub center: DVec2,
-    /// Cosine and sine of the angle of its long axis.
+    /// Cosine and sine of the long axis' angle.
     pub turn: DVec2,
-    /// Half its length and half its width; the length is greater.
+    /// Half-length and half-width, texels; the length is greater.
     pub half: DVec2,
 }
 
-/// A letter of straight strokes and arcs, y down.
+/// Letter of straight strokes and arcs, y down.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Glyph {
     pub letter: Letter,
-    /// Multiplies the places, not the strokes.
+    /// Scale of the positions; it does not apply to the strokes' width.
     pub scale: f64,
-    /// Half the width of the strokes.
+    /// Half-width of the strokes, texels.
     pub half_width: f64,
 }
 
@@ -54,10 +54,10 @@ pub(super) struct Glyph {
 pub(super) enum Letter {
     A,
     R,
-    /// Two quarters of rings.
+    /// Two quarter rings.
     Hooks,
     N,
-    /// A stroke and a quarter of a ring.
+    /// A stroke and a quarter ring.
     Tail,
 }
 
@@ -79,10 +79,11 @@ impl Form {
         }
     }
 
-    /// True where no silhouette is within `radius` for certain.
+    /// Returns `true` only if no silhouette lies within `radius`.
     pub(super) fn is_clear(&self, p: DVec2, radius: f64) -> bool {
         match self {
-            // Its distance is exact near the silhouette only; the height above it changes by a known slope at most.
+            // The wave's distance is exact only near the silhouette, but the height above it changes with a bounded
+            // slope.
             Self::Wave { amplitude, frequency, phase } => {
                 let height = p.y - amplitude * (frequency * p.x + phase).sin();
                 height.abs() > radius * (amplitude * frequency).hypot(1.0)
@@ -99,12 +100,12 @@ fn rect(p: DVec2, half: DVec2) -> f64 {
 
 fn wedge(p: DVec2, half_angle: f64) -> f64 {
     let p = dvec2(p.x, p.y.abs());
-    let edge = DVec2::from_angle(half_angle);
-    let distance = (p - edge * p.dot(edge).max(0.0)).length();
-    if p.x * edge.y - p.y * edge.x > 0.0 { -distance } else { distance }
+    let side = DVec2::from_angle(half_angle);
+    let distance = (p - side * p.dot(side).max(0.0)).length();
+    if p.x * side.y - p.y * side.x > 0.0 { -distance } else { distance }
 }
 
-/// Cells of side 1; those with an even sum are occluders.
+/// Returns the distance for cells of side 1; cells with an even sum of coordinates are occluders.
 fn chess(p: DVec2) -> f64 {
     // Distance from the nearest line, negative in every second column.
     let axis = |x: f64| {
@@ -123,7 +124,7 @@ impl Leaf {
         let (a, b) = (self.half.x, self.half.y);
         let radius = (a * a + b * b) / (2.0 * b);
         let apart = radius - b;
-        // Beyond the tip, the tip is nearest; else the farther disc's rim.
+        // Beyond the tip, the tip is nearest; elsewhere, the rim of the farther disc.
         if (p.x - a) * apart > p.y * a { p.distance(dvec2(a, 0.0)) } else { p.distance(dvec2(0.0, -apart)) - radius }
     }
 }

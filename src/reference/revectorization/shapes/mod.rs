@@ -1,8 +1,8 @@
-//! Analytic shadows on a flat receiver: shapes whose shadow map and exact visibility are both known, in texels.
+//! Analytic shadows on a flat receiver: shapes whose shadow map and exact visibility are both known. Units are texels.
 //!
-//! A shape is an occluder in the plane of the map, as a signed distance; the binary shadow map is its sign at the
-//! texels' centres, and the truth its sign anywhere. Each class has any number of shapes, drawn by number: the same class and
-//! number give the same shape on every machine.
+//! A shape is an occluder in the plane of the map, given as a signed distance. The binary shadow map is its sign at
+//! the texels' centres, and the exact visibility its sign at any point. Each class has an unlimited number of shapes:
+//! the same class and number give the same shape on every machine.
 
 mod draw;
 mod form;
@@ -12,23 +12,23 @@ use crate::reference::revectorization::revectorize::Texels;
 use form::Form;
 use glam::DVec2;
 
-/// Side of the tile that a shape is made for, texels: `[0, TILE]` on both axes. Shapes go on beyond it.
+/// Side of the tile that a shape is made for, texels: `[0, TILE]` on both axes. Shapes extend beyond it.
 pub const TILE: u32 = 48;
 
 /// Depth of the occluder in [`Shape::shadow_map`].
 pub const CASTER_DEPTH: f32 = 0.25;
 
-/// Depth where nothing is in the way.
+/// Depth where nothing occludes.
 pub const LIT_DEPTH: f32 = 1.0;
 
-/// A kind of shadow edge.
+/// Class of shapes, by the kind of shadow boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Class {
-    /// Straight edges within 1/16 of an axis.
+    /// Straight edges with slopes of at most 1/16 to an axis.
     ShallowEdge,
-    /// Straight edges with slopes of 1/16 to 1/2 against the nearer axis.
+    /// Straight edges with slopes of 1/16 to 1/2 to the nearer axis.
     SlopedEdge,
-    /// Straight edges with slopes of 1/2 to 1.
+    /// Straight edges with slopes of 1/2 to 1 to the nearer axis.
     DiagonalEdge,
     /// Discs and round holes, radius 2 to 6 texels.
     SmallDisc,
@@ -42,20 +42,20 @@ pub enum Class {
     WideBar,
     /// Corners of 30 to 150 degrees, convex and concave.
     Corner,
-    /// Boxes along the axes, and box-shaped holes.
+    /// Boxes and box-shaped holes along the axes.
     AlignedBox,
-    /// Boxes at any angle, and such holes.
+    /// Boxes and box-shaped holes at any angle.
     RotatedBox,
     /// Two bars with a gap of 0.5 to 4 texels.
     TwoBars,
-    /// Scattered leaves, and chess boards.
+    /// Scattered leaves, and chessboards.
     Foliage,
     /// Letters drawn with strokes 1.2 to 4 texels wide.
     Glyph,
 }
 
 impl Class {
-    /// All of them.
+    /// All classes.
     pub const ALL: [Self; 14] = [
         Self::ShallowEdge,
         Self::SlopedEdge,
@@ -73,7 +73,7 @@ impl Class {
         Self::Glyph,
     ];
 
-    /// What it is called in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::ShallowEdge => "shallow edge",
@@ -93,52 +93,52 @@ impl Class {
         }
     }
 
-    /// Its shapes, without end.
+    /// Returns the shapes of the class, without end.
     pub fn shapes(self) -> impl Iterator<Item = Shape> {
         (0..).map(move |number| Shape::new(self, number))
     }
 }
 
-/// One occluder.
+/// An occluder.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    /// Its kind.
+    /// Class of the shape.
     pub class: Class,
-    /// Which of its kind.
+    /// Number within the class.
     pub number: u32,
     center: DVec2,
-    /// Cosine and sine of the angle that the form is turned by.
+    /// Cosine and sine of the angle by which the form is rotated.
     turn: DVec2,
-    /// The form is a hole in an occluder without end.
+    /// `true` if the form is a hole in an infinite occluder.
     is_hole: bool,
     form: Form,
 }
 
 impl Shape {
-    /// The shape of that class with that number.
+    /// Returns the shape of that class with that number.
     pub fn new(class: Class, number: u32) -> Self {
         draw::shape(class, number)
     }
 
-    /// Distance of a point, texels, from the silhouette: negative inside the occluder. Exact for all but waves (to first
-    /// order) and glyphs (where strokes overlap inside); the sign is always right.
+    /// Returns the distance of a point from the silhouette, texels; negative inside the occluder. It is exact except
+    /// for waves (to first order) and glyphs (where strokes overlap inside); the sign is always right.
     pub fn distance(&self, point: DVec2) -> f64 {
         let distance = self.form.distance(self.local(point));
         if self.is_hole { -distance } else { distance }
     }
 
-    /// The exact visibility of a point, texels: true where lit.
+    /// Returns the exact visibility of a point given in texels: `true` if lit.
     pub fn truth(&self, point: DVec2) -> bool {
         self.distance(point) >= 0.0
     }
 
-    /// True where the visibility is certainly the same in a whole disc; false says nothing.
+    /// Returns `true` only if the visibility is the same in the whole disc.
     pub fn is_uniform(&self, center: DVec2, radius: f64) -> bool {
         self.form.is_clear(self.local(center), radius)
     }
 
-    /// The shadow map of a rectangle of texels, row by row: [`CASTER_DEPTH`] where the centre is in the occluder, else
-    /// [`LIT_DEPTH`].
+    /// Returns the shadow map of a rectangle of texels, row by row: [`CASTER_DEPTH`] where the texel's centre is in
+    /// the occluder, [`LIT_DEPTH`] elsewhere.
     pub fn shadow_map(&self, origin: [i64; 2], size: [u32; 2]) -> Vec<f32> {
         let [width, height] = size.map(i64::from);
         let texels = (0..height).flat_map(|j| (0..width).map(move |i| [origin[0] + i, origin[1] + j]));
@@ -157,7 +157,7 @@ impl Texels for Shape {
     }
 }
 
-/// A texel's centre.
+/// Returns the centre of a texel.
 pub fn center(texel: [i64; 2]) -> DVec2 {
     DVec2::new(texel[0] as f64 + 0.5, texel[1] as f64 + 0.5)
 }
@@ -166,7 +166,7 @@ pub fn center(texel: [i64; 2]) -> DVec2 {
 mod tests {
     use super::*;
 
-    /// Points all over the tile and beyond, off every grid.
+    /// Returns points all over the tile and beyond it, aligned with no grid.
     fn points() -> impl Iterator<Item = DVec2> {
         (0..400).map(|i| {
             let t = f64::from(i);
@@ -212,7 +212,7 @@ mod tests {
         }
     }
 
-    /// Marches to the silhouette along the gradient: a distance that is right leads there.
+    /// Marches to the silhouette along the gradient: a correct distance leads there.
     #[test]
     fn distances_lead_to_the_silhouette() {
         for class in Class::ALL {

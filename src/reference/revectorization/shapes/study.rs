@@ -1,8 +1,8 @@
-//! How far each visibility function is from the truth, over all shapes.
+//! Study of the error of each visibility function over all shapes.
 //!
-//! A flat receiver is looked at with many points a texel. The figure is the mismatch area per texel of silhouette, which
-//! is the mean displacement of the boundary: over (too dark) and under (too light) add up to it. Each class counts the
-//! same, whatever the length of its silhouettes.
+//! A flat receiver is sampled with many points per texel. The result is the mismatch area per texel of silhouette,
+//! which is the mean displacement of the boundary. It is the sum of over-darkening and under-darkening. Every class
+//! has the same weight, whatever the length of its silhouettes.
 
 use super::{Class, Shape, TILE, center};
 use crate::reference::revectorization::revectorize::{
@@ -13,26 +13,26 @@ use rayon::prelude::*;
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Texels around the tile whose tests are kept; those beyond are asked of the shape.
+/// Width of the margin around the tile whose tests are stored, texels; tests beyond it are computed from the shape.
 const MARGIN: i64 = 40;
-/// Cells a texel's side is cut into to measure the length of the silhouette.
+/// Number of cells along a texel's side for measuring the length of the silhouette.
 const LENGTH_CELLS: usize = 8;
-/// Half a texel's diagonal, rounded up.
+/// Half of a texel's diagonal, rounded up, texels.
 const TEXEL_RADIUS: f64 = 0.708;
 
-/// What makes visibility of the binary shadow map.
+/// Method that computes visibility from the binary shadow map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// The test of the texel.
     ShadowMap,
-    /// The tests of the four nearest texels, bilinear, lit from one half on.
+    /// Bilinear mean of the four nearest texels' tests; lit from 0.5 up.
     Bilinear,
-    /// A revectorization function, lit from one half on.
+    /// A revectorization function; lit from 0.5 up.
     Revectorized(Function),
 }
 
 impl Method {
-    /// All of them, in the order of the table.
+    /// All methods, in the order of the table.
     pub const ALL: [Self; 8] = [
         Self::ShadowMap,
         Self::Revectorized(Function::Silhouette),
@@ -44,7 +44,7 @@ impl Method {
         Self::Revectorized(Function::Profile(Quality::Line)),
     ];
 
-    /// What it is called in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::ShadowMap => "shadow map",
@@ -58,22 +58,22 @@ impl Method {
         }
     }
 
-    /// Whether the largest distance of a traversal matters to it.
+    /// Returns whether the method depends on the largest distance of a traversal.
     pub fn traverses(self) -> bool {
         matches!(self, Self::Revectorized(_))
     }
 }
 
-/// How the study is made.
+/// Options of the study.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// The methods.
+    /// Methods to compare.
     pub methods: Vec<Method>,
-    /// Shapes a class, from number 0, at least 1.
+    /// Number of shapes per class, from number 0; at least 1.
     pub shapes: u32,
-    /// Points along a texel's side, at least 1.
+    /// Number of points along a texel's side; at least 1.
     pub subsamples: u32,
-    /// Largest distances of the traversals, texels.
+    /// Largest traversal distances to compare, texels.
     pub max_distances: Vec<u32>,
 }
 
@@ -83,35 +83,35 @@ impl Default for Options {
     }
 }
 
-/// A line of the study.
+/// Row of the study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// What was measured.
+    /// Method measured.
     pub method: Method,
-    /// Largest distance of its traversals, texels; `None` where there are none.
+    /// Largest distance of its traversals, texels; `None` if it has none.
     pub max_distance: Option<u32>,
-    /// Too dark: area per length of silhouette, texels; mean over the classes.
+    /// Over-darkening: area per length of silhouette, texels; mean over the classes.
     pub over: f64,
-    /// Too light, likewise.
+    /// Under-darkening: area per length of silhouette, texels; mean over the classes.
     pub under: f64,
-    /// Distance of the farthest mismatch from the silhouette, texels: of a shape the largest, then the mean.
+    /// Distance of the farthest mismatch from the silhouette, texels: the largest per shape, averaged over the shapes.
     pub displacement: f64,
-    /// Shadow tests a texel that differs from one of its four neighbours, as they are made here.
+    /// Shadow tests per texel that differs from one of its four neighbours, as implemented here.
     pub fetches: f64,
-    /// Likewise, if listing 3 looks at all four neighbours of each texel that it steps to.
+    /// The same count if listing 3 reads all four neighbours of each texel that it steps to.
     pub fetches_as_listed: f64,
-    /// Mismatch of each class, in the order of [`Class::ALL`].
+    /// Mismatch of each class, texels, in the order of [`Class::ALL`].
     pub classes: Vec<f64>,
 }
 
 impl Row {
-    /// Mismatch area per texel of silhouette, texels.
+    /// Returns the mismatch area per texel of silhouette, texels.
     pub fn mismatch(&self) -> f64 {
         self.over + self.under
     }
 }
 
-/// What a method got wrong of a shape.
+/// Errors of a method on a shape.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     over: f64,
@@ -122,13 +122,13 @@ struct Tally {
 }
 
 struct Measured {
-    /// Of the silhouette in the tile, texels.
+    /// Length of the silhouette in the tile, texels.
     length: f64,
     boundary_texels: u64,
     tallies: Vec<Tally>,
 }
 
-/// Measures. `progress` is told of shapes done and all shapes, from any thread.
+/// Runs the study. Any thread may call `progress` with the number of shapes done and of all shapes.
 pub fn study(options: &Options, progress: impl Fn(u64, u64) + Sync) -> Vec<Row> {
     let variants: Vec<(Method, Option<u32>)> = options.methods.iter().flat_map(|&m| variants(m, options)).collect();
     let numbers = Class::ALL.into_iter().flat_map(|class| (0..options.shapes).map(move |number| (class, number)));
@@ -145,14 +145,15 @@ pub fn study(options: &Options, progress: impl Fn(u64, u64) + Sync) -> Vec<Row> 
     variants.iter().enumerate().map(|(i, &variant)| row(variant, i, &measured, options.shapes as usize)).collect()
 }
 
-/// The same of one shape; `classes` of each row has its mismatch alone, and `options.shapes` says nothing.
+/// Measures one shape. Each row's `classes` has only that shape's mismatch, and `options.shapes` is ignored.
 pub fn of_shape(shape: &Shape, options: &Options) -> Vec<Row> {
     let variants: Vec<(Method, Option<u32>)> = options.methods.iter().flat_map(|&m| variants(m, options)).collect();
     let measured = [measure(shape, &variants, options.subsamples)];
     variants.iter().enumerate().map(|(i, &variant)| row(variant, i, &measured, 1)).collect()
 }
 
-/// What a method makes of the tile of a shape, true where lit: `TILE * scale` points a side, row by row.
+/// Returns the image that a method makes of a shape's tile, `true` where lit: `TILE * scale` points a side, row by
+/// row.
 pub fn image(shape: &Shape, method: Method, max_distance: u32, scale: u32) -> Vec<bool> {
     let tests = Tests::new(shape);
     let mut image = vec![];
@@ -250,7 +251,7 @@ fn answer<'a>(method: Method, texels: &impl Texels, around: &'a Around, at: [i64
     }
 }
 
-/// A method at a texel.
+/// Method prepared for a texel.
 enum Answer<'a> {
     Constant(bool),
     Bilinear(&'a Around),
@@ -271,7 +272,8 @@ impl Answer<'_> {
     }
 }
 
-/// Shadow tests of listing 1 to 3 to the letter; `None` for what is not of the listings.
+/// Returns the number of shadow tests that listings 1 to 3 take as printed; `None` for a method that is not in the
+/// listings.
 fn as_listed(method: Method, tests: &Tests<'_>, texel: [i64; 2], max_distance: u32) -> Option<u64> {
     let Method::Revectorized(function) = method else { return None };
     match function {
@@ -280,7 +282,7 @@ fn as_listed(method: Method, tests: &Tests<'_>, texel: [i64; 2], max_distance: u
         _ => {}
     }
     let traversal = traverse_all(tests, texel, discontinuity(tests, texel), max_distance);
-    // A step reads the texel it comes to, and its four neighbours unless its test differs.
+    // A step reads the texel that it reaches, and its four neighbours unless its test differs.
     let steps = |t: i64| match t {
         1.. => 5 * t - 4,
         _ => 5 * t.abs().min(i64::from(max_distance)),
@@ -288,7 +290,7 @@ fn as_listed(method: Method, tests: &Tests<'_>, texel: [i64; 2], max_distance: u
     Some(5 + traversal.into_iter().map(steps).sum::<i64>() as u64)
 }
 
-/// The shadow tests of a tile and of what is around it.
+/// Shadow tests of a tile and its margin.
 struct Tests<'a> {
     shape: &'a Shape,
     lit: Vec<bool>,
@@ -303,7 +305,7 @@ impl<'a> Tests<'a> {
         tests
     }
 
-    /// Fills a square, whole where the shape is far, else by quarters.
+    /// Fills a square, at once where the shape is uniform, else by quarters.
     fn fill(&mut self, from: [i64; 2], side: i64) {
         let middle = DVec2::splat(side as f64 / 2.0 - MARGIN as f64) + dvec2(from[0] as f64, from[1] as f64);
         if side == 1 || self.shape.is_uniform(middle, TEXEL_RADIUS * side as f64) {
@@ -321,7 +323,7 @@ impl<'a> Tests<'a> {
     }
 }
 
-// The quarters of quarters end at single texels.
+// Repeated quartering ends at single texels.
 const _: () = assert!(Tests::SIDE.count_ones() == 1);
 
 impl Texels for Tests<'_> {
@@ -335,7 +337,7 @@ impl Texels for Tests<'_> {
     }
 }
 
-/// Counts the tests that are made.
+/// Counter of the shadow tests.
 struct Counter<'a, 'b> {
     texels: &'a Tests<'b>,
     count: Cell<u64>,
@@ -348,7 +350,7 @@ impl Texels for Counter<'_, '_> {
     }
 }
 
-/// The tests of a texel and of the eight around it, row by row.
+/// Tests of a texel and of its eight neighbours, row by row.
 struct Around([bool; 9]);
 
 impl Around {
@@ -382,7 +384,7 @@ impl Around {
     }
 }
 
-/// Length of the silhouette in the texel at `corner`, texels: by marching squares.
+/// Returns the length of the silhouette in the texel at `corner`, texels, by marching squares.
 fn silhouette_length(shape: &Shape, corner: DVec2) -> f64 {
     const N: usize = LENGTH_CELLS;
     let at = |i: usize, j: usize| corner + dvec2(i as f64, j as f64) / N as f64;
@@ -404,7 +406,7 @@ fn silhouette_length(shape: &Shape, corner: DVec2) -> f64 {
             .collect();
         length += match crossings[..] {
             [a, b] => a.distance(b),
-            // Two pieces, whose pairing the corners leave open.
+            // There are two pieces, and the corners do not tell how to pair their ends.
             [a, b, c, d] => (a.distance(b) + c.distance(d)).min(b.distance(c) + d.distance(a)),
             _ => 0.0,
         };

@@ -1,4 +1,4 @@
-//! Cut-outs over a ground and shipped scenes against the ray-traced truth, beside plain shadow mapping.
+//! Cut-outs over a ground and shipped scenes, compared with ray-traced truth and with plain shadow mapping.
 
 use crate::common::passes::Random;
 use crate::common::{desc, renderer, shipped_scene, visibility, with_gpu};
@@ -12,7 +12,7 @@ const SIZE: [u32; 2] = [320, 240];
 
 type Triangles = Vec<[DVec2; 3]>;
 
-/// A star with tips of a given inner radius.
+/// Returns a star whose tips start at a given inner radius.
 fn star(tips: u32, inner: f64) -> Triangles {
     let at = |k: u32, r: f64| r * DVec2::from_angle(std::f64::consts::PI * f64::from(k) / f64::from(tips) + 0.1);
     (0..tips)
@@ -40,7 +40,7 @@ fn random_triangles(count: u32, size: f64) -> Triangles {
         .collect()
 }
 
-/// Shapes, each triangle list a card of its own, 1 above the ground.
+/// Returns a scene of cards above the ground, one for each list of triangles.
 fn scene(cards: Vec<Triangles>) -> Scene {
     let card = |(i, t): (usize, Triangles)| {
         let flat: Vec<[DVec3; 3]> = t.iter().map(|t| t.map(|p| dvec3(p.x, 0.0, p.y))).collect();
@@ -48,16 +48,16 @@ fn scene(cards: Vec<Triangles>) -> Scene {
     };
     let ground = (plane(6.0), DAffine3::IDENTITY);
     let parts = std::iter::once(ground).chain(cards.into_iter().enumerate().map(card)).collect();
-    // From below the cards.
+    // The camera looks from below the cards.
     made::scene(parts, perspective(dvec3(-3.5, 1.7, 3.5), dvec3(-0.6, 0.0, 0.6), 0.05), sun(dvec3(-0.25, 1.0, 0.2)))
 }
 
-/// A texel is 1/8 wide at most: bars of 0.7 texels with gaps of 1.9.
+/// Returns bars 0.7 texels wide with gaps of 1.9 texels; a texel is at most 1/8 wide.
 fn bars() -> Triangles {
     (-8..=8).flat_map(|k| rectangle(dvec2(0.33 * f64::from(k), 0.0), dvec2(0.045, 2.0), 0.3)).collect()
 }
 
-/// Share of the pixels that count that are wrong, percent.
+/// Returns the percentage of wrong pixels among those that count.
 fn wrong(host: &Host, scene: &Scene, map: u32, modes: &[Mode]) -> Vec<f64> {
     let mut r = renderer(host, scene, desc(SIZE, map));
     let rays = RayScene::build(scene).unwrap();
@@ -92,7 +92,8 @@ fn row(name: &str, values: &[f64]) {
     println!("{name:22}{}", values.iter().map(|v| format!(" {v:10.3}          ")).collect::<String>());
 }
 
-/// By default both techniques have that part of the wrong pixels of plain shadow mapping at most, `sssm` first.
+/// Checks that, by default, both techniques have at most the fraction `most` of plain shadow mapping's wrong pixels,
+/// `sssm` first.
 fn check(name: &str, values: &[f64], most: [f64; 2]) {
     for (i, most) in [2, 4].into_iter().zip(most) {
         let (of, own, sm) = (MODES[i].0, values[i], values[0]);
@@ -132,7 +133,8 @@ fn cut_outs_are_better_than_plain_shadow_mapping() {
 fn shipped_scenes_are_better_than_plain_shadow_mapping() {
     with_gpu(|host| {
         header();
-        // Of the fence most bars are narrower than two texels: texels keep one of the two edges that a cell has.
+        // Most bars of the fence are narrower than two texels, and a texel keeps only one of the two edges in its
+        // cell.
         for (name, most) in [("fence", [0.6, 0.85]), ("jenga", [0.5; 2]), ("drum", [0.5; 2])] {
             let values = wrong(host, &shipped_scene(name), 512, MODES);
             row(name, &values);

@@ -1,4 +1,4 @@
-//! The lookups against their mirrors, with the maps as the GPU has them.
+//! Lookups compared with their mirrors, given the GPU's own maps.
 
 use super::{KERNELS, config, distances, maps, receiver_settings};
 use crate::common::{Shot, desc, renderer, shipped_scene, visibility, with_gpu};
@@ -33,7 +33,7 @@ fn hard_lookups_equal_their_mirrors() {
                     edsm::visibility(&shot.data(), &settings, distances, 0.0, BorderKernel::Disc).unwrap()
                 };
                 compare(&seen[1], &hard(&m.distances[0]), 0.5).check(&format!("edsm {} {map}", scene.name), 0.02);
-                // Without the maps these are other images.
+                // Without the maps the images differ.
                 let turned: Vec<f32> = m.distances[0].iter().map(|d| -d).collect();
                 assert!(compare(&seen[1], &hard(&turned), 0.5).wrong > 10, "{}", scene.name);
                 let none = vec![sssm::MIDDLE; m.points.len()];
@@ -53,7 +53,7 @@ fn soft_borders_equal_their_mirror() {
                 let mut r = renderer(host, &scene, desc(SIZE, 256));
                 let seen = visibility(&mut r, "edsm", &[("border", &width.to_string()), ("kernel", word)]);
                 let shot = Shot::of(host, &r, true);
-                // What a border of that width needs.
+                // Map width that a border of this width needs.
                 let wide = DistanceConfig { half_width: 0.5 * width + 1.5, ..config(false, true) };
                 let distances = distances(host, &r, wide);
                 let mirror =

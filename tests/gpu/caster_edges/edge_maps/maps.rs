@@ -1,4 +1,4 @@
-//! The maps against their mirrors, and the two ways to make one against each other.
+//! Maps compared with their mirrors, and the two ways to make one compared with each other.
 
 use super::{config, maps};
 use crate::common::passes::Random;
@@ -16,7 +16,7 @@ use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 const SIZE: [u32; 2] = [64, 36];
 
-/// Bodies turned, mirrored and stretched, cards, needles and triangles that are none.
+/// Returns a scene of rotated, mirrored and stretched bodies, cards, needles and degenerate triangles.
 fn mixed(light: Light) -> Scene {
     let mut random = Random(3);
     let mut corner = || DVec3::ZERO.map(|_| 4.0 * f64::from(random.unit()) - 2.0) + dvec3(0.0, 3.0, 0.0);
@@ -44,7 +44,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("still life, spot", still_life(spot(dvec3(2.0, 7.0, 3.0), DVec3::ZERO, 0.9))),
         ("mixed, sun", mixed(sun(dvec3(0.4, 1.0, -0.3)))),
         ("mixed, spot", mixed(spot(dvec3(1.0, 9.0, 2.0), DVec3::ZERO, 0.7))),
-        // Among the bodies: edges from before the light to behind it.
+        // Among the bodies, so that edges run from in front of the light to behind it.
         ("mixed, spot inside", mixed(spot(dvec3(0.3, 3.2, 0.2), dvec3(1.0, 0.0, 1.0), 0.9))),
     ]
 }
@@ -55,7 +55,7 @@ fn drawn<'h>(host: &'h Host, scene: &Scene, map: u32) -> Renderer<'h> {
     r
 }
 
-/// Silhouettes of every instance, projected in `f64`; with those edges whose facing is in doubt.
+/// Returns the silhouettes of every instance, projected in `f64`, and whether every facing is certain.
 fn expected_edges(scene: &Scene, r: &Renderer<'_>) -> (Vec<Segment>, bool) {
     let light = r.light();
     let (mut found, mut sure) = (vec![], true);
@@ -80,7 +80,7 @@ fn expected_edges(scene: &Scene, r: &Renderer<'_>) -> (Vec<Segment>, bool) {
                 LightKind::Spot { .. } => (p.w_axis.z / p.z_axis.z).abs() / 64.0,
                 LightKind::Directional { .. } => 0.0,
             };
-            // The list's edges have the occluder on the other side.
+            // The edges in the list have the occluder on the other side.
             let map_size = r.shadow_map().extent();
             let edge = Segment::project([ends[1], ends[0]], map_size, 16.0, nearest);
             found.extend(edge.map(|e| e.beside(clip(third), map_size, nearest)));
@@ -98,7 +98,7 @@ fn edges_are_where_the_casters_have_them() {
             let (expected, sure) = expected_edges(&scene, &r);
             let same_third = |a: &Segment, b: &Segment| match (a.third, b.third) {
                 (Some((p, z)), Some((q, y))) => {
-                    // Nearly beside the light a vertex lies far from the map.
+                    // A vertex almost beside the light lies far from the map.
                     p.distance(q) < 2e-3 + 1e-4 * p.length() && (z - y).abs() < 1e-4 * (1.0 + z.abs())
                 }
                 (a, b) => a.is_none() && b.is_none(),
@@ -110,7 +110,7 @@ fn edges_are_where_the_casters_have_them() {
                 let order = if swapped { [1, 0] } else { [0, 1] };
                 (0..2).all(|i| {
                     let j = order[i];
-                    // Cut ends lie as well as the line that is cut.
+                    // Cut ends are as precise as the line that is cut.
                     let tolerance = if a.own[i] { 2e-3 } else { 0.05 };
                     (a.ends[i] - b.ends[j]).length() < tolerance && (a.depths[i] - b.depths[j]).abs() < 1e-4
                 })
@@ -130,10 +130,10 @@ fn edges_are_where_the_casters_have_them() {
                 missing(false)
             );
             assert!(expected.len() > 20, "{name}");
-            // A facing in doubt may turn all edges of its triangle.
+            // A doubtful facing may change all edges of its triangle.
             let most = if sure { 0 } else { 6 };
             assert!(missing(false) <= most && got.len().abs_diff(expected.len()) <= 3 + most, "{name}");
-            // A mesh with a crack has an edge in either direction there; all others are found in their own alone.
+            // At a crack a mesh has an edge in each direction; all other edges are found only in their own direction.
             let twin = |e: &Segment| long.iter().any(|o| same(e, o, true));
             let single = long.iter().filter(|e| !twin(e)).count();
             assert!(single > 20 && missing(true) >= single, "{name}: {single}, edges turned around go unnoticed");
@@ -158,7 +158,7 @@ fn points_are_the_same_by_either_path_and_those_of_the_mirror() {
                 println!("{what}: {held} cells with a point, {} unexplained", wrong(&m.points));
                 assert!(held > 100, "{what}");
                 assert_eq!(wrong(&m.points), 0, "{what}");
-                // A point moved, one lost, and one that is not there.
+                // Plant one moved, one lost and one additional point.
                 let at = |is: bool| m.points.iter().enumerate().filter(move |(_, p)| (**p != sssm::MIDDLE) == is);
                 let mut planted = m.points.clone();
                 let changed: Vec<usize> = at(true).map(|p| p.0).step_by(7).take(10).collect();
@@ -252,8 +252,8 @@ fn without_casters_preparing_is_an_error() {
     });
 }
 
-/// More triangles in a texel than any map can tell apart, and needles as long as the scene: same maps, nothing that is no
-/// number.
+/// More triangles in a texel than any map can resolve, and needles as long as the scene. Both paths give the same maps
+/// without NaN.
 #[test]
 fn crowds_and_needles_are_borne() {
     with_gpu(|host| {

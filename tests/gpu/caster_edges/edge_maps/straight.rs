@@ -1,4 +1,5 @@
-//! A half-plane over a ground, at many angles, against the closed form: where its edge's shadow lies, and how a border falls.
+//! A half-plane over a ground at many angles, compared with the closed form: the position of its shadow boundary, and
+//! the profile of a soft border.
 
 use super::KERNELS;
 use crate::common::{desc, renderer, visibility, with_gpu};
@@ -11,13 +12,13 @@ use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
 
 const SIZE: [u32; 2] = [160, 160];
 const MAP: u32 = 256;
-/// Half of the map's width, world units: a texel is 1/16.
+/// Half of the map's width, world units; a texel is 1/16.
 const HALF: f64 = 8.0;
 const TEXEL: f64 = 2.0 * HALF / MAP as f64;
 const ANGLES: u32 = 32;
 
-/// The half-plane's edge through a point near the middle, at an angle; 3 above the ground. Light straight from above, so that
-/// the edge's shadow lies under it.
+/// Returns a half-plane 3 above the ground whose edge passes through a point near the middle at an angle. The light
+/// shines straight down, so the edge's shadow lies below it.
 fn scene(angle: f64) -> (Scene, DVec2, DVec2) {
     let along = DVec2::from_angle(angle);
     let across = along.perp();
@@ -37,7 +38,7 @@ fn light() -> LightView {
     LightView::directional(seen, [HALF, HALF], 1.0, 12.0, 0.0)
 }
 
-/// A renderer, and for each pixel how far, in texels, its point lies within the shadow.
+/// Returns a renderer, and for each pixel the distance, in texels, of its point inside the shadow.
 fn placed(host: &Host, angle: f64) -> (Renderer<'_>, Vec<f64>) {
     let (scene, middle, across) = scene(angle);
     let mut r = renderer(host, &scene, desc(SIZE, MAP));
@@ -58,7 +59,7 @@ fn straight_edges_lie_where_they_are() {
     with_gpu(|host| {
         let techniques: [(&str, &[(&str, &str)]); 4] =
             [("sm", &[]), ("sssm", &[]), ("edsm", &[]), ("edsm", &[("priority", "cosine")])];
-        // Wrong pixels, of those in a band of a texel to either side; and the farthest from the edge.
+        // Wrong pixels among those within a texel of the boundary, and the farthest of them.
         let (mut wrong, mut farthest, mut band) = ([0; 4], [0.0f64; 4], 0);
         for k in 0..ANGLES {
             let (mut r, inside) = placed(host, std::f64::consts::TAU * f64::from(k) / f64::from(ANGLES) + 1e-3);
@@ -66,7 +67,7 @@ fn straight_edges_lie_where_they_are() {
             for (i, (id, settings)) in techniques.iter().enumerate() {
                 let seen = visibility(&mut r, id, settings);
                 for (v, d) in seen.iter().zip(&inside) {
-                    // A hundredth of a texel is the width of a pixel's rounding; the pixels are half a texel wide.
+                    // Rounding moves a pixel by up to a hundredth of a texel; the pixels are half a texel wide.
                     if (*v < 0.5) != (*d > 0.0) && d.abs() > 0.01 {
                         wrong[i] += 1;
                         farthest[i] = farthest[i].max(d.abs());
@@ -82,7 +83,8 @@ fn straight_edges_lie_where_they_are() {
         }
         assert!(wrong[0] * 10 > band, "plain shadow mapping has no stairs here: the test says nothing");
         for i in 1..4 {
-            // Where an edge passes within rasterisation's grid of a texel's centre, that texel's depth may be the other side's.
+            // Where an edge passes within rasterisation's grid of a texel's centre, that texel may have the depth of
+            // the other side.
             assert!(wrong[i] * 200 <= band, "{}: {} of {band}", techniques[i].0, wrong[i]);
         }
     });
@@ -113,7 +115,7 @@ fn borders_have_their_width_and_shape() {
     });
 }
 
-/// Of the light's own view: what is tested lies in the map.
+/// The tested region lies in the light's own view.
 #[test]
 fn the_half_planes_lie_in_the_map() {
     let l = light();

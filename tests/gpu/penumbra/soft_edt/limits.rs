@@ -1,4 +1,4 @@
-//! What holds whatever the scene, the sizes and the lights.
+//! Properties that hold for any scene, size and light.
 
 use super::Pairs;
 use crate::common::enlarged;
@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3, dvec3};
 const SIZE: [u32; 2] = [160, 90];
 const IDS: [&str; 2] = ["edtssm", "edtssm-star"];
 
-/// Visibility, with and without skipping, which must not matter, and in range.
+/// Returns visibility and checks that it is in range and the same with and without skipping.
 fn shadows(r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, what: &str) -> Vec<f32> {
     let mut run = |skip: &str| {
         let mut technique = prepare(r, id, &[params, &[("skip", skip)]].concat());
@@ -26,7 +26,7 @@ fn shadows(r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, what: &str) -> Vec
 #[test]
 fn soft_shadows_hold_at_the_limits() {
     with_gpu(|host| {
-        // What a technique's images hold from another frame must not show.
+        // Images of a technique that hold data of another frame must not affect the result.
         let robot = shipped_scene("robot");
         let mut r = renderer(host, &robot, desc(SIZE, 512));
         let old = *r.light();
@@ -43,7 +43,7 @@ fn soft_shadows_hold_at_the_limits() {
             let after = r.visibility(used.as_ref()).unwrap();
             assert_same_bits(&shadows(&mut r, id, &[], "fresh"), &after, &format!("{id} after other frames"));
         }
-        // Lights from a point to one larger than the scene, factors likewise.
+        // Lights from a point to one larger than the scene, and factors likewise.
         let hard = shadows(&mut r, "edtssm-star", &[("beta", "0")], "beta 0");
         assert!(hard.iter().all(|v| *v == 0.0 || *v == 1.0));
         for (factor, least) in [(0.0, 0), (1e-6, 0), (30.0, 1000)] {
@@ -68,7 +68,7 @@ fn soft_shadows_hold_at_the_limits() {
                 shadows(&mut r, id, &[], &format!("{size:?}, map {map}"));
             }
         }
-        // All lit, all dark.
+        // Everything lit, everything dark.
         let camera = || perspective(dvec3(0.0, 6.0, 12.0), DVec3::ZERO, 0.1);
         let ground = || (plane(40.0), DAffine3::IDENTITY);
         let plate = (cuboid(dvec3(60.0, 0.5, 60.0)), moved(dvec3(0.0, 20.0, 0.0)));
@@ -77,7 +77,7 @@ fn soft_shadows_hold_at_the_limits() {
             let seen = shadows(&mut r, "edtssm", &[], what);
             assert!(seen.iter().filter(|v| **v == value).count() * 2 > seen.len(), "everything {what}");
         }
-        // Cameras within things.
+        // Cameras inside objects.
         let mut still = still;
         for (eye, target) in [
             (dvec3(-1.5, 1.0, 0.3), dvec3(0.0, 0.8, 0.0)),

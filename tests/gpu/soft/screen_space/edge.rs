@@ -1,4 +1,4 @@
-//! A straight shadow edge on a plane: its penumbra is as wide in the world as the light makes it, from wherever it is seen.
+//! A straight shadow edge on a plane has a penumbra as wide in the world as the light makes it, from any viewpoint.
 
 use super::{Pairs, image, prepare};
 use crate::common::{desc, renderer, with_gpu};
@@ -9,19 +9,20 @@ use glam::{DAffine3, DVec2, DVec3, dvec2, dvec3};
 
 const SIZE: [u32; 2] = [480, 270];
 const MAP: u32 = 2048;
-/// Lines along the image's border that are not judged.
+/// Width of the image's border that is not judged, pixels.
 const BORDER: usize = 24;
 const HEIGHT: f64 = 10.0;
-/// Full angle of the sun, radians: a penumbra of 0.5 under a sun in the zenith.
+/// Full angle of the sun, radians: a penumbra 0.5 wide under a sun in the zenith.
 const ANGLE: f64 = 0.05;
 const FOV: f64 = 0.8;
 
-/// A plane half under a plate above: its shadow ends along the line `x = 0`, or along `z = 0`. The camera stands 3 above
-/// the plane and looks down by `tilt` radians, at the line; the sun stands `lean` radians off the zenith, across the edge.
+/// Returns a plane half below a plate, whose shadow ends along the line `x = 0` or along `z = 0`. The camera stands 3
+/// above the plane and looks down at the line by `tilt` radians. The sun is `lean` radians off the zenith, across the
+/// edge.
 fn scene(along_z: bool, tilt: f64, lean: f64, target: DVec3) -> Scene {
     let across = if along_z { DVec3::X } else { DVec3::NEG_Z };
     let place = dvec3(0.0, HEIGHT, 0.0) + across * (8.0 + HEIGHT * lean.tan());
-    // The map is as wide as what casts: another plate far off makes room for the lit half of the penumbra.
+    // The map is as wide as the casters: another plate far off makes room for the lit half of the penumbra.
     let far_off = dvec3(0.0, HEIGHT, 0.0) + across * (HEIGHT * lean.tan() - 11.0);
     let parts = vec![(plane(12.0), DAffine3::IDENTITY), (plane(8.0), moved(place)), (plane(0.2), moved(far_off))];
     let eye = target + dvec3(0.0, 3.0, 3.0 / tilt.tan());
@@ -33,7 +34,7 @@ fn scene(along_z: bool, tilt: f64, lean: f64, target: DVec3) -> Scene {
     made::scene(parts, camera, light)
 }
 
-/// Where the pixels' rays meet the plane: x and z, and the world width of a pixel there; NaN in the sky.
+/// Returns where the pixels' rays meet the plane: x and z, and the world width of a pixel there; NaN in the sky.
 fn places(r: &Renderer<'_>) -> Vec<(DVec2, f64)> {
     let ndc = |i: u32, n: u32| (2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0;
     let forward = r.camera().world_from_view.transform_vector3(DVec3::NEG_Z);
@@ -47,8 +48,8 @@ fn places(r: &Renderer<'_>) -> Vec<(DVec2, f64)> {
         .collect()
 }
 
-/// Standard deviation of the blurred edge across rows or columns of the image, world units, of those lines on which a penumbra
-/// `width` wide lies as a whole and is seen more than 12 pixels wide.
+/// Returns the standard deviation of the blurred edge across rows or columns of the image, world units. It covers the
+/// lines that contain a whole penumbra of this width, more than 12 pixels wide.
 fn deviations(places: &[(DVec2, f64)], visibility: &[f32], along_z: bool, width: f64) -> Vec<f64> {
     let (w, h) = (SIZE[0] as usize, SIZE[1] as usize);
     let lines = if along_z { h } else { w };
@@ -66,18 +67,18 @@ fn deviations(places: &[(DVec2, f64)], visibility: &[f32], along_z: bool, width:
         if first.0 > -width || last.0 < width || first.1 > 0.0 || last.1 < 1.0 || seen_wide < 12.0 {
             return None;
         }
-        // Of the slope as a distribution.
+        // Treats the slope as a distribution.
         let steps = || samples.windows(2).map(|s| (0.5 * (s[0].0 + s[1].0), s[1].1 - s[0].1));
         let mean: f64 = steps().map(|(x, d)| x * d).sum();
         Some(steps().map(|(x, d)| (x - mean).powi(2) * d).sum::<f64>().sqrt())
     };
-    // Beyond the image's border there is nothing to filter, on one side only of a filter that runs out of it aslant.
+    // Outside the image there is nothing to filter, so a filter that leaves it obliquely is cut on one side only.
     (BORDER..lines - BORDER).filter_map(deviation).collect()
 }
 
 const TILTS: [(bool, f64); 5] = [(true, 20.0), (true, 45.0), (true, 80.0), (false, 35.0), (false, 70.0)];
 
-/// Techniques, the footprints that are checked, and the standard deviation as a share of the penumbra's width.
+/// Techniques, the footprints that are checked, and the standard deviation as a fraction of the penumbra's width.
 fn kinds() -> [(&'static str, Pairs<'static>, f64); 3] {
     [
         ("ssrbssm", &[("footprint", "light")], 1.0 / 12f64.sqrt()),
@@ -90,12 +91,12 @@ fn kinds() -> [(&'static str, Pairs<'static>, f64); 3] {
 fn penumbrae_are_as_wide_as_the_light_makes_them() {
     with_gpu(|host| {
         for (along_z, tilt) in TILTS {
-            // Not in the zenith: there the bias is next to nothing, and a plane may shadow itself by rounding.
+            // Not in the zenith: the bias is almost zero there, and a plane may shadow itself by rounding.
             for lean in [0.15f64, 0.7] {
                 let mut r = renderer(host, &scene(along_z, tilt.to_radians(), lean, DVec3::ZERO), desc(SIZE, MAP));
                 for (id, params, share) in kinds() {
                     let visibility = image(host, &mut r, id, params);
-                    // Across the light's direction; on the ground, where that is what is covered.
+                    // Width across the light's direction, or on the ground for the footprint that covers that.
                     let upright = 2.0 * (0.5 * ANGLE).tan() * HEIGHT / lean.cos();
                     let width = if params[0].1 == "light" { upright / lean.cos() } else { upright };
                     let found = deviations(&places(&r), &visibility, along_z, width);
@@ -108,7 +109,7 @@ fn penumbrae_are_as_wide_as_the_light_makes_them() {
                     assert!(found.len() > 40, "{what}: {} lines", found.len());
                     assert!((mean - 1.0).abs() < 0.03 && least > 0.94 && most < 1.06, "{what}");
                 }
-                // As if the receiver faced the camera it is another width.
+                // With a footprint as if the receiver faced the camera, the width is another.
                 if !along_z && lean < 0.5 {
                     let visibility = image(host, &mut r, "ssrbssm", &[("footprint", "screen")]);
                     let width = 2.0 * (0.5 * ANGLE).tan() * HEIGHT / lean.cos();
@@ -122,7 +123,7 @@ fn penumbrae_are_as_wide_as_the_light_makes_them() {
     });
 }
 
-/// Where all that is seen is lit, or in shadow, the filter changes nothing, however wide it is.
+/// If everything visible is lit, or in shadow, the filter changes nothing, however wide it is.
 #[test]
 fn constant_visibility_stays_constant() {
     with_gpu(|host| {
