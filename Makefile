@@ -17,7 +17,7 @@ endif
 
 # One target at a time: they share Cargo's build folder.
 .NOTPARALLEL:
-.PHONY: help demo test spv check-spv lint doc bless scenes bench edt-peers setup setup-shaders
+.PHONY: help demo test spv check-spv lint doc msrv deny bless scenes bench edt-peers setup setup-shaders setup-deny
 
 help: ## List these targets
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1	\2/p' $(MAKEFILE_LIST) | expand -t 12
@@ -46,6 +46,15 @@ doc: ## Build the documentation, of the bare library too; any warning fails
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --no-default-features $(CARGO_FLAGS)
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps $(CARGO_FLAGS)
 
+# The oldest Rust that Cargo.toml promises, in a folder of its own, so that the build of the newest stays.
+msrv: ## Check all code with the oldest supported Rust (rustup installs it)
+	version=$$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) && \
+	{ rustup run $$version cargo --version || rustup toolchain install $$version --profile minimal --no-self-update; } && \
+	CARGO_TARGET_DIR=$${CARGO_TARGET_DIR:-target}/msrv $(CARGO) +$$version check --all-targets $(CARGO_FLAGS)
+
+deny: setup-deny ## Check licences, sources and known vulnerabilities of the dependencies (deny.toml)
+	$(CARGO) deny --all-features $(CARGO_FLAGS) check
+
 bless: setup ## Rewrite the golden images from what is rendered now
 	EDGESHADE_BLESS=1 $(CARGO) test golden $(CARGO_FLAGS)
 
@@ -64,3 +73,6 @@ setup:
 
 setup-shaders:
 	@scripts/setup.sh build-shaders
+
+setup-deny:
+	@scripts/setup.sh deny

@@ -1,19 +1,20 @@
 #!/bin/sh
 # Installs what the build and the tests need and this system lacks; changes nothing and says nothing when all is there.
 #
-#   scripts/setup.sh [runtime|build-shaders]
+#   scripts/setup.sh [runtime|build-shaders|deny]
 #
 # runtime (default)  C and C++ compiler, Vulkan loader, a Vulkan driver (Mesa's CPU driver where there is none at all)
 #                    and the validation layers
 # build-shaders      the above, plus what compiling the shaders takes (make spv, make check-spv): cmake, ninja, git,
 #                    python3, and spirv-val to validate the result
+# deny               cargo-deny alone, built from source (make deny); this takes minutes
 set -eu
 
 mode=${1:-runtime}
 case $mode in
-runtime | build-shaders) ;;
+runtime | build-shaders | deny) ;;
 *)
-    echo "scripts/setup.sh: unknown mode '$mode'; use runtime or build-shaders" >&2
+    echo "scripts/setup.sh: unknown mode '$mode'; use runtime, build-shaders or deny" >&2
     exit 2
     ;;
 esac
@@ -72,6 +73,11 @@ has_validation() {
 if ! has cargo; then
     echo "No Rust toolchain: install one from https://rustup.rs, then run this again." >&2
     exit 1
+fi
+
+if [ "$mode" = deny ]; then
+    if ! has cargo-deny; then cargo install cargo-deny --locked; fi
+    exit 0
 fi
 
 packages=

@@ -98,7 +98,8 @@
 //! The bare library (`default-features = false`) depends on `ash`, `gpu-allocator`, `glam`, `bytemuck` and
 //! `thiserror`. The feature `app`, on by default, adds scenes, the CPU reference, metrics and the command-line tool.
 //! The feature `shaderc` compiles the shaders at build time instead of embedding the committed SPIR-V.
-#![warn(missing_docs)]
+// Tests may unwrap; nothing else may.
+#![cfg_attr(not(test), warn(clippy::unwrap_used))]
 
 pub mod casters;
 mod context;

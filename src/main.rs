@@ -1,4 +1,6 @@
 //! The command-line tool; see `edgeshade --help`.
+// Tests may unwrap; nothing else may.
+#![cfg_attr(not(test), warn(clippy::unwrap_used))]
 
 mod cli;
 

@@ -29,7 +29,9 @@ const FRAMES: u32 = 8;
 fn check_across_submissions() -> bool {
     static ASKED: OnceLock<bool> = OnceLock::new();
     *ASKED.get_or_init(|| {
+        // SAFETY: the loader is loaded before anything else of Vulkan, and the entry outlives the call.
         let entry = unsafe { ash::Entry::load() }.unwrap();
+        // SAFETY: the same.
         let layers = unsafe { entry.enumerate_instance_layer_properties() }.unwrap();
         let is_old = |l: &vk::LayerProperties| {
             l.layer_name_as_c_str() == Ok(c"VK_LAYER_KHRONOS_validation")
@@ -195,6 +197,7 @@ fn a_missing_barrier_is_noticed() {
         let gpu = Gpu::new(Some(messages.clone())).unwrap();
         let (buffer, _) = gpu.readback(64).unwrap();
         let d = &gpu.device;
+        // SAFETY: all handles are of this device, which destroys them after it is idle.
         unsafe {
             let info = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.family);
             let pool = d.create_command_pool(&info, None).unwrap();

@@ -1,8 +1,9 @@
-//! Checks that every layer has the same rooms, and that dependencies between rooms and between the library's modules
-//! have no cycle.
+//! Every layer has the same rooms; arrows between rooms, and between modules, point one way and agree with the pictures in
+//! `docs/architecture.md`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 #[path = "../build/tree.rs"]
 #[allow(dead_code)]
@@ -10,20 +11,68 @@ mod tree;
 
 use tree::ROOMS;
 
-/// Rooms that a room may use besides itself.
-fn below(room: &str) -> &'static [&'static str] {
-    match room {
-        "common" => &[],
-        "filtering" | "revectorization" | "distance_transform" | "caster_edges" => &["common"],
-        "penumbra" | "soft" => &["common", "filtering", "revectorization", "distance_transform"],
-        other => panic!("there is no room {other}"),
+/// Arrows of a graph: what each node points to.
+type Arrows = BTreeMap<String, BTreeSet<String>>;
+
+/// The arrows of every picture in `docs/architecture.md`, in order: `a --> b & c` between "```mermaid" and "```".
+fn pictures(markdown: &str) -> Vec<Arrows> {
+    let fences = markdown.split("```mermaid").skip(1).filter_map(|rest| rest.split("```").next());
+    let arrows = |fence: &str| {
+        let mut arrows = Arrows::new();
+        for (from, to) in fence.lines().filter_map(|l| l.split_once("-->")) {
+            for (from, to) in from.split('&').flat_map(|from| to.split('&').map(move |to| (from.trim(), to.trim()))) {
+                add(&mut arrows, from, to);
+                arrows.entry(to.to_owned()).or_default();
+            }
+        }
+        arrows
+    };
+    fences.map(arrows).collect()
+}
+
+fn add(arrows: &mut Arrows, from: &str, to: &str) {
+    arrows.entry(from.to_owned()).or_default().insert(to.to_owned());
+}
+
+/// The pictures of the modules and of the rooms: the only place that says who may use whom.
+static PICTURES: LazyLock<[Arrows; 2]> = LazyLock::new(|| {
+    let text = std::fs::read_to_string(root().join("docs/architecture.md")).unwrap();
+    pictures(&text).try_into().expect("docs/architecture.md has two pictures: modules and rooms")
+});
+
+/// Everything that arrows lead to from a node, over any number of them.
+fn below(arrows: &Arrows, from: &str) -> BTreeSet<String> {
+    let (mut found, mut open) = (BTreeSet::new(), vec![from]);
+    while let Some(at) = open.pop() {
+        for next in arrows.get(at).into_iter().flatten() {
+            if found.insert(next.clone()) {
+                open.push(next);
+            }
+        }
     }
+    found
+}
+
+/// One line for each way in which a picture disagrees with what the code uses: an arrow in the code must follow arrows of
+/// the picture, and an arrow of the picture must be in the code.
+fn disagreements(picture: &Arrows, code: &Arrows) -> Vec<String> {
+    let mut wrong = vec![];
+    for (from, used) in code {
+        let allowed = below(picture, from);
+        wrong.extend(used.difference(&allowed).map(|to| format!("the code has {from} --> {to}, the picture has not")));
+    }
+    for (from, drawn) in picture {
+        let unused = drawn.iter().filter(|to| !code.get(from).is_some_and(|used| used.contains(*to)));
+        wrong.extend(unused.map(|to| format!("the picture has {from} --> {to}, the code has not")));
+    }
+    wrong
 }
 
 /// Reason why a file in `room` must not use one in `other`; `None` if it may.
 fn fault(room: &str, other: &str) -> Option<String> {
-    let fine = room == other || !ROOMS.contains(&other) || below(room).contains(&other);
-    (!fine).then(|| format!("{room} uses {other}; it may use {:?}: move what they share down", below(room)))
+    let allowed = below(&PICTURES[1], room);
+    let fine = room == other || !ROOMS.contains(&other) || allowed.contains(other);
+    (!fine).then(|| format!("{room} uses {other}; it may use {allowed:?}: move what they share down"))
 }
 
 fn root() -> PathBuf {
@@ -57,7 +106,7 @@ fn paths(module: &[String], text: &str) -> Vec<Vec<String>> {
     let tests = ["\n#[cfg(test)]\nmod tests", "\n#[cfg(all(test, feature = \"app\"))]\nmod tests"];
     let code = &text[..tests.iter().filter_map(|t| text.find(t)).min().unwrap_or(text.len())];
     let mut found = vec![];
-    for (word, up) in [("crate::", None), ("super::", Some(1)), ("super::super::", Some(2))] {
+    for (word, up) in [("crate::", None), ("edgeshade::", None), ("super::", Some(1)), ("super::super::", Some(2))] {
         for (at, _) in code.match_indices(word) {
             let before = code[..at].chars().next_back();
             if before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':') {
@@ -105,31 +154,30 @@ fn tree_of_use(rest: &mut &str, base: &[String], found: &mut Vec<Vec<String>>) {
     }
 }
 
-/// One line for each forbidden dependency of a module in a layer.
-fn wrong_arrows(module: &[String], text: &str) -> Vec<String> {
-    let [_, room, ..] = module else { return vec![] };
-    if !ROOMS.contains(&room.as_str()) {
-        return vec![];
-    }
+/// The room of a file in `src/technique` or `src/reference`, and the rooms that its code names.
+fn room_arrows<'a>(module: &'a [String], text: &str) -> Option<(&'a str, BTreeSet<String>)> {
     let layers = ["technique", "reference"];
-    (paths(module, text).iter())
-        .filter_map(|path| match &path[..] {
-            [layer, other, ..] if layers.contains(&layer.as_str()) => fault(room, other),
-            _ => None,
-        })
-        .map(|fault| format!("src/{}: {fault}", module.join("/")))
-        .collect()
+    let room = module.get(1).filter(|r| ROOMS.contains(&r.as_str()))?;
+    let named = paths(module, text).into_iter().filter_map(|path| match &path[..] {
+        [layer, other, ..] if layers.contains(&layer.as_str()) && ROOMS.contains(&other.as_str()) => {
+            Some(other.clone())
+        }
+        _ => None,
+    });
+    Some((room, named.filter(|other| other != room).collect()))
 }
 
-/// A cycle of dependencies, if there is one.
-fn circle(arrows: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
-    /// `open` is the path that led to `at`.
-    fn visit(
-        at: &str,
-        arrows: &BTreeMap<String, BTreeSet<String>>,
-        open: &mut Vec<String>,
-        done: &mut BTreeSet<String>,
-    ) -> Option<Vec<String>> {
+/// One line for every arrow of a layer's module that points the wrong way.
+fn wrong_arrows(module: &[String], text: &str) -> Vec<String> {
+    let Some((room, others)) = room_arrows(module, text) else { return vec![] };
+    let faults = others.iter().filter_map(|other| fault(room, other));
+    faults.map(|fault| format!("src/{}: {fault}", module.join("/"))).collect()
+}
+
+/// A circle of arrows, if there is one.
+fn circle(arrows: &Arrows) -> Option<Vec<String>> {
+    /// `open` is the way to `at`.
+    fn visit(at: &str, arrows: &Arrows, open: &mut Vec<String>, done: &mut BTreeSet<String>) -> Option<Vec<String>> {
         if let Some(start) = open.iter().position(|o| o == at) {
             return Some(open[start..].iter().cloned().chain([at.to_owned()]).collect());
         }
@@ -175,9 +223,13 @@ fn every_layer_has_the_same_rooms() {
 
 #[test]
 fn arrows_between_rooms_point_one_way() {
+    let mut used: Arrows = ROOMS.iter().map(|room| (room.to_string(), BTreeSet::new())).collect();
     let mut wrong = vec![];
     for (file, text) in files("src", &["rs"]) {
-        wrong.extend(wrong_arrows(&module(&file), &text));
+        let module = module(&file);
+        wrong.extend(wrong_arrows(&module, &text));
+        let Some((room, others)) = room_arrows(&module, &text) else { continue };
+        others.iter().for_each(|other| add(&mut used, room, other));
     }
     let tree = tree::Tree::new(root().join("glsl"));
     for (file, text) in files("glsl", &["glsl", "comp", "vert", "frag", "geom"]) {
@@ -189,9 +241,15 @@ fn arrows_between_rooms_point_one_way() {
             let included = tree.resolve(&file, line.split('"').next().unwrap_or_default()).unwrap();
             let other = included.split('/').next().unwrap_or_default();
             wrong.extend(fault(room, other).map(|f| format!("glsl/{file}: {f}")));
+            if room != other && ROOMS.contains(&other) {
+                add(&mut used, room, other);
+            }
         }
     }
     assert_eq!(wrong, [""; 0]);
+    assert_eq!(disagreements(&PICTURES[1], &used), [""; 0], "docs/architecture.md, rooms");
+    assert!(PICTURES[1].keys().eq(used.keys()), "docs/architecture.md, rooms: {:?}", PICTURES[1].keys());
+    assert_eq!(circle(&PICTURES[1]), None);
 }
 
 #[test]
@@ -199,34 +257,39 @@ fn modules_form_no_circle() {
     let sources = files("src", &["rs"]);
     let lib = &sources.iter().find(|s| s.0 == "lib.rs").unwrap().1;
     let handed_on = handed_on(lib);
-    // Dependencies between the library's modules, and between the files of a room.
-    let (mut modules, mut room_files) = (BTreeMap::new(), BTreeMap::new());
+    // Between the modules, and between the files of a room.
+    let (mut modules, mut room_files) = (Arrows::new(), Arrows::new());
     for (file, text) in &sources {
         let module = module(file);
         let is_test = file.ends_with("tests.rs") || file == "casters/shapes.rs";
-        if is_test || ["lib.rs", "main.rs"].contains(&file.as_str()) || file.starts_with("cli/") {
+        if is_test || ["lib.rs", "main.rs"].contains(&file.as_str()) {
             continue;
         }
+        modules.entry(module[0].clone()).or_default();
         for path in paths(&module, text) {
             let Some(first) = path.first() else { continue };
             let other = handed_on.get(first).unwrap_or(first);
             if other != &module[0] {
-                modules.entry(module[0].clone()).or_insert_with(BTreeSet::new).insert(other.clone());
+                add(&mut modules, &module[0], other);
             }
             if let ([a, b, from, ..], [c, d, to, ..]) = (&module[..], &path[..])
                 && (a, b) == (c, d)
                 && ROOMS.contains(&b.as_str())
                 && from != to
             {
-                let name = |file: &str| format!("{a}/{b}/{file}");
-                room_files.entry(name(from)).or_insert_with(BTreeSet::new).insert(name(to));
+                add(&mut room_files, &format!("{a}/{b}/{from}"), &format!("{a}/{b}/{to}"));
             }
         }
     }
+    // Macros and functions of the crate's root are no modules.
+    let names: BTreeSet<_> = modules.keys().cloned().collect();
+    modules.values_mut().for_each(|to| to.retain(|name| names.contains(name)));
     assert!(modules["technique"].contains("frame") && modules["frame"].contains("gpu"), "{modules:?}");
     assert!(room_files["technique/soft/soft_auto"].contains("technique/soft/pcss"), "{room_files:?}");
     assert_eq!(circle(&modules), None);
     assert_eq!(circle(&room_files), None);
+    assert_eq!(disagreements(&PICTURES[0], &modules), [""; 0], "docs/architecture.md, modules");
+    assert!(PICTURES[0].keys().eq(modules.keys()), "docs/architecture.md, modules: {:?}", PICTURES[0].keys());
 }
 
 /// The checks themselves can fail.
@@ -255,14 +318,17 @@ fn wrong_arrows_and_circles_are_found() {
         !at("reference/caster_edges/edsm.rs", "use crate::technique::revectorization::rbsm_pass::Rbsm;").is_empty()
     );
     let arrows = |list: &[(&str, &str)]| {
-        let mut arrows = BTreeMap::new();
-        for (from, to) in list {
-            arrows.entry(from.to_string()).or_insert_with(BTreeSet::new).insert(to.to_string());
-        }
-        circle(&arrows)
+        let mut arrows = Arrows::new();
+        list.iter().for_each(|(from, to)| add(&mut arrows, from, to));
+        arrows
     };
-    assert_eq!(arrows(&[("a", "b"), ("a", "c"), ("b", "c")]), None);
-    assert_eq!(arrows(&[("a", "b"), ("b", "c"), ("c", "b")]).unwrap(), ["b", "c", "b"]);
+    assert_eq!(circle(&arrows(&[("a", "b"), ("a", "c"), ("b", "c")])), None);
+    assert_eq!(circle(&arrows(&[("a", "b"), ("b", "c"), ("c", "b")])).unwrap(), ["b", "c", "b"]);
+    let picture = &pictures("```mermaid\nflowchart\n  a --> b & c\n  b --> d\n```\na --> e\n")[0];
+    let wrong = |list: &[(&str, &str)]| disagreements(picture, &arrows(list));
+    assert_eq!(wrong(&[("a", "b"), ("a", "c"), ("b", "d"), ("a", "d")]), [""; 0]);
+    assert_eq!(wrong(&[("a", "b"), ("b", "d")]), ["the picture has a --> c, the code has not"]);
+    assert_eq!(wrong(&[("a", "b"), ("a", "c"), ("b", "d"), ("d", "c")]), ["the code has d --> c, the picture has not"]);
     let names = handed_on("pub use frame::Frame;\npub(crate) use inputs::{Handoff, Inputs};\n");
     assert_eq!((names["Frame"].as_str(), names["Inputs"].as_str()), ("frame", "inputs"));
 }

@@ -6,6 +6,7 @@
 //!
 //! `EDGESHADE_BLESS=1 cargo test --test embed shaders` makes the SPIR-V next to the shaders. It calls
 //! `glslangValidator -V --target-env vulkan1.3 -g0 -o scene.vert.spv scene.vert` and so on.
+#![allow(clippy::undocumented_unsafe_blocks, reason = "the head of gpu.rs gives the argument for all")]
 
 use crate::gpu::{Gpu, Messages, Result, State, Texture};
 use crate::scene::{BOX, GROUND, MAP_SIZE, Moment};

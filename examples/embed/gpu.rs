@@ -1,4 +1,8 @@
 //! The engine's own Vulkan code: instance, device, images, pipelines. Edgeshade knows nothing of this file.
+//!
+//! One argument covers the unsafe blocks of this file and of `engine.rs` that have no comment of their own: they call
+//! Vulkan with handles that this engine made from one device, and `Gpu` destroys these after the device is idle.
+#![allow(clippy::undocumented_unsafe_blocks, reason = "the head of this file gives the argument for all")]
 
 use ash::vk;
 use edgeshade::DeviceFeatures;
@@ -86,7 +90,6 @@ impl Gpu {
     /// Same as [`Self::new`] with these device extensions, which are not the ones that Edgeshade needs.
     pub fn with_extensions(messages: Option<Messages>, extensions: &[&CStr]) -> Result<Self> {
         let device_extensions = extensions;
-        // SAFETY of this file: plain Vulkan calls; the engine itself makes, uses and destroys every handle.
         unsafe {
             let entry = ash::Entry::load().map_err(|e| format!("no Vulkan loader: {e}"))?;
             let layers = entry.enumerate_instance_layer_properties()?;

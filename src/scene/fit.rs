@@ -58,22 +58,21 @@ fn floor(scene: &Scene) -> Option<Floor> {
     let size = bounds.max - bounds.min;
     let top = bounds.min.y + FLOOR_RISE * size.max_element();
     let mut floor = Floor { rest: Bounds::EMPTY, bounds: Bounds::EMPTY };
-    let mut area = 0.0;
-    for (triangle, double_sided) in triangles(scene) {
-        let normal = normal_from_above(triangle, double_sided);
-        // `normal` is twice the area as seen from above; a floor is almost level.
-        let is_floor = triangle.iter().all(|p| p.y <= top) && normal.y > 0.99 * normal.length();
+    let (mut area, mut turned) = (0.0, 0.0);
+    for ([a, b, c], double_sided) in triangles(scene) {
+        // As long as twice the area; a floor is almost level, and double-sided if it faces down.
+        let normal = (b - a).cross(c - a);
+        let is_level = [a, b, c].iter().all(|p| p.y <= top) && normal.y.abs() > 0.99 * normal.length();
+        let is_floor = is_level && (normal.y > 0.0 || double_sided);
         let part = if is_floor { &mut floor.bounds } else { &mut floor.rest };
-        triangle.iter().for_each(|&p| part.include(p));
-        area += if is_floor { 0.5 * normal.y } else { 0.0 };
+        [a, b, c].iter().for_each(|&p| part.include(p));
+        area += if is_floor { 0.5 * normal.y.abs() } else { 0.0 };
+        turned += if is_floor { 0.5 * (-normal.y).max(0.0) } else { 0.0 };
     }
-    (area > 0.0 && area >= FLOOR_SHARE * size.x * size.z).then_some(floor)
-}
-
-/// Returns a normal as long as twice the triangle's area; of a double-sided triangle the one that points up.
-fn normal_from_above([a, b, c]: [DVec3; 3], double_sided: bool) -> DVec3 {
-    let normal = (b - a).cross(c - a);
-    if double_sided && normal.y < 0.0 { -normal } else { normal }
+    // The bottom of a double-sided box faces down too, but reaches no farther than the box.
+    let reach = |b: &Bounds| if b.is_empty() { 0.0 } else { (b.max - b.min).x * (b.max - b.min).z };
+    let is_bottom = turned > 0.5 * area && reach(&floor.bounds) <= 1.5 * reach(&floor.rest);
+    (area > 0.0 && area >= FLOOR_SHARE * size.x * size.z && !is_bottom).then_some(floor)
 }
 
 /// Returns the height for a ground under the scene: its lowest height, or just below if something level lies there that
@@ -81,9 +80,9 @@ fn normal_from_above([a, b, c]: [DVec3; 3], double_sided: bool) -> DVec3 {
 fn ground_height(scene: &Scene) -> f64 {
     let (bounds, size) = extent(scene);
     let top = bounds.min.y + FLOOR_RISE * size;
-    let is_level = |(triangle, double_sided): ([DVec3; 3], bool)| {
-        let normal = normal_from_above(triangle, double_sided);
-        triangle.iter().all(|p| p.y <= top) && normal.y > 0.99 * normal.length()
+    let is_level = |([a, b, c], _): ([DVec3; 3], bool)| {
+        let normal = (b - a).cross(c - a);
+        [a, b, c].iter().all(|p| p.y <= top) && normal.y > 0.99 * normal.length()
     };
     if triangles(scene).any(is_level) { bounds.min.y - FLOOR_RISE * size } else { bounds.min.y }
 }
