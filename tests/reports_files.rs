@@ -287,6 +287,32 @@ fn a_floor_of_its_own_is_enough() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("14 triangles in 2 objects"));
 }
 
+/// A floor may face down if it is double-sided; the bottom of a box is none. The ground never shares its depth with a rug.
+#[test]
+fn floors_face_any_way_and_rugs_lie_above_the_ground() {
+    let own = scene("box_on_own_floor.glb");
+    let mut turned = own.clone();
+    let floor = own.instances[0].mesh;
+    turned.meshes[floor].indices.chunks_exact_mut(3).for_each(|t| t.swap(1, 2));
+    turned.materials.iter_mut().for_each(|m| m.double_sided = false);
+    assert!(!fit::has_floor(&turned));
+    turned.materials.iter_mut().for_each(|m| m.double_sided = true);
+    assert!(fit::has_floor(&turned));
+    turned.instances.remove(0);
+    assert!(!fit::has_floor(&turned), "a double-sided box alone");
+
+    let ground = |scene: &Scene| {
+        let mut scene = scene.clone();
+        fit::add_ground(&mut scene);
+        scene.instances.last().unwrap().world_from_object.translation.y
+    };
+    let mut rug = own.clone();
+    rug.instances[0].world_from_object.matrix3 *= 0.02;
+    assert!(!fit::has_floor(&rug));
+    assert!(ground(&rug) < rug.bounds().min.y);
+    assert_eq!(ground(&turned), turned.bounds().min.y);
+}
+
 #[test]
 fn a_mask_without_seeds_is_told() {
     let folder = tempfile::tempdir().unwrap();

@@ -40,6 +40,7 @@ struct Floor {
 fn triangles(scene: &Scene) -> impl Iterator<Item = ([DVec3; 3], bool)> {
     scene.instances.iter().flat_map(|instance| {
         let mesh = &scene.meshes[instance.mesh];
+        let double_sided = scene.materials[mesh.material].double_sided;
         let at = |i: u32| {
             let p = glam::Vec3::from(mesh.positions[i as usize]).as_dvec3();
             instance.world_from_object.transform_point3(p)
@@ -48,7 +49,7 @@ fn triangles(scene: &Scene) -> impl Iterator<Item = ([DVec3; 3], bool)> {
         let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
         mesh.indices.chunks_exact(3).map(move |t| {
             let [a, b, c] = [at(t[0]), at(t[1]), at(t[2])];
-            (if mirrored { [a, c, b] } else { [a, b, c] }, scene.materials[mesh.material].double_sided)
+            (if mirrored { [a, c, b] } else { [a, b, c] }, double_sided)
         })
     })
 }
