@@ -1,7 +1,6 @@
 // A rectangle around an edge of the shadow map, pulled by the number of the vertex: 6 an edge.
 #ifndef EDGESHADE_EDGE_QUAD
 #define EDGESHADE_EDGE_QUAD
-#include "map_edge.glsl"
 
 layout(binding = 0, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(location = 0) flat out uint edge_index;

@@ -5,6 +5,8 @@
 // sampler's 8 bits; where no edge is known (receiver and occluder meet, or the occluder has holes by its texture), the nearest
 // texel decides.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "edsm_border.glsl"
 

@@ -1,7 +1,6 @@
 // What an edge leaves in the edge distance map: Kenzel, "Edge Distance Shadow Mapping" (2013), section 3.2.3.
 #ifndef EDGESHADE_EDSM_DISTANCE
 #define EDGESHADE_EDSM_DISTANCE
-#include "map_edge.glsl"
 
 struct EdgeDistance {
   float signed_distance; // of the edge's line, texels; positive on the occluder's side

@@ -3,6 +3,7 @@
 // After Kenzel 2013 [EDSM], which keeps a distance a texel; here a cell between texels names the edges that enter it, which
 // are then evaluated exactly. See edge_rule.glsl.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
 #include "common/map_receiver.glsl"
 #include "edge_rule.glsl"
 #include "edsm_border.glsl"
@@ -51,4 +52,21 @@ bool visibilityAt(ivec2 pixel, out float v) {
   }
   if (VIEWED) imageStore(decisions, pixel, vec4(how));
   return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

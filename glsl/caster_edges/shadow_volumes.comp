@@ -2,6 +2,7 @@
 // Visibility from how many shadow volumes a pixel's point is in: lit in none. Crow, "Shadow Algorithms for Computer
 // Graphics" (1977); counted beyond the surface (z-fail: Carmack 2000; Everitt, Kilgard 2002).
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
 #include "common/shadow_map_test.glsl"
 
 layout(constant_id = 0) const bool BLENDED = false; // counts were blended, not stencilled

@@ -2,6 +2,7 @@
 // Silhouette edges as the camera sees them, a line each. The draw has 6 vertices an edge, since it is that of the quads:
 // the first two are the line's, the others make lines that are not drawn.
 #extension GL_GOOGLE_include_directive : require
+#include "casters.glsl"
 #include "volumes.glsl"
 #include "silhouette.glsl"
 

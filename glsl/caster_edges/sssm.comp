@@ -3,6 +3,8 @@
 // Sen, Cammarano, Hanrahan, "Shadow Silhouette Maps" (2003).
 // Departure: corners are tested on the receiver's plane, so that a slope of its own shadows nothing.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "sssm_quadrant.glsl"
 

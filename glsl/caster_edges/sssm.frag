@@ -1,6 +1,7 @@
 #version 460
 // The point of an edge in a cell, its key as depth: the depth test keeps the smallest, and of equal ones the first drawn.
 #extension GL_GOOGLE_include_directive : require
+#include "map_edge.glsl"
 #include "sssm_cell.glsl"
 
 layout(constant_id = 0) const bool KILL = true;

@@ -2,6 +2,7 @@
 // Quads that cover the middle of every cell of a shadow silhouette map that an edge touches: no farther from it than half a
 // diagonal, 0.708 texels, and what rasterisation's grid of 1/256 takes.
 #extension GL_GOOGLE_include_directive : require
+#include "map_edge.glsl"
 #include "edge_quad.glsl"
 
 layout(push_constant, scalar) uniform Push { uvec2 map_size; } push;

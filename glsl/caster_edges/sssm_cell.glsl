@@ -2,7 +2,6 @@
 // centre of texel (i, j) of the shadow map to that of texel (i + 1, j + 1), so that each of its corners has a depth.
 #ifndef EDGESHADE_SSSM_CELL
 #define EDGESHADE_SSSM_CELL
-#include "map_edge.glsl"
 
 // What a cell without an edge holds: its middle.
 const uint CELL_MIDDLE = 0x80008000u;

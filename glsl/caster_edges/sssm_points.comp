@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
 #include "silhouettes.glsl"
+#include "map_edge.glsl"
 #include "sssm_cell.glsl"
 
 const int KEYS = 0, WINNERS = 1, POINTS = 2;

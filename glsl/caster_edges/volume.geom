@@ -4,6 +4,7 @@
 // determinant; near caps are drawn apart (volume_cap.vert). Where three triangles or more meet in an edge each has a
 // side of its own there; what cancels is drawn all the same.
 #extension GL_GOOGLE_include_directive : require
+#include "volume.glsl"
 #include "volume_triangle.glsl"
 
 layout(triangles) in;

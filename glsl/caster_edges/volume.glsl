@@ -1,6 +1,7 @@
 // Vertices of shadow volumes, pulled from the casters' buffers: at their place or infinitely far away from the light.
 #ifndef EDGESHADE_VOLUME
 #define EDGESHADE_VOLUME
+#include "casters.glsl"
 #include "volumes.glsl"
 
 layout(binding = 0, scalar) readonly buffer Positions { float positions[]; };

@@ -1,6 +1,7 @@
 #version 460
 // Input of volume.geom: a triangle's corners, at their place and at infinity.
 #extension GL_GOOGLE_include_directive : require
+#include "volume.glsl"
 #include "volume_triangle.glsl"
 
 layout(location = 0) invariant out vec4 infinity;

@@ -3,6 +3,7 @@
 // of them face the light is told apart by draws, with the front face turned round for one, not by the order of the corners:
 // so a cap is set up like the surface that it lies on.
 #extension GL_GOOGLE_include_directive : require
+#include "volume.glsl"
 #include "volume_triangle.glsl"
 
 layout(location = 0) flat out float weight;

@@ -1,6 +1,7 @@
 #version 460
 // Which range of the silhouette list is an instance's: a draw for each, so that each can be left out or cut to a rectangle.
 #extension GL_GOOGLE_include_directive : require
+#include "casters.glsl"
 #include "volumes.glsl"
 #include "silhouettes.glsl"
 

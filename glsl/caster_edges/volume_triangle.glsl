@@ -2,7 +2,6 @@
 // triangles: 3 CHUNK a chunk.
 #ifndef EDGESHADE_VOLUME_TRIANGLE
 #define EDGESHADE_VOLUME_TRIANGLE
-#include "volume.glsl"
 
 layout(binding = 3, scalar) readonly buffer Triangles { uvec3 triangles[]; };
 layout(binding = 4, scalar) readonly buffer Chunks { uint chunks[]; }; // instance of each

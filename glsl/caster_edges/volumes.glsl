@@ -1,7 +1,6 @@
 // What shadow volumes know of an instance of the casters.
 #ifndef EDGESHADE_VOLUMES
 #define EDGESHADE_VOLUMES
-#include "casters.glsl"
 
 // An instance as the camera sees it, as src/technique/caster_edges/volumes.rs fills it.
 struct VolumeCamera {

@@ -4,13 +4,9 @@
 // nearest to it.
 #ifndef EDGESHADE_EDT_ENVELOPE
 #define EDGESHADE_EDT_ENVELOPE
-#include "edt.glsl"
 
 layout(binding = 0) uniform usampler2D columns; // edt_columns.comp
 layout(binding = 1, scalar) readonly buffer Live { uint live[]; };
-
-uvec2 loadSite(uint i);
-void storeSite(uint i, uvec2 site);
 
 // Stores the sites of columns from..to of row y that own pixels of begin..end, all half open; gives their number and the
 // last one. A site that owns no such pixel can be left out: another is nearer to each of them.

@@ -2,7 +2,7 @@
 // The sites of every band of columns, a thread a row and band: phase 2 of the Parallel Banding Algorithm, first half (Cao,
 // Tang, Mohamed, Tan 2010).
 #extension GL_GOOGLE_include_directive : require
-#include "edt_envelope.glsl"
+#include "edt.glsl"
 
 layout(local_size_x = 32) in;
 
@@ -14,6 +14,8 @@ layout(binding = 3, scalar) writeonly buffer Bands { uint bands[]; };
 uint slot(uint i) { return (gl_GlobalInvocationID.y * push.span + i) * push.size.y + gl_GlobalInvocationID.x; }
 uvec2 loadSite(uint i) { return sites[slot(i)]; }
 void storeSite(uint i, uvec2 site) { sites[slot(i)] = site; }
+
+#include "edt_envelope.glsl"
 
 void main() {
   uint y = gl_GlobalInvocationID.x, band = gl_GlobalInvocationID.y;

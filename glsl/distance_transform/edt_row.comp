@@ -3,7 +3,7 @@
 // the radius around it, then walks back over them. A row of a segment without seeds in reach is left as it is, cleared. The workgroups share
 // out the segments in turn, so that the sites of one stay in a cache.
 #extension GL_GOOGLE_include_directive : require
-#include "edt_envelope.glsl"
+#include "edt.glsl"
 
 // Rows of one block: neighbouring threads do nearly the same.
 layout(local_size_x = 8) in;
@@ -24,6 +24,8 @@ void storeSite(uint i, uvec2 site) {
   if (OWN_SITES > 1) own_sites[i] = site;
   else sites[slot(i)] = site;
 }
+
+#include "edt_envelope.glsl"
 
 // The label of a pixel and its squared distance; pixels are asked for from right to left.
 uvec2 pixel(uvec2 p, inout uvec2 top, inout uint count) {

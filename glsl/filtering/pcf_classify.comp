@@ -2,6 +2,9 @@
 // Decides the pixels whose whole kernel is lit or in shadow by the depth bounds of blocks, and lists the
 // tiles that hold any other. The result is the same as filtering every pixel: the bounds are conservative.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "lib/pcf.glsl"
 #include "common/pcf_bounds.glsl"
 #include "pcf_receiver.glsl"
 #include "common/tiles.glsl"

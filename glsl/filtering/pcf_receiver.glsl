@@ -1,8 +1,6 @@
 // What pcf.comp and pcf_classify.comp share: a pixel is decided without the map, or has a kernel in it.
 #ifndef EDGESHADE_PCF_RECEIVER
 #define EDGESHADE_PCF_RECEIVER
-#include "common/map_receiver.glsl"
-#include "lib/pcf.glsl"
 
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs

@@ -1,7 +1,6 @@
 // A straight line through a piece of the boundary between lit and shadowed texels, for lib/rbsm_profile.glsl.
 #ifndef EDGESHADE_RBSM_LINE
 #define EDGESHADE_RBSM_LINE
-#include "lib/rbsm.glsl"
 
 // A unit piece of the boundary: a texel inside, and the way out of it.
 struct Crack {

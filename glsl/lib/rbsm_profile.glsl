@@ -10,6 +10,7 @@
 // is; LINE also lays a line through the edge at both ends of a short Z.
 #ifndef EDGESHADE_RBSM_PROFILE
 #define EDGESHADE_RBSM_PROFILE
+#include "lib/rbsm.glsl"
 #include "lib/rbsm_line.glsl"
 
 const int RUN_ONLY = 0, NEIGHBOURS = 1, LINE = 2;

@@ -6,10 +6,6 @@
 // rpcfMean.
 #ifndef EDGESHADE_RPCF
 #define EDGESHADE_RPCF
-#define WINDOW_MOST RPCF_WIDTH
-#include "lib/rbsm_profile.glsl"
-#include "lib/rbsm_star.glsl"
-#include "lib/texel_window.glsl"
 
 // Mean visibility over the kernel around p.texel.
 // `function`: 0 listing 5, 1 RBSM*, 2 the edge profile of runs.

@@ -1,7 +1,6 @@
 // Marks the tiles that a penumbra may reach, for marked_tiles.comp.
 #ifndef EDGESHADE_EDGE_MARKS
 #define EDGESHADE_EDGE_MARKS
-#include "edge_seeds.glsl"
 
 layout(binding = 7, scalar) buffer Marks { uint marks[]; }; // a bit a tile, 8 x 8 of them in two words
 

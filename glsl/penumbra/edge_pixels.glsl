@@ -1,7 +1,6 @@
 // The pixels at a shadow edge: listed by edge_pixels.comp, worked off by edge_seeds.comp.
 #ifndef EDGESHADE_EDGE_PIXELS
 #define EDGESHADE_EDGE_PIXELS
-#include "edge_seeds.glsl"
 
 layout(constant_id = 2) const bool AT_PIXELS = false;
 

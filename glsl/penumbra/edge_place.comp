@@ -6,6 +6,11 @@
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/rbsm_receiver.glsl"
+#include "lib/rbsm_profile.glsl"
+#include "lib/rbsm_star.glsl"
 #include "revectorization/rbsm_function.glsl"
 #include "seed_format.glsl"
 #include "common/tiles.glsl"
@@ -25,7 +30,11 @@ layout(binding = 6, scalar) readonly buffer SeedBits { uint seed_bits[]; }; // a
 float hardVisibility(Receiver r) {
   ShadowPoint p;
   float v;
-  return rbsmReceiver(r, p, v) ? v : workOut(p);
+  if (rbsmReceiver(r, p, v)) return v;
+  vec4 N;
+  float s = testNeighbourhood(p, N);
+  vec3 d = packDiscontinuity(N, s);
+  return decideByNeighbourhood(p, s, d, v) ? v : revectorize(p, d);
 }
 
 void workOn(ivec2 pixel) {

@@ -5,6 +5,8 @@
 // Macedo, Apolinario (2018), algorithm 1; the paper takes neighbours on any surface (ANY_SURFACE), and the pixels' own
 // centres on both sides for the edge (AT_PIXELS), which leaves a plateau two pixels wide.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "edge_marks.glsl"
 #include "edge_pixels.glsl"
 

@@ -2,7 +2,6 @@
 #ifndef EDGESHADE_EDGE_SEEDS
 #define EDGESHADE_EDGE_SEEDS
 #include "lib/penumbra.glsl"
-#include "common/receiver.glsl"
 #include "seed_format.glsl"
 #include "common/tiles.glsl"
 

@@ -1,6 +1,7 @@
 #version 460
 // Lists the tiles in which, with a ring of pixels around, an image of hard shadows is both lit and dark: a thread a tile.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
 #include "edge_seeds.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

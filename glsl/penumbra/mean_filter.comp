@@ -5,6 +5,7 @@
 // Departures: only pixels in the penumbra or next to it are filtered, with no more taps than pixels; what lies on the
 // surface is told by positions and normals (PLANES).
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
 #include "edge_seeds.glsl"
 
 layout(constant_id = 1) const bool VERTICAL = false; // the second of the two; writes the visibility

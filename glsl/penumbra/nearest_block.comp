@@ -3,6 +3,8 @@
 // blocks `step` away where their edges are nearer. Steps are halved down to 1: jump flooding (Rong, Tan 2006), but from
 // labels that are right in the image already, in the world's metric, and along surfaces.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
 
 layout(constant_id = 1) const bool FIRST = false; // labels are those of the transform, a pixel each

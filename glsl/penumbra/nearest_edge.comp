@@ -4,6 +4,8 @@
 // The paper takes the seed that is nearest in the image and then its distance in the world (WORLD = false), which is too
 // large on tilted receivers, and loses the penumbra where that seed lies on another surface.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
 
 layout(constant_id = 1) const bool WORLD = true;

@@ -4,7 +4,6 @@
 // (MEET_NEAREST) takes the edge at the smallest distance.
 #ifndef EDGESHADE_NEAREST_EDGE
 #define EDGESHADE_NEAREST_EDGE
-#include "edge_seeds.glsl"
 
 // A label of the search stands for a block of pixels of this side, at the middle: first coarse, then finer.
 const int BLOCK = 4, QUAD = 2;

@@ -2,6 +2,8 @@
 // The nearest edge in the world for a pixel of every quad of 2 x 2: the labels of the blocks around, then the edge is
 // followed from the nearest seed to ever nearer ones.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
 
 layout(local_size_x = 64) in;

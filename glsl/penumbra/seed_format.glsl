@@ -1,7 +1,6 @@
 // How seeds are kept in their image.
 #ifndef EDGESHADE_SEED_FORMAT
 #define EDGESHADE_SEED_FORMAT
-#include "lib/octahedral.glsl"
 
 // In the image of seeds, at their own pixels: a point of the edge in camera view space, and the normal there.
 uvec4 packSeed(vec3 point, vec3 normal) {

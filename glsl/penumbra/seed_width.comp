@@ -7,8 +7,14 @@
 // instead, along the light's rays, so a penumbra on a tilted receiver is as much longer as it should be, and by the light's
 // own shape, for which see nearest_edge.glsl.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
+#include "edge_seeds.glsl"
 #include "edge_marks.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 
 layout(constant_id = 1) const int SEARCH_TAPS = 9;            // by axis

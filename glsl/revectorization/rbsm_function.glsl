@@ -2,9 +2,6 @@
 // profile; see lib/rbsm*.glsl. The includer defines MAXDIST before.
 #ifndef EDGESHADE_RBSM_FUNCTION
 #define EDGESHADE_RBSM_FUNCTION
-#include "rbsm_visibility.glsl"
-#include "lib/rbsm_profile.glsl"
-#include "lib/rbsm_star.glsl"
 
 const int SILHOUETTE = 0, FILTERED = 1, STAR = 2, PROFILE = 3;
 layout(constant_id = 2) const int FUNCTION = SILHOUETTE;

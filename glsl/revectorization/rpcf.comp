@@ -6,9 +6,17 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
 layout(constant_id = 2) const int WIDTH = 7; // odd
 #define RPCF_WIDTH WIDTH
-#include "pixel_list.glsl"
+#define WINDOW_MOST WIDTH
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/rbsm_receiver.glsl"
+#include "lib/rbsm_profile.glsl"
+#include "lib/rbsm_star.glsl"
+#include "lib/texel_window.glsl"
 #include "lib/rpcf.glsl"
+#include "lib/pcf.glsl"
 #include "common/pcf_bounds.glsl"
+#include "common/pixel_steps.glsl"
 
 layout(constant_id = 3) const int FUNCTION = 0; // listing 5, RBSM*, the edge profile
 layout(constant_id = 5) const bool BOUNDED = false;
@@ -82,4 +90,31 @@ float workOut(ShadowPoint p) {
     window_columns[i + 1] = column;
   }
   return rpcfMean(p, FUNCTION);
+}
+
+// Finds the visibility of a pixel. False if the pixel is left for the dispatch over the list.
+bool visibilityAt(ivec2 pixel, out float v) {
+  ShadowPoint p;
+  if (rbsmReceiver(pixel, p, v)) return true;
+  if (STEP != LISTED && decide(p, v)) return true;
+  if (STEP == LIST) return false;
+  v = workOut(p);
+  return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

@@ -3,8 +3,6 @@
 // neighbours are asked, for an edge may reach over from there.
 #ifndef EDGESHADE_EDGE_BLOCKERS
 #define EDGESHADE_EDGE_BLOCKERS
-#include "common/blockers.glsl"
-#include "common/rbsm_receiver.glsl"
 
 // Half-width, texels, that search and filter have at least: that of `least_width` texels, unless the light is so small that not
 // even what touches it could cast such a penumbra.

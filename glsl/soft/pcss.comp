@@ -10,7 +10,12 @@
 // Departures: what blockers.glsl says of the search; a window without blockers is lit, but one of which every tap found one
 // is filtered all the same, since light may fall through a gap between taps.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 #include "soft_filter.glsl"
 #include "common/pixel_steps.glsl"
@@ -57,4 +62,21 @@ bool visibilityAt(ivec2 pixel, out float v) {
   v = 1.0;
   if (b.count > 0) v = filterAny(r, softHalfTexels(r, a, b.z, search));
   return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

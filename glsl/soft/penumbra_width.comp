@@ -5,7 +5,12 @@
 // Pixels whose whole search window is lit, or in shadow, by the hierarchical shadow map have no penumbra, however wide the one
 // would be that their blockers cast; their visibility is known with that.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 #include "common/pixel_steps.glsl" // its image of visibility is that of widths
 
@@ -80,4 +85,21 @@ bool visibilityAt(ivec2 pixel, out float width) {
   else b = findBlockers(shadow_map, r, a, search, TAPS);
   if (b.count > 0) width = penumbraWidth(a, r.z, b.z);
   return true;
+}
+
+void main() {
+  float width;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, width);
+      imageStore(visibility, pixel, vec4(width));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, width);
+  if (decided) imageStore(visibility, pixel, vec4(width));
+  listPixel(pixel, inside && !decided);
 }

@@ -10,8 +10,19 @@
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
 #define MAP_GOES_ON
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
+#include "common/blockers.glsl"
+#include "common/rbsm_receiver.glsl"
 #include "edge_blockers.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
+#include "lib/rbsm_star.glsl"
+// With the ring around it a window of bits is 32 texels wide.
+#define WINDOW_MOST 30
+#include "lib/texel_window.glsl"
 #include "revectorized_filter.glsl"
 #include "common/pixel_steps.glsl"
 
@@ -45,4 +56,21 @@ bool visibilityAt(ivec2 pixel, out float v) {
   v = 1.0;
   if (b.count > 0) v = filterRevectorized(p, r, edgeHalfTexels(r, a, b.z, least, search));
   return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

@@ -10,12 +10,6 @@
 // (followTaps).
 #ifndef EDGESHADE_REVECTORIZED_FILTER
 #define EDGESHADE_REVECTORIZED_FILTER
-#include "common/rbsm_receiver.glsl"
-#include "common/soft_receiver.glsl"
-#include "lib/rbsm_star.glsl"
-// With the ring around it a window of bits is 32 texels wide.
-#define WINDOW_MOST 30
-#include "lib/texel_window.glsl"
 
 layout(constant_id = 3) const int FILTER_TAPS = 11; // by axis
 layout(constant_id = 5) const bool STAR = true;     // RBSM*, otherwise listing 4

@@ -12,7 +12,14 @@
 //   the receiver's own depth, which plain tests would spread.
 #extension GL_GOOGLE_include_directive : require
 #define MAP_GOES_ON
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
+#include "common/blockers.glsl"
+#include "common/rbsm_receiver.glsl"
 #include "edge_blockers.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 #include "soft_filter.glsl"
 #include "common/pixel_steps.glsl"
@@ -130,4 +137,21 @@ bool visibilityAt(ivec2 pixel, out float v) {
   else if (is_kernel) APPEND(kernel, pixel)
   else APPEND(wide, pixel)
   return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

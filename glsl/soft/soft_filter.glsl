@@ -2,7 +2,6 @@
 #ifndef EDGESHADE_SOFT_FILTER
 #define EDGESHADE_SOFT_FILTER
 #include "lib/shadow_test.glsl"
-#include "common/soft_receiver.glsl"
 
 // Half-widths of the narrowest windows, texels: that of the filter makes an edge as wide as a bilinear test, and the search
 // reaches what that one reads.
