@@ -1,5 +1,5 @@
 #version 460
-// The signed distance of an edge, its priority as depth: the depth test keeps the smallest.
+// Writes the signed distance of an edge, and its priority as depth: the depth test keeps the smallest.
 #extension GL_GOOGLE_include_directive : require
 #include "map_edge.glsl"
 #include "edsm_distance.glsl"

@@ -1,5 +1,5 @@
 #version 460
-// Seeds are the texels of a floating-point or normalised mask that are not 0.
+// Packs a floating-point or normalised mask into the vertical bit mask of edt.glsl. Texels other than 0 are seeds.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 

@@ -1,5 +1,5 @@
 #version 460
-// Seeds are the texels of an unsigned integer mask that are not 0.
+// Packs an unsigned integer mask into the vertical bit mask of edt.glsl. Texels other than 0 are seeds.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 

@@ -1,15 +1,15 @@
 #version 460
-// Shadow mapping: one test a pixel against the texel that its point falls into.
+// Shadow mapping: one test per pixel, against the texel that its point falls into.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
 #include "common/shadow_map_test.glsl"
-#include "common/pixel_steps.glsl" // all pixels at once, or those of a list that another pass makes
+#include "common/pixel_steps.glsl" // all pixels, or those that another pass listed
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs
-  float depth_bias;    // depth units on top
+  float depth_bias;    // depth units, in addition
 } push;
 
 float visibilityAt(ivec2 pixel) {

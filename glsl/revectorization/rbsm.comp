@@ -1,5 +1,6 @@
 #version 460
-// Revectorized visibility: silhouette recovery, filtering, RBSM* and the edge profile; see lib/rbsm*.glsl.
+// Revectorized visibility by one of four functions: silhouette recovery, filtering, RBSM* and the edge profile; see
+// lib/rbsm*.glsl.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
@@ -11,7 +12,7 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #include "rbsm_function.glsl"
 #include "common/pixel_steps.glsl"
 
-// Finds the visibility of a pixel. False if the pixel is left for the dispatch over the list.
+// Finds the visibility of a pixel. Returns false if the pixel is left for the dispatch over the list.
 bool visibilityAt(ivec2 pixel, out float v) {
   ShadowPoint p;
   if (rbsmReceiver(pixel, p, v)) return true;

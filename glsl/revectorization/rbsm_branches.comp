@@ -1,5 +1,5 @@
 #version 460
-// Silhouette recovery and filtering with a branch for every scenario: see lib/rbsm_branches.glsl.
+// Silhouette recovery and filtering with one branch for every scenario; see lib/rbsm_branches.glsl.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
@@ -12,7 +12,7 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 const int SILHOUETTE = 0, FILTERED = 1;
 layout(constant_id = 2) const int FUNCTION = SILHOUETTE;
 
-// No shape is known before the traversals.
+// Returns true if the neighbours decide the visibility. No shape is known before the traversals.
 bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v) {
   v = s;
   return d.x == 0.0 && d.y == 0.0 || FUNCTION == SILHOUETTE && s == 0.0;
@@ -20,7 +20,7 @@ bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v) {
 
 float revectorize(ShadowPoint p, vec3 d) { return revectorizeByScenario(p, d, FUNCTION == SILHOUETTE); }
 
-// Finds the visibility of a pixel. False if the pixel is left for the dispatch over the list.
+// Finds the visibility of a pixel. Returns false if the pixel is left for the dispatch over the list.
 bool visibilityAt(ivec2 pixel, out float v) {
   ShadowPoint p;
   if (rbsmReceiver(pixel, p, v)) return true;
