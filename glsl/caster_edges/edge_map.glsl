@@ -40,7 +40,7 @@ float farthestAround(ivec2 cell, vec2 map_size) {
   return z;
 }
 
-// Tests if the light cannot see an edge near a cell. An edge that the light sees has something farther beside it.
+// Tests whether the light cannot see an edge near a cell. An edge that the light sees has something farther beside it.
 bool isHidden(EdgeSegment e, ivec2 cell, vec2 map_size) {
   float t = segmentFoot(e, vec2(cell));
   return segmentDepth(e, t) > farthestAround(cell, map_size) + 2.0 * DEPTH_ULPS;

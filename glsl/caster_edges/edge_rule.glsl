@@ -34,7 +34,7 @@ const float BY_ANCHORS = 0.0, BY_EVIDENCE = 1.0, BY_CONTACT = 2.0, BY_NEAREST = 
 // A face is extended beyond its triangle while it lies at most this many tolerances before the receiver. A face farther
 // before it has ended on the way.
 const float FOLLOWED = 32.0;
-// Distance beyond an edge, texels, at which the map tells if light arrives; more than half a texel's diagonal.
+// Distance beyond an edge, texels, at which the map tells whether light arrives; more than half a texel's diagonal.
 const float BEYOND = 0.75;
 
 struct EdgePoint {
@@ -116,7 +116,7 @@ struct Evidence {
   vec2 of_side;        // squared distances of the nearest edge with the point outside, and of the nearest with it inside
 };
 
-// Tests if a shadow ends at an edge that the point is inside of: beyond the edge's nearest place the map sees the
+// Tests whether a shadow ends at an edge that the point is inside of: beyond the edge's nearest place the map sees the
 // receiver.
 bool litBeyond(EdgeSegment e, float foot, EdgePoint p, ivec2 map_size) {
   vec2 place = e.a + foot * (e.b - e.a), away = place - p.texels, d = e.b - e.a;

@@ -10,8 +10,8 @@
 // An edge seen end-on has no sides.
 bool isDrawn(EdgeSegment e) { return e.flags != 0 && e.a != e.b; }
 
-// Tests if an edge, at a point of the map, lies behind everything that the map holds around the point. Next to the edge
-// the map holds the occluder itself, which may be nearer than its edge. But an edge that the light sees always has
+// Tests whether an edge, at a point of the map, lies behind everything that the map holds around the point. Next to the
+// edge the map holds the occluder itself, which may be nearer than its edge. But an edge that the light sees always has
 // something farther on one side.
 bool isHidden(sampler2DArray shadow_map, ivec2 map_size, EdgeSegment e, vec2 p, float z) {
   ivec2 middle = ivec2(floor(p));

@@ -14,8 +14,8 @@ bool facesLight(uint first_bit, uint t) {
   return (facing[bit >> 5] >> (bit & 31u) & 1u) != 0;
 }
 
-// Tests if a triangle counts. In mirrored instances the facing bits are inverted, so that they tell the winding in the
-// world; the outer side of a closed shell does not change.
+// Tests whether a triangle counts. In mirrored instances the facing bits are inverted, so that they tell the winding in
+// the world; the outer side of a closed shell does not change.
 bool counts(uint instance, bool faces) {
   return cameras[instance].shells == 0 || faces == (lights[instance].orientation > 0.0);
 }

@@ -34,7 +34,7 @@ float segmentDistance2(EdgeSegment e, vec2 p) {
   return d2;
 }
 
-// Tests if any part of the segment lies within a square whose sides are `reach` away from its center.
+// Tests whether any part of the segment lies within a square whose sides are `reach` away from its center.
 bool entersSquare(EdgeSegment e, vec2 center, float reach) {
   precise vec2 d = e.b - e.a, from = e.a - center, sum = from + (e.b - center);
   precise float line = from.x * d.y - from.y * d.x, most = reach * (abs(d.x) + abs(d.y));
@@ -53,7 +53,7 @@ float segmentDepth(EdgeSegment e, float t) {
   return z;
 }
 
-// Tests if a point lies in the triangle beside the segment, seen from the light; `z` is then the triangle's depth
+// Tests whether a point lies in the triangle beside the segment, seen from the light; `z` is then the triangle's depth
 // there.
 bool faceCovers(EdgeSegment e, vec2 p, out float z) {
   vec3 w = vec3(cross2(e.c - e.b, p - e.b), cross2(e.a - e.c, p - e.c), cross2(e.b - e.a, p - e.a));
@@ -62,7 +62,7 @@ bool faceCovers(EdgeSegment e, vec2 p, out float z) {
   return (e.flags & SEGMENT_FACE) != 0 && all(greaterThanEqual(w, vec3(0.0))) && area > 0.0;
 }
 
-// Tests if the walk from p to q crosses the segment; `t` is then the parameter along the walk. A vertex on the way
+// Tests whether the walk from p to q crosses the segment; `t` is then the parameter along the walk. A vertex on the way
 // counts for exactly one of the edges that share it.
 bool crosses(EdgeSegment e, vec2 p, vec2 q, out float t) {
   vec2 d = e.b - e.a, walk = q - p;

@@ -34,7 +34,7 @@ const float CREASE_COSINE = 0.8660254;
 // `n` and `m`. No shadow ends at such a ridge. In a valley one face may cast a shadow onto the other.
 bool isRidge(vec3 n, vec3 m, vec3 apart) { return dot(n, m) < CREASE_COSINE && dot(n - m, apart) < 0.0; }
 
-// Tests if a point at the offset `apart` lies on the plane through a point with the unit normal `n`: at most
+// Tests whether a point at the offset `apart` lies on the plane through a point with the unit normal `n`: at most
 // `tolerance` pixels off it per pixel of distance. The points are `pixels` apart in the image, where a pixel is `pixel`
 // wide.
 bool nearPlane(vec3 n, vec3 apart, float pixels, float pixel, float tolerance) {
@@ -49,14 +49,14 @@ const float FARTHEST_COSINE = 0.1;
 // each.
 const float CURVED = 0.43;
 
-// Tests if two successive turns of the normal, with the cosines `first` and `second`, belong to a curved surface and
-// not to a crease: the smaller angle is at least a third of the larger.
+// Tests whether two successive turns of the normal, with the cosines `first` and `second`, belong to a curved surface
+// and not to a crease: the smaller angle is at least a third of the larger.
 bool turnsEvenly(float first, float second) { return 9.0 * (1.0 - max(first, second)) >= 1.0 - min(first, second); }
 
-// Tests if two points may lie on one smooth surface. They are `apart` in space and `pixels` apart in the image, where a
-// pixel is `pixel` wide; their unit normals are `n` and `m`. The vector between two points of a plane, a cylinder, a
-// sphere or any paraboloid is perpendicular to the sum of their normals. The tolerated deviation corresponds to a point
-// `tolerance` pixels off the other's plane per pixel of distance.
+// Tests whether two points may lie on one smooth surface. They are `apart` in space and `pixels` apart in the image,
+// where a pixel is `pixel` wide; their unit normals are `n` and `m`. The vector between two points of a plane, a
+// cylinder, a sphere or any paraboloid is perpendicular to the sum of their normals. The tolerated deviation
+// corresponds to a point `tolerance` pixels off the other's plane per pixel of distance.
 bool onePatch(vec3 n, vec3 m, vec3 apart, float pixels, float pixel, float tolerance) {
   return dot(n, m) > FARTHEST_COSINE && abs(dot(n + m, apart)) <= 2.0 * tolerance * pixel * pixels;
 }

@@ -15,7 +15,7 @@
 //   p.z, which fails on any receiver that is not parallel to the map. `dz = 0` gives the listings' form.
 // * Listing 3 returns a vec2 and takes a vec2 d but reads its z; its loop variable is misspelt. Here these are a float
 //   and a vec3.
-// * checkDiscontinuity is not listed. It tests if the two texels have a discontinuity direction in common. Along a run
+// * checkDiscontinuity is not listed. It tests whether the two texels have a discontinuity direction in common. Along a run
 //   only the sides across it can be shared, so only those are tested (followShadowEdge).
 // * A run that reaches MAXDIST counts as stepped out, since its far end is not known.
 // * computeFragmentDistanceToSE and normalizeFragmentDistanceToSE are not listed. They follow the text and eq. 2 and 3

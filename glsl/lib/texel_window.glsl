@@ -93,7 +93,7 @@ void followBeyond(ShadowPoint p, ivec2 first, ivec2 size) {
   followBeyond(p, 3, windowRow(0), size.x, top, left & 1u, right & 1u, first, ivec2(1, 0));
 }
 
-// Tests if the stored continuation of a border texel is valid for a run that differs on the sides `across`.
+// Tests whether the stored continuation of a border texel is valid for a run that differs on the sides `across`.
 bool isShared(Beyond kept, bvec2 across) { return !any(across) || kept.across == across; }
 
 // Signed distance of listing 3 from the parts of a run: n within the window; or, if n is 0, `beyond` after `inside`

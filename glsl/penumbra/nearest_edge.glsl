@@ -91,8 +91,8 @@ float squaredShare(Nearest nearest) {
   return found && width > 0.0 ? nearest.squared / (width * width) : 3.0e38;
 }
 
-// Tests if a seed's point may lie on the place's surface, by both points alone. If the normal turns by more than at a
-// crease, the surface must be curved in between, which bendsEvenly tests.
+// Tests whether a seed's point may lie on the place's surface, by both points alone. If the normal turns by more than
+// at a crease, the surface must be curved in between, which bendsEvenly tests.
 bool onSurface(Place at, vec3 apart, vec3 normal, ivec2 pixel) {
   if (!PLANES) return sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
   // At least one pixel: a pixel's own edge lies somewhere on the way to the next pixel.
@@ -101,10 +101,10 @@ bool onSurface(Place at, vec3 apart, vec3 normal, ivec2 pixel) {
   return onePatch(at.p.normal, normal, apart, pixels, at.width, turned ? CURVED * push.tolerance : push.tolerance);
 }
 
-// Tests if the surface bends evenly between the place and the seed found, as curved surfaces do; at a crease the normal
-// turns within a pixel. While the normals at both ends differ by more than the angle of a crease, the way is halved.
-// Both halves must have a fair part of the turn; the half with the larger part is examined further. A middle point that
-// lies on the surface of neither end stands in front, and proves nothing.
+// Tests whether the surface bends evenly between the place and the seed found, as curved surfaces do; at a crease the
+// normal turns within a pixel. While the normals at both ends differ by more than the angle of a crease, the way is
+// halved. Both halves must have a fair part of the turn; the half with the larger part is examined further. A middle
+// point that lies on the surface of neither end stands in front, and proves nothing.
 bool bendsEvenly(Place at, Nearest nearest) {
   bool found = nearest.label != NO_SEED;
   ivec2 a = at.pixel, b = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
@@ -157,7 +157,7 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
 void consider(uint candidate, Place at, inout Nearest nearest) { consider(candidate, at, false, nearest); }
 
 // Considers the labels of the four pixels `distance` away along both axes, past anything that stands in front. Repeats
-// this for `rings` rings, each twice as far.
+// this in `rings` rings, each twice as far as the one before.
 void considerAside(usampler2D labels, int distance, int rings, Place at, inout Nearest nearest) {
   for (int i = 0; i < 4 * rings; ++i) {
     int away = ((i & 1) == 0 ? -distance : distance) << (i >> 2);

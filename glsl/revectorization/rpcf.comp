@@ -23,7 +23,8 @@ layout(constant_id = 5) const bool BOUNDED = false;
 
 layout(binding = 6) uniform sampler2D blocks; // depth_bounds.comp; read only if BOUNDED
 
-// Tests if all texels of the kernel and its ring agree, and those of one more row and column, which make the size even.
+// Tests whether all texels of the kernel and its ring agree, and those of one more row and column, which make the size
+// even.
 bool isUniform(ShadowPoint p, out float v) {
   ivec2 first = p.texel - WIDTH / 2 - 1;
   uint all_ones = 15u, any_ones = 0u;

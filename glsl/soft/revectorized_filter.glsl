@@ -29,7 +29,7 @@ float edgeVisibility(vec3 d, vec4 t, vec2 fraction) {
   return STAR ? computeRBSMStarVisibility(d, nrd) : computeRBSMVisibility(d, nrd, true);
 }
 
-// Tests if a texel's edge must be followed. Listing 4 changes no shadowed texel.
+// Tests whether a texel's edge must be followed. Listing 4 changes no shadowed texel.
 bool hasEdge(float s, vec3 d) { return (STAR || s == 1.0) && (d.x > 0.0 || d.y > 0.0); }
 
 // The point moved into the texel of a tap; also returns the tests there.

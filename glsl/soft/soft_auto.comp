@@ -82,8 +82,8 @@ float widthOnScreen(ivec2 pixel, SoftReceiver r, AreaLight a, vec2 half_texels) 
   return pixels;
 }
 
-// Tests if any of the point's texel and its eight neighbours is part of a thin bar or gap: the texels on both sides of
-// it, along either axis, differ from it.
+// Tests whether any of the point's texel and its eight neighbours is part of a thin bar or gap: the texels on both
+// sides of it, along either axis, differ from it.
 bool isThin(ShadowPoint p) {
   // Tests of 6 x 6 texels as bits, starting two texels before the point's texel.
   uint rows[6];
