@@ -1,7 +1,7 @@
 // Dispatches of a pass that decides most pixels cheaply and works longer on the others. AT_ONCE does both in one
 // dispatch. LIST decides the cheap pixels and lists the others; LISTED then works on the list, so that every thread has
 // work. The image is the same. MEASURED is LISTED for a list whose pixels another pass has measured already.
-// The shader's main finds the visibility of a pixel and leaves the walk over pixels to the functions below.
+// The shader's main walks over the pixels with the functions below.
 // Include after common/receiver.glsl.
 #ifndef EDGESHADE_PIXEL_STEPS
 #define EDGESHADE_PIXEL_STEPS
@@ -23,7 +23,7 @@ layout(binding = 5, scalar) buffer PixelList {
 shared uint open;
 shared uint first;
 
-// Tells the dispatches that work on the list.
+// Returns true in the dispatches that work on the list.
 bool readsList() { return STEP == LISTED || STEP == MEASURED; }
 
 // Index in the list of the thread's first pixel, and the step to its next one.

@@ -11,12 +11,12 @@
 // Departures from the listings:
 // * Texels are addressed by index. The listings add the texel's size to a float coordinate, which crosses a texel's
 //   border after many steps.
-// * A test at another texel compares with the receiver's plane at that texel's centre (`dz`). The listings keep np.z =
-//   p.z, which fails on any receiver that is not parallel to the map. `dz = 0` gives the listings' form.
+// * A test at another texel compares with the receiver's plane at that texel's centre (`dz`). The listings keep
+//   np.z = p.z, which fails on any receiver that is not parallel to the map. `dz = 0` gives the listings' form.
 // * Listing 3 returns a vec2 and takes a vec2 d but reads its z; its loop variable is misspelt. Here these are a float
 //   and a vec3.
-// * checkDiscontinuity is not listed. It tests whether the two texels have a discontinuity direction in common. Along a run
-//   only the sides across it can be shared, so only those are tested (followShadowEdge).
+// * checkDiscontinuity is not listed. It tests whether the two texels have a discontinuity direction in common. Along a
+//   run only the sides across it can be shared, so only those are tested (followShadowEdge).
 // * A run that reaches MAXDIST counts as stepped out, since its far end is not known.
 // * computeFragmentDistanceToSE and normalizeFragmentDistanceToSE are not listed. They follow the text and eq. 2 and 3
 //   of "Revectorization-Based Soft Shadow Mapping", with max(d_t, d_b) in the second component of eq. 3 instead of
@@ -171,8 +171,9 @@ vec4 traverseAll(ShadowPoint p, vec3 d) {
 
 vec4 computeFragmentDistanceToSE(ShadowPoint p, vec3 d) { return fragmentDistance(traverseAll(p, d), p.fraction); }
 
-// x, y: position along the edge, from 0 at the end that was found to 1 at the other. With two ends it runs from the
-// nearer to the farther one. z, w: 1 if both ends of the axis were found, 0 if one was, -1 if none.
+// x, y: position along the edge, from 0 at the end that was found to 1 at the other. With two ends it is the distance
+// from the farther one: half in the middle, 1 at either end.
+// z, w: 1 if both ends of the axis were found, 0 if one was, -1 if none.
 vec4 normalizeFragmentDistanceToSE(vec4 rd) {
   precise vec4 nrd;
   nrd.xy = max(rd.xz, rd.yw) / (abs(rd.xz) + abs(rd.yw));

@@ -1,8 +1,8 @@
 // RBSM with one branch for every scenario, its form before [JCGT] replaced scenarios by shapes. Benchmarks compare
 // lib/rbsm.glsl with it. The results are the same, bit for bit. Include like lib/rbsm.glsl.
 //
-// A scenario is the set of edge ends that the traversals found. For the L shape it also includes the axis of the edge,
-// and in filtering the fragment's own test, except for the I shape, which keeps the test.
+// A scenario is the set of edge ends that the traversals found. For the L shape, the axis of the edge belongs to it
+// too. In filtering, so does the fragment's own test, except for the I shape, which keeps the test.
 //
 //                        I   O   U    L
 //   silhouette recovery  1   1   2    8   U: the axis; L: the end found on each axis, and the axis of the edge
