@@ -1,5 +1,5 @@
 #version 460
-// The caller's depth into a target of ours, value by value.
+// Copies the caller's depth into the library's own target, bit by bit.
 
 layout(binding = 0) uniform sampler2D camera_depth;
 

@@ -1,6 +1,6 @@
 #version 460
-// A map of edge ids as a picture: the nearest edge of each cell, a colour for each id, near bright; black where there
-// is none.
+// Picture of a map of edge ids: the nearest edge of each cell in a colour of its id, brighter the nearer it is; black
+// without an edge.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
@@ -8,26 +8,26 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 0, scalar) readonly buffer Keys { uvec2 keys[]; }; // of edge_map.glsl: segment, squared distance
+layout(binding = 0, scalar) readonly buffer Keys { uvec2 keys[]; }; // from edge_map.glsl: segment, squared distance
 layout(binding = 1) writeonly uniform image2D picture;
 
 layout(push_constant, scalar) uniform Push {
   ivec2 map_size;
-  uint slots;  // a cell
-  float reach; // texels beyond a cell from which it knows edges
+  uint slots;  // per cell
+  float reach; // distance in texels up to which a cell holds edges
 } push;
 
 const uint EMPTY = 0xFFFFFFFFu;
 const float FARTHEST = 0.3; // brightness of an edge that only touches the cell's corner
 
-// A bijection that leaves no bit where it was.
+// A bijection that spreads every bit of its input.
 uint scatter(uint x) {
   x = (x ^ x >> 16) * 0x7FEB352Du;
   x = (x ^ x >> 15) * 0x846CA68Bu;
   return x ^ x >> 16;
 }
 
-// The brightest channel is 1, none is below a quarter.
+// The brightest channel is 1, and none is below a quarter.
 vec3 colorOf(uint id) {
   uint h = scatter(id);
   vec3 c = 85.0 + vec3(h & 255u, h >> 8 & 255u, h >> 16 & 255u);

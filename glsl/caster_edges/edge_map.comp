@@ -1,6 +1,6 @@
 #version 460
-// Writes silhouette edges into a map of edge ids by compute: 16 threads walk along an edge, a column of cells at a time.
-// caster_edges/edge_map.vert, .frag do the same by quads; both make the same map.
+// Writes silhouette edges into a map of edge ids by compute: 16 threads walk along an edge, one column of cells at a
+// time. caster_edges/edge_map.vert and edge_map.frag make the same map by drawing quads.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "casters.glsl"
@@ -13,16 +13,17 @@ layout(binding = 6, scalar) readonly buffer Header { SilhouetteHeader header; };
 
 layout(push_constant, scalar) uniform Push {
   ivec2 map_size;
-  float reach; // texels before an edge's end or side at which a cell learns of it; 0: where it is entered
+  float reach; // cells hold edges up to this many texels away; 0: edges that enter them
 } push;
 
-const uint WALKERS = 16; // an edge
+const uint WALKERS = 16; // threads per edge
 
 void walk(uint index, uint walker) {
   EdgeSegment e = segments[index];
   if ((e.flags & SEGMENT_VALID) == 0) return;
   vec2 d = e.b - e.a;
-  // Along the longer axis; across it a square's corners are off the line by at most 1 + slope of its half side.
+  // The walk follows the longer axis. Across it, the corners of a square are at most (1 + slope) half sides away from
+  // the line.
   bool steep = abs(d.y) > abs(d.x);
   vec2 a = steep ? e.a.yx : e.a, b = steep ? e.b.yx : e.b;
   float half_side = 0.5 + push.reach, slope = a.x != b.x ? (b.y - a.y) / (b.x - a.x) : 0.0;

@@ -1,7 +1,8 @@
-// Edge ids in a map: its cells are the squares between four texel centres, cell (i, j) centred at (i, j), in texels. What a
-// point can learn from edges on its way to the corners, the edges of its one cell tell. Each cell keeps the edges that enter
-// it, the K nearest to its centre by 64-bit keys: the high word is the squared distance, whose bits order like integers; the
-// low word the segment. An empty slot is greater than every key.
+// Map of edge ids. Its cells are the squares between four texel centres; cell (i, j) is centred at (i, j), in texels.
+// The edges of a point's cell are all the edges that the point can meet on its way to the cell's corners. Each cell
+// keeps the edges that enter it. The K nearest to its centre have slots, ordered by 64-bit keys: the high word is the
+// squared distance, whose float bits order like integers, the low word the segment. An empty slot is greater than every
+// key.
 #ifndef EDGESHADE_EDGE_MAP
 #define EDGESHADE_EDGE_MAP
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -10,10 +11,10 @@
 #include "edge_cells.glsl"
 #include "lib/bias.glsl"
 
-layout(constant_id = 0) const int K = 2;       // slots a cell
-layout(constant_id = 1) const bool KILL = true; // leave out edges that lie behind everything around a cell
-layout(constant_id = 2) const int SPILL = 0;    // edges a cell may have beyond its slots
-layout(constant_id = 3) const bool SPLIT = false; // the slots are more than a buffer holds: a second one has the lower half
+layout(constant_id = 0) const int K = 2;       // slots per cell
+layout(constant_id = 1) const bool KILL = true; // leave out edges that lie behind everything around the cell
+layout(constant_id = 2) const int SPILL = 0;    // largest number of edges of a cell beyond its slots
+layout(constant_id = 3) const bool SPLIT = false; // the slots exceed one buffer; a second one holds the lower half
 
 const uint64_t EMPTY = 0xFFFFFFFFFFFFFFFFul;
 
@@ -21,14 +22,14 @@ layout(binding = 0) uniform sampler2DArray shadow_map;
 layout(binding = 1, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(binding = 2, scalar) buffer Keys { uint64_t keys[]; };
 layout(binding = 3, scalar) buffer Spill {
-  uint lost;  // edges that found no place
-  uint count; // entries asked for
+  uint lost;  // number of edges that found no place
+  uint count; // number of entries requested
   SpilledEdge entries[];
 } spill;
-layout(binding = 4, scalar) buffer Heads { uvec2 heads[]; }; // first entry of a cell, and how many it asked for, less one
+layout(binding = 4, scalar) buffer Heads { uvec2 heads[]; }; // first entry of a cell; number of entries it requested, minus one
 layout(binding = 5, scalar) buffer LowerKeys { uint64_t lower_keys[]; };
 
-// Farthest depth of a cell's four texels and of the twelve around them; beyond the map 1.
+// Farthest depth of a cell's four texels and of the twelve around them; 1 outside the map.
 float farthestAround(ivec2 cell, vec2 map_size) {
   float z = 0.0;
   for (int i = 0; i < 4; ++i) {
@@ -39,13 +40,13 @@ float farthestAround(ivec2 cell, vec2 map_size) {
   return z;
 }
 
-// An edge that is seen from the light has something farther beside it.
+// Tests whether the light cannot see an edge near a cell. An edge that the light sees has something farther beside it.
 bool isHidden(EdgeSegment e, ivec2 cell, vec2 map_size) {
   float t = segmentFoot(e, vec2(cell));
   return segmentDepth(e, t) > farthestAround(cell, map_size) + 2.0 * DEPTH_ULPS;
 }
 
-// A cell's other edges hang on a chain, in no order: whoever reads it asks all of them.
+// Adds an edge without a slot to the cell's chain. Chains have no order; readers visit every entry.
 void spillEdge(uint segment, uint cell) {
   uint entry = 0xFFFFFFFFu;
   if (SPILL > 0 && atomicAdd(heads[cell].y, 1) + 1 < uint(SPILL)) entry = atomicAdd(spill.count, 1);
@@ -56,8 +57,8 @@ void spillEdge(uint segment, uint cell) {
   spill.entries[entry] = SpilledEdge(segment, atomicExchange(heads[cell].x, entry));
 }
 
-// Puts an edge into a cell's list if it enters the cell, or comes as near as `reach`. Slots are only ever lowered, and what
-// is displaced moves on to the next: whatever the order of the insertions, the slots end with the K smallest keys.
+// Inserts an edge into a cell if the edge enters the cell or comes within `reach` of it. Slots only decrease, and a
+// displaced key moves on to the next slot. So the slots end with the K smallest keys, whatever the order of insertions.
 void insertEdge(uint index, EdgeSegment e, ivec2 cell, ivec2 map_size, float reach) {
   if (!isCell(cell, map_size) || !entersSquare(e, vec2(cell), 0.5 + reach)) return;
   float d2 = segmentDistance2(e, vec2(cell));

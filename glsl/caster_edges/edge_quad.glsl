@@ -1,12 +1,14 @@
-// A rectangle around an edge of the shadow map, pulled by the number of the vertex: 6 an edge.
+// A rectangle around an edge of the shadow map, without vertex buffers: the vertex index selects edge and corner, 6
+// vertices per edge.
+// Include after map_edge.glsl.
 #ifndef EDGESHADE_EDGE_QUAD
 #define EDGESHADE_EDGE_QUAD
-#include "map_edge.glsl"
 
 layout(binding = 0, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(location = 0) flat out uint edge_index;
 
-// `half_width` texels to both sides and beyond both ends; `shift` moves the map's texels on the target.
+// The rectangle reaches `half_width` texels to both sides and beyond both ends. `shift` moves the map's texels on the
+// target.
 void edgeQuad(float half_width, vec2 shift, vec2 map_size) {
   const ivec2 corners[6] = ivec2[](ivec2(0, 0), ivec2(0, 1), ivec2(1, 1), ivec2(0, 0), ivec2(1, 1), ivec2(1, 0));
   edge_index = gl_VertexIndex / 6;

@@ -1,17 +1,18 @@
-// Edges with identities: the anchored crossing rule. A point's four surrounding texel centres, the corners of its cell in
-// the map of edges (edge_map.glsl), are anchors whose light is known from the depth map. Along a walk that crosses no
-// silhouette edge visibility cannot change: the point inherits that of every anchor it can reach so. Where edges cut it off from all four, the edges themselves are the evidence. A
-// surface that goes into the receiver ends a shadow without an edge: there the triangles beside the edges tell.
+// Hard shadows from edges with identities, by the anchored crossing rule. The anchors of a point are the four texel
+// centres around it, the corners of its cell in the map of edges (edge_map.glsl); the depth map gives their visibility.
+// Along a walk that crosses no silhouette edge visibility cannot change, so the point takes over the visibility of
+// every anchor that it can reach this way. If edges separate it from all four, the edges themselves are the evidence.
+// Where a surface enters the receiver, a shadow ends without an edge; the triangles beside the edges decide there.
 #ifndef EDGESHADE_EDGE_RULE
 #define EDGESHADE_EDGE_RULE
 #include "lib/edge_segment.glsl"
 #include "lib/shadow_test.glsl"
 #include "edge_cells.glsl"
 
-layout(constant_id = 0) const int K = 2;               // slots a cell
-layout(constant_id = 5) const bool SPLIT = false;      // the slots of the map's lower half are in a buffer of their own
-layout(constant_id = 6) const bool SOFT = false;       // borders are asked for
-layout(constant_id = 1) const bool MIXED_ONLY = false; // ask the edges only where the four anchors disagree
+layout(constant_id = 0) const int K = 2;               // slots per cell
+layout(constant_id = 5) const bool SPLIT = false;      // a second buffer holds the slots of the map's lower half
+layout(constant_id = 6) const bool SOFT = false;       // also compute the distance to the border
+layout(constant_id = 1) const bool MIXED_ONLY = false; // use the edges only where the four anchors disagree
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6, scalar) readonly buffer Keys { uvec2 keys[]; }; // segment, squared distance
@@ -25,31 +26,33 @@ layout(binding = 8, scalar) readonly buffer Spill {
 layout(binding = 9, scalar) readonly buffer Heads { uvec2 heads[]; };
 
 const uint EMPTY = 0xFFFFFFFFu;
-// Rasterisation snaps vertices to 1/256 of a texel: this close to an edge an anchor's depth may be the other side's.
+// Rasterisation snaps vertices to 1/256 of a texel. An anchor this close to an edge may hold the depth of the other
+// side.
 const float SNAPPED = 1.0 / 128.0;
-// How the point was decided, for viewing.
+// The way in which a point was decided, for pictures.
 const float BY_ANCHORS = 0.0, BY_EVIDENCE = 1.0, BY_CONTACT = 2.0, BY_NEAREST = 3.0, BY_FACE = 4.0;
-// Tolerances before the receiver up to which a face is followed beyond its triangle: with more it has ended on the way.
+// A face is extended beyond its triangle while it lies at most this many tolerances before the receiver. A face farther
+// before it has ended on the way.
 const float FOLLOWED = 32.0;
-// Texels beyond an edge at which the map tells whether light is there: more than half a diagonal.
+// Distance beyond an edge, texels, at which the map tells whether light arrives; more than half a texel's diagonal.
 const float BEYOND = 0.75;
 
 struct EdgePoint {
   vec2 texels;     // place in the map, texels
   float depth;
-  vec2 plane;      // depth over a texel, along the receiver
-  float tolerance; // depth within which an edge may lie on the receiver itself
+  vec2 plane;      // change of the receiver plane's depth per texel
+  float tolerance; // an edge this close to the receiver's depth may lie on the receiver
   float bias;      // taken off the receiver's depth at an anchor
-  float slack;     // depth a texel of distance that a curved receiver may lie before its plane
-  float steepest;  // depth a texel of distance beyond which an occluder's surface is not followed
+  float slack;     // depth per texel of distance by which a curved receiver may lie before its plane
+  float steepest;  // slope, in depth per texel, beyond which an occluder's surface is not followed
 };
 
 struct Anchors {
   ivec2 first;  // texel of the first anchor
-  bvec4 usable; // (0, 0), (1, 0), (0, 1), (1, 1)
+  bvec4 usable; // order: (0, 0), (1, 0), (0, 1), (1, 1)
   bvec4 lit;
-  bvec4 sure;   // lit without the help of bias, or dark in spite of it
-  vec4 stored;  // depth
+  bvec4 sure;   // lit even without the bias, or dark in spite of it
+  vec4 stored;  // stored depth
 };
 
 ivec2 anchorTexel(ivec2 first, int k) { return first + ivec2(k & 1, k >> 1); }
@@ -70,7 +73,7 @@ float planeDepth(EdgePoint p, vec2 at) {
   return z;
 }
 
-// The receiver's depth at an anchor, as far towards the light as it may lie.
+// Depth of the receiver at an anchor, as near to the light as it may lie.
 float referenceDepth(EdgePoint p, vec2 at) { return planeDepth(p, at) - p.bias - p.slack * distance(at, p.texels); }
 
 Anchors anchorsOf(EdgePoint p, ivec2 map_size) {
@@ -97,23 +100,24 @@ int countOf(bvec4 b) { return int(b.x) + int(b.y) + int(b.z) + int(b.w); }
 
 bool isUnanimous(Anchors a) { return all(a.lit) || !any(a.lit); }
 
-// What the edges around a point have said so far.
+// Findings about the edges around a point so far.
 struct Evidence {
   bvec4 open;          // anchors that the point can reach
-  bvec4 likely;        // and those that only hidden edges cut it off from
-  bvec4 settled;       // anchors that no edge touches
-  ivec4 layers;        // of casters before the receiver, at the point less at each anchor, by the edges in between
-  vec4 first_crossing; // on the way to each anchor
-  bvec4 from_inside;   // whether that was from the occluder's side
-  bvec4 under_first;   // and the occluder's face, followed, lies before the point
+  bvec4 likely;        // those, and anchors that only hidden edges separate from it
+  bvec4 settled;       // anchors that no edge passes too closely
+  ivec4 layers;        // layers of casters before the receiver: at the point minus at each anchor, by the edges between
+  vec4 first_crossing; // parameter of the first crossing on the walk to each anchor
+  bvec4 from_inside;   // the point is on the occluder's side of that edge
+  bvec4 under_first;   // the extended face beside that edge lies before the point
   float nearest;       // squared distance of the nearest edge before the receiver
-  float nearest_line;  // distance from its line
-  bool under_nearest;  // the point is inside of it, and its face, followed, lies before the point
+  float nearest_line;  // signed distance from its line
+  bool under_nearest;  // the point is inside this edge, and its extended face lies before the point
   bool covered;        // the triangle beside an edge lies before the point
-  vec2 of_side;        // squared distances of the nearest edge that the point lies outside of, and inside
+  vec2 of_side;        // squared distances of the nearest edge with the point outside, and of the nearest with it inside
 };
 
-// Whether a shadow ends at an edge that a point is inside of: beyond its nearest place the map sees the receiver.
+// Tests whether a shadow ends at an edge that the point is inside of: beyond the edge's nearest place the map sees the
+// receiver.
 bool litBeyond(EdgeSegment e, float foot, EdgePoint p, ivec2 map_size) {
   vec2 place = e.a + foot * (e.b - e.a), away = place - p.texels, d = e.b - e.a;
   float far = length(away);
@@ -125,8 +129,8 @@ bool litBeyond(EdgeSegment e, float foot, EdgePoint p, ivec2 map_size) {
 
 void consider(EdgeSegment e, EdgePoint p, Anchors a, ivec2 map_size, inout Evidence v) {
   float foot = segmentFoot(e, p.texels);
-  // Behind the receiver nothing can shadow it. On it, an edge is the receiver's own, or that of what stands on it: it
-  // parts anchors, but proves no shadow.
+  // Only an edge before the receiver can shadow it. An edge on the receiver is the receiver's own, or belongs to an
+  // object that stands on it: it separates anchors, but proves no shadow.
   bool casts = planeDepth(p, e.a + foot * (e.b - e.a)) - segmentDepth(e, foot) > p.tolerance;
   float line = lineDistance(e, p.texels), d2 = segmentDistance2(e, p.texels), face;
   bool in_face = faceCovers(e, p.texels, face);
@@ -134,8 +138,8 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, ivec2 map_size, inout Evide
   if (in_face && before > p.tolerance) v.covered = true;
   bool under = line > 0.0 && (e.flags & SEGMENT_FACE) != 0 && before > p.tolerance && before < FOLLOWED * p.tolerance;
   if (casts) {
-    // Of two edges at their common vertex, the one whose line is farther tells the side; of two in one place that which has
-    // the point inside. In whatever order they come.
+    // If two edges share the nearest vertex, the one whose line is farther decides the side. If two edges lie in the
+    // same place, the one with the point inside decides. So their order does not matter.
     bool farther_line = abs(line) > abs(v.nearest_line) || abs(line) == abs(v.nearest_line) && line > 0.0;
     if (d2 < v.nearest || d2 == v.nearest && farther_line) {
       v.nearest = d2;
@@ -154,8 +158,8 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, ivec2 map_size, inout Evide
     vec2 x = p.texels + s * (c - p.texels);
     float depth = segmentDepth(e, segmentFoot(e, x)), above = planeDepth(p, x) - depth;
     crossed = crossed && above >= -p.tolerance;
-    // An edge that lies far behind what the anchor sees is hidden there: crossing it changes nothing, or if it lies before the
-    // receiver, changes nothing in all likelihood.
+    // An edge far behind the surface that the anchor sees is hidden there, so crossing it changes nothing. If it lies
+    // before the receiver, this is only likely.
     bool hidden = !a.lit[k] && depth - a.stored[k] > p.steepest * distance(x, c) + p.tolerance;
     if (crossed && !(hidden && above <= p.tolerance)) v.open[k] = false;
     if (crossed && !hidden) v.likely[k] = false;
@@ -170,7 +174,8 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, ivec2 map_size, inout Evide
   }
 }
 
-// Depth of the surface that an anchor sees, continued to another place: along each axis by the step from the texel beyond.
+// Depth of the surface that an anchor sees, extrapolated to another place by the step from the texel beyond, along each
+// axis.
 float continuedDepth(ivec2 first, int k, vec2 at, ivec2 map_size) {
   ivec2 t = anchorTexel(first, k), out_x = ivec2((k & 1) * 2 - 1, 0), out_y = ivec2(0, (k >> 1) * 2 - 1);
   float z = shadowMapDepth(shadow_map, t, 0, map_size);
@@ -179,8 +184,9 @@ float continuedDepth(ivec2 first, int k, vec2 at, ivec2 map_size) {
   return z + dot(slope, at - anchorCenter(first, k));
 }
 
-// Anchors that the point can reach disagree: a border that is no edge. Where a surface goes into the receiver, its depth,
-// continued, tells where: `contact`. Otherwise the nearest anchor, as on any shadow map.
+// Decides between reachable anchors that disagree: the border between them is not an edge. Where a surface enters the
+// receiver, its extrapolated depth locates the border; `contact` is then true. Otherwise the nearest anchor decides, as
+// on any shadow map.
 bool litByAnchors(EdgePoint p, Anchors a, bvec4 open, ivec2 map_size, out bool contact) {
   float nearest_lit = 3.0e38, nearest_dark = 3.0e38;
   int lit = 0, dark = 0;
@@ -202,7 +208,8 @@ bool litByAnchors(EdgePoint p, Anchors a, bvec4 open, ivec2 map_size, out bool c
   return continuedDepth(a.first, dark, p.texels, map_size) >= p.depth - p.tolerance;
 }
 
-// Visibility by the edges around the point; `border` the distance in texels from the edge that decides, positive in shadow.
+// Visibility by the edges around the point. `border` is the distance in texels from the deciding edge, positive in
+// shadow.
 bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out float how) {
   Evidence v;
   v.open = v.likely = v.settled = a.usable;
@@ -229,7 +236,7 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
   bvec4 surely = both(v.open, a.sure);
   bool some_lit = any(both(v.open, a.lit)), some_dark = any(both(v.open, not(a.lit)));
   bool inside = v.nearest_line > 0.0 || any(v.from_inside);
-  // Before what an anchor in the light sees there is nothing: what is there at the point has come on the way.
+  // Nothing lies before the surface that a lit anchor sees, so the point got these layers on the way.
   bool layered = any(both(both(v.settled, both(a.sure, a.lit)), greaterThan(v.layers, ivec4(0))));
   int leading_under = countOf(v.under_first) + (v.under_nearest ? 1 : 0);
   bool lit;
@@ -237,7 +244,7 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
     how = BY_FACE;
     lit = false;
   } else if (some_dark && !some_lit || !some_dark && any(both(surely, a.lit))) {
-    // Edges that lead under a face against anchors in the light: a surface between them that goes into the receiver.
+    // If more edges lead under a face than reachable anchors are lit, a surface between them enters the receiver.
     how = BY_ANCHORS;
     lit = some_lit && leading_under <= countOf(both(v.open, a.lit));
   } else if (some_dark) {
@@ -245,8 +252,8 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
     lit = litByAnchors(p, a, v.open, map_size, contact);
     how = contact ? BY_CONTACT : BY_NEAREST;
   } else {
-    // Inside an edge there is always surface of the occluder; being outside of one edge proves nothing. Anchors that only
-    // the bias lights prove nothing either.
+    // Inside an edge there is always a surface of the occluder. Being outside one edge proves nothing, and neither do
+    // anchors that are lit only because of the bias.
     how = BY_EVIDENCE;
     lit = !inside && !layered && (some_lit || !any(both(v.likely, not(a.lit))));
   }

@@ -1,6 +1,6 @@
 #version 460
-// Silhouette edges as segments in the shadow map's plane: projected like the map's own vertices, cut where they leave the map
-// or pass the light, before the division, so that no point behind the light is ever divided.
+// Projects silhouette edges to segments in the shadow map's plane, like the map's own vertices. It clips them at the
+// map and at the light before the division, so that no point behind the light is ever divided.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
 #include "silhouettes.glsl"
@@ -19,9 +19,9 @@ layout(binding = 5, scalar) readonly buffer Triangles { uvec3 triangles[]; };
 layout(push_constant, scalar) uniform Push {
   vec2 map_size;  // texels
   float margin;   // texels around the map that segments may reach into
-  float nearest;  // w of the nearest point that is kept
-  float mirrored; // -1 where the light's projection mirrors its image
-  uint stride;    // floats from a vertex to the next
+  float nearest;  // smallest w that is kept
+  float mirrored; // -1 if the light's projection mirrors its image
+  uint stride;    // floats from one vertex to the next
 } push;
 
 vec4 clipOf(uint v, mat4 m) {
@@ -30,7 +30,7 @@ vec4 clipOf(uint v, mat4 m) {
   return q;
 }
 
-// Keeps of a..b, as t in [range.x, range.y], what lies where a plane's value is not negative.
+// Clips the range of t along a..b to where a plane's value is not negative.
 void cut(float a, float b, inout vec2 range) {
   if (a < 0.0) range.x = max(range.x, b > a ? a / (a - b) : 2.0);
   if (b < 0.0) range.y = min(range.y, a > b ? a / (a - b) : -1.0);
@@ -48,7 +48,7 @@ void main() {
   if (i >= header.count) return;
   SilhouetteEdge s = silhouettes[i];
   mat4 m = lights[s.instance].clip_from_object;
-  // A silhouette has its occluder on the right of a -> b, y down; a segment on the left.
+  // A silhouette edge has its occluder to the right of a -> b, with y down; a segment has it to the left.
   bool swapped = push.mirrored > 0.0;
   vec4 a = clipOf(swapped ? s.b : s.a, m), b = clipOf(swapped ? s.a : s.b, m);
   vec2 range = vec2(0.0, 1.0), reach = 1.0 + 2.0 * push.margin / push.map_size;
@@ -70,7 +70,7 @@ void main() {
     precise vec4 to = range.y < 1.0 ? a + range.y * (b - a) : b;
     endAt(from, e.a, e.za);
     endAt(to, e.b, e.zb);
-    // Not a number where a vertex or a transform is absurd.
+    // This also rejects the NaN of absurd vertices or transforms.
     if (!(dot(e.a, e.a) < 1e12 && dot(e.b, e.b) < 1e12)) e.flags = 0;
     uvec3 t = triangles[s.face];
     uint third = t.x != s.a && t.x != s.b ? t.x : t.y != s.a && t.y != s.b ? t.y : t.z;

@@ -1,15 +1,17 @@
 #version 460
-// Edge distance shadow mapping: between texels of which some are lit, the interpolated distance to the edge decides.
+// Edge distance shadow mapping: between texels with different tests, the interpolated distance to the edge decides.
 // Kenzel, "Edge Distance Shadow Mapping" (2013), section 3.3; soft borders by kernels as in section 6.1.
-// Departures: texels are tested on the receiver's plane; the distance is interpolated in single precision, not by a
-// sampler's 8 bits; where no edge is known (receiver and occluder meet, or the occluder has holes by its texture), the nearest
-// texel decides.
+// Departures: texels are tested on the receiver's plane. The distance is interpolated in single precision instead of a
+// sampler's 8 bits. Where no edge is known, the nearest texel decides: where receiver and occluder meet, or where the
+// occluder's texture has holes.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "edsm_border.glsl"
 
-layout(constant_id = 1) const bool PICTURE = false; // distances over the visibility, to look at
-layout(constant_id = 2) const uint BORDER_BITS = 0; // half width of the border as a float, texels; 0: hard
+layout(constant_id = 1) const bool PICTURE = false; // draw the distances over the visibility
+layout(constant_id = 2) const uint BORDER_BITS = 0; // half width of the border, texels, as the bits of a float; 0: hard
 layout(constant_id = 3) const int KERNEL = BOX;
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -17,7 +19,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 4) writeonly uniform image2D visibility;
 layout(binding = 5) uniform sampler2D distances;
 
-// Texels without an edge, and those beyond the map, hold 0.
+// Texels without an edge, and those outside the map, hold 0.
 float distanceOf(ivec2 texel) {
   bool inside = all(greaterThanEqual(texel, ivec2(0))) && all(lessThan(texel, ivec2(view.map_size)));
   return inside ? texelFetch(distances, texel, 0).x : 0.0;
@@ -33,8 +35,8 @@ float lit(ShadowPoint p, out float d) {
   float half_border = uintBitsToFloat(BORDER_BITS);
   bool none = four == vec4(0.0), uniform_tests = tests == 0u || tests == 15u;
   if (half_border > 0.0 && !none) {
-    // What no edge comes near lies beyond the border: on the side of its own test, or, where all tests agree, on that of the
-    // others.
+    // A texel that no edge comes near lies beyond the border: on the side of its own test or, if all tests agree, on
+    // the side of the other distances.
     float sum = four.x + four.y + four.z + four.w;
     for (int i = 0; i < 4; ++i) {
       bool outside = uniform_tests ? sum < 0.0 : (tests >> i & 1u) != 0u;
@@ -50,8 +52,8 @@ float lit(ShadowPoint p, out float d) {
   }
   if (half_border == 0.0) return uniform_tests ? float(tests & 1u) : d > 0.0 ? 0.0 : 1.0;
   if (uniform_tests) {
-    // Where all tests agree, the edge need not be a shadow's: it may be the receiver's own, or lie within the shadow of
-    // something else. A shadow's has the other verdict beyond it.
+    // If all tests agree, the edge need not be a shadow's: it may be the receiver's own, or lie within the shadow of
+    // something else. Beyond the edge of a shadow, the test has the other result.
     precise vec2 inwards = vec2(mix(four.y - four.x, four.w - four.z, q.y), mix(four.z - four.x, four.w - four.y, q.x));
     float l = length(inwards);
     precise vec2 beyond = vec2(p.texel) + p.fraction - inwards / l * (d + (d > 0.0 ? 0.75 : -0.75));
@@ -61,7 +63,7 @@ float lit(ShadowPoint p, out float d) {
   return borderVisibility(d / half_border, KERNEL);
 }
 
-// Outside blue, inside red, paler with the distance, a dark line every half texel.
+// Outside blue, inside red, paler with the distance; a dark line every half texel.
 vec3 picture(float d, float v) {
   vec3 grey = mix(vec3(0.15), vec3(0.85), v);
   if (d == 0.0) return grey;

@@ -1,8 +1,9 @@
 #version 460
-// Edge distance shadow maps with edge identities: hard shadows that follow the casters' own edges, at any size of the map.
-// After Kenzel 2013 [EDSM], which keeps a distance a texel; here a cell between texels names the edges that enter it, which
-// are then evaluated exactly. See edge_rule.glsl.
+// Edge distance shadow maps with edge identities: hard shadows that follow the casters' own edges, at any size of the
+// map. Kenzel (2013) [EDSM] keeps one distance per texel. Here a cell between texels names the edges that enter it, and
+// these are evaluated exactly; see edge_rule.glsl.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
 #include "common/map_receiver.glsl"
 #include "edge_rule.glsl"
 #include "edsm_border.glsl"
@@ -14,13 +15,14 @@ layout(constant_id = 3) const bool VIEWED = false;
 layout(binding = 11) writeonly uniform image2D decisions;
 
 layout(push_constant, scalar) uniform Push {
-  float edge_bias;  // fraction of a texel's slope, along both axes, within which an edge lies on the receiver
-  float depth_bias; // and that is taken off the receiver's depth at an anchor
-  float slack;      // texels of depth a texel of distance that a curved receiver may lie before its plane
+  float edge_bias;  // fraction of the plane's change of depth per texel within which an edge lies on the receiver
+  float depth_bias; // fraction of the same that is taken off the receiver's depth at an anchor
+  float slack;      // by how much a curved receiver may lie before its plane: texel depths per texel of distance
   float half_border; // of soft borders, texels; 0: hard
 } push;
 
-// Depth a texel of distance, in texels of depth, up to which an edge behind an anchor may belong to the surface seen there.
+// Steepest slope, in texel depths per texel, at which an edge behind an anchor may still belong to the surface seen
+// there.
 const float STEEPEST = 4.0;
 
 bool visibilityAt(ivec2 pixel, out float v) {
@@ -51,4 +53,21 @@ bool visibilityAt(ivec2 pixel, out float v) {
   }
   if (VIEWED) imageStore(decisions, pixel, vec4(how));
   return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

@@ -1,6 +1,7 @@
 #version 460
-// Which triangles face the light: one bit each, found once. Everything that asks reads the bit, so that the edges of a
-// triangle never disagree about it and no silhouette has a hole. See geometry, plane form: n . (L - v0).
+// Finds the triangles that face the light, by the plane form: the sign of n . (L - v0). The result is one bit per
+// triangle, computed once. All later passes read the bit, so that the edges of a triangle never disagree about it, and
+// no silhouette has a hole.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
 
@@ -15,7 +16,7 @@ layout(binding = 5, scalar) writeonly buffer Facing { uint facing[]; };
 
 layout(push_constant, scalar) uniform Push {
   uint chunk_count;
-  uint stride; // floats from a vertex to the next
+  uint stride; // floats from one vertex to the next
 } push;
 
 shared uint bits[2];
@@ -30,7 +31,8 @@ bool facesLight(uvec3 t, vec4 light) {
   precise vec3 n = vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
   precise vec3 d = light.xyz - light.w * v0;
   precise float side = n.x * d.x + n.y * d.y + n.z * d.z;
-  // What is within the rounding of edge-on counts as facing: any constant will do, as long as it is one bit.
+  // Triangles that are edge-on to within rounding count as facing. Any constant would do, as long as there is a single
+  // bit.
   vec3 u = abs(a), v = abs(b), size = abs(light.xyz) + light.w * abs(v0);
   float bound = 1e-6 * dot(vec3(u.y * v.z + u.z * v.y, u.z * v.x + u.x * v.z, u.x * v.y + u.y * v.x), size);
   return side >= -bound;
@@ -45,7 +47,7 @@ void main() {
   uint t = CHUNK * (chunk - instances[instance].first_triangle_chunk) + local;
   inside = inside && t < instances[instance].triangles;
   if (inside) {
-    // A transform that mirrors turns every triangle round.
+    // A mirroring transform reverses every triangle.
     bool front = facesLight(triangles[instances[instance].first_triangle + t], lights[instance].light);
     if (front == (lights[instance].orientation > 0.0)) atomicOr(bits[local >> 5], 1u << (local & 31u));
   }

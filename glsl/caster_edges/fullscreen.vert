@@ -1,4 +1,4 @@
 #version 460
-// A triangle that covers the image.
+// Draws a triangle that covers the image.
 
 void main() { gl_Position = vec4(gl_VertexIndex == 1 ? 3.0 : -1.0, gl_VertexIndex == 2 ? 3.0 : -1.0, 0.0, 1.0); }

@@ -1,5 +1,5 @@
-// What the techniques share that draw silhouette edges into a map of the shadow map's size: which of them count, and whether
-// the light sees them.
+// Common part of the techniques that draw silhouette edges into a map of the shadow map's size: which edges count, and
+// which of them the light sees.
 #ifndef EDGESHADE_MAP_EDGE
 #define EDGESHADE_MAP_EDGE
 #extension GL_EXT_scalar_block_layout : require
@@ -10,8 +10,9 @@
 // An edge seen end-on has no sides.
 bool isDrawn(EdgeSegment e) { return e.flags != 0 && e.a != e.b; }
 
-// True where an edge at a point of the map lies behind all that the map holds around it. Next to the edge the map holds the
-// occluder itself, which may be nearer than its edge; but of an edge that the light sees, one side always is farther.
+// Tests whether an edge, at a point of the map, lies behind everything that the map holds around the point. Next to the
+// edge the map holds the occluder itself, which may be nearer than its edge. But an edge that the light sees always has
+// something farther on one side.
 bool isHidden(sampler2DArray shadow_map, ivec2 map_size, EdgeSegment e, vec2 p, float z) {
   ivec2 middle = ivec2(floor(p));
   float farthest = 0.0;

@@ -1,11 +1,12 @@
 #version 460
-// Visibility from how many shadow volumes a pixel's point is in: lit in none. Crow, "Shadow Algorithms for Computer
-// Graphics" (1977); counted beyond the surface (z-fail: Carmack 2000; Everitt, Kilgard 2002).
+// Visibility by shadow volumes: a point is lit if it is inside none. Crow, "Shadow Algorithms for Computer Graphics"
+// (1977), counted beyond the surface (z-fail: Carmack 2000; Everitt, Kilgard 2002).
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
 #include "common/shadow_map_test.glsl"
 
-layout(constant_id = 0) const bool BLENDED = false; // counts were blended, not stencilled
-layout(constant_id = 1) const bool MASKED = false;  // the shadow map knows casters that have no volumes
+layout(constant_id = 0) const bool BLENDED = false; // counts come from blending; false: from the stencil
+layout(constant_id = 1) const bool MASKED = false;  // the shadow map holds casters that have no volumes
 layout(constant_id = 2) const bool KEEP_COUNT = false;
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -14,10 +15,10 @@ layout(binding = 3) uniform usampler2D stencil;
 layout(binding = 4) uniform sampler2D blended;
 layout(binding = 5) uniform sampler2DArray shadow_map;
 layout(binding = 6) writeonly uniform image2D visibility;
-layout(binding = 7) writeonly uniform image2D count_image; // for viewing
+layout(binding = 7) writeonly uniform image2D count_image; // for pictures
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // for the shadow map: multiples of what a plane needs
+  float normal_offset; // in the shadow map: multiples of what a plane needs
 } push;
 
 float visibilityAt(ivec2 pixel, bool in_volume) {
@@ -33,7 +34,7 @@ float visibilityAt(ivec2 pixel, bool in_volume) {
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (any(greaterThanEqual(pixel, ivec2(view.size)))) return;
-  // Below a mirroring camera the blended count is negative.
+  // With a mirroring camera the blended count is negative.
   float count = BLENDED ? texelFetch(blended, pixel, 0).x : float(texelFetch(stencil, pixel, 0).x);
   imageStore(visibility, pixel, vec4(visibilityAt(pixel, count != 0.0)));
   if (KEEP_COUNT) imageStore(count_image, pixel, vec4(count));

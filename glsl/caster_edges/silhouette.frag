@@ -1,5 +1,5 @@
 #version 460
-// Colours of silhouette edges: by kind, bright before and on what the camera sees, dim behind it.
+// Colours silhouette edges by their kind: bright where the camera sees them, dim behind surfaces.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
 #include "silhouette.glsl"
@@ -9,13 +9,13 @@ layout(binding = 3) uniform sampler2D camera_depth;
 layout(location = 0) flat in uint flags;
 layout(location = 0) out vec4 color;
 
-// A fold between two faces; the rim of an open surface; not an outline, but counted by shadow volumes.
+// A fold between two faces; the rim of an open surface; an edge that is no outline but counts for shadow volumes.
 const vec3 FOLD = vec3(1.0, 0.8, 0.0), RIM = vec3(0.0, 0.8, 1.0), COUNTED = vec3(1.0, 0.2, 1.0);
 const float DIM = 0.4;
-// Of a depth's distance from the far plane: rounding of the matrices' products.
+// Rounding error of the matrix products, as a share of the distance from the far plane's depth.
 const float ROUNDING = 1e-5;
 
-// How far depth changes to the next pixel of the same surface: the smaller step of both, unless there is but one.
+// Change of depth to the next pixel of the same surface: the smaller of both steps, or the only one.
 float slopeAlong(ivec2 pixel, ivec2 axis, float z) {
   ivec2 last = textureSize(camera_depth, 0) - 1;
   float least = 1.0;
@@ -29,7 +29,8 @@ float slopeAlong(ivec2 pixel, ivec2 axis, float z) {
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   float z = texelFetch(camera_depth, pixel, 0).x;
-  // The line passes the pixel's centre at up to half a pixel: twice that, for surfaces that are not flat.
+  // The line passes within half a pixel of the pixel's centre. The tolerance is twice that, for surfaces that are not
+  // flat.
   float slope = slopeAlong(pixel, ivec2(1, 0), z) + slopeAlong(pixel, ivec2(0, 1), z);
   float tolerance = slope + push.depth_error + ROUNDING * abs(gl_FragCoord.z - push.far_depth);
   float behind = push.far_depth == 0.0 ? z - gl_FragCoord.z : gl_FragCoord.z - z;

@@ -1,16 +1,17 @@
 #version 460
-// Edges that bound shadows: by the side test for the techniques that cut a shadow map by edges, by their multiplicity for
-// shadow volumes (Kim, Kim, Turk 2008). In two dispatches around a scan, COUNT and WRITE, so that the list has the order of
-// the meshes' edges, whatever the schedule.
+// Finds the edges that bound shadows: by the side test for techniques that cut a shadow map at edges, by their
+// multiplicity for shadow volumes (Kim, Kim, Turk 2008). Two dispatches, one that counts and one that writes (WRITE),
+// enclose a scan. So the list keeps the order of the meshes' edges, however workgroups are scheduled.
 //
-// side(T) = dir(T, e) sigma(T) is the side of the directed edge on which the third vertex lies, as seen from the light.
-// All on one side: an outline. The sum of the sides is how many sheets of a shadow volume stand on the edge.
+// side(T) = dir(T, e) sigma(T) is the side of the directed edge on which the third vertex of triangle T lies, seen from
+// the light. If all triangles lie on one side, the edge is an outline. The sum of the sides is the number of sheets of
+// a shadow volume that stand on the edge.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
 #include "silhouettes.glsl"
 
 layout(constant_id = 0) const bool WRITE = false;
-layout(constant_id = 1) const bool SHELLS = true; // count closed meshes as shells: half the volumes
+layout(constant_id = 1) const bool SHELLS = true; // count closed meshes as shells, which halves the volumes
 
 layout(local_size_x = 64) in;
 
@@ -20,7 +21,7 @@ layout(binding = 2, scalar) readonly buffer Chunks { uint chunks[]; };
 layout(binding = 3, scalar) readonly buffer Instances { CasterInstance instances[]; };
 layout(binding = 4, scalar) readonly buffer Lights { CasterLight lights[]; };
 layout(binding = 5, scalar) readonly buffer Facing { uint facing[]; };
-layout(binding = 6, scalar) buffer Offsets { uint offsets[]; }; // of each workgroup: how many it finds; then where they go
+layout(binding = 6, scalar) buffer Offsets { uint offsets[]; }; // per workgroup: number of edges, then first index
 layout(binding = 7, scalar) buffer Header { SilhouetteHeader header; };
 layout(binding = 8, scalar) writeonly buffer Silhouettes { SilhouetteEdge silhouettes[]; };
 
@@ -36,7 +37,7 @@ bool isFront(uint face, uint first_bit) {
   return (facing[bit >> 5] >> (bit & 31u) & 1u) != 0;
 }
 
-// +1: the face lies on the left of v0 -> v1 in its own winding seen from the front.
+// +1 if the face lies to the left of v0 -> v1, seen from the light, where triangles that face it are counter-clockwise.
 int sideOf(uint face, uint first_bit) {
   return isFront(face, first_bit) == ((face & REVERSED) == 0) ? 1 : -1;
 }

@@ -1,6 +1,6 @@
 #version 460
-// From how many silhouette edges each workgroup found to where it writes them: an exclusive scan in one workgroup, and the
-// arguments of what comes after.
+// Turns each workgroup's number of silhouette edges into the index at which it writes them: an exclusive scan in one
+// workgroup. Also writes the arguments of later draws and dispatches.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
 #include "silhouettes.glsl"

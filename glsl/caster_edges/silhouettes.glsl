@@ -1,14 +1,14 @@
-// The list of silhouette edges: what stands before it.
+// Header of the list of silhouette edges.
 #ifndef EDGESHADE_SILHOUETTES
 #define EDGESHADE_SILHOUETTES
 
 struct SilhouetteHeader {
-  uint groups[3];   // to work on the list by indirect dispatch, 64 edges a workgroup
+  uint groups[3];   // dispatch arguments for 64 edges per workgroup
   uint count;
   uint max_weight;
-  uint volumes[4];  // to draw quads of shadow volumes: 6 vertices an edge, an instance for each copy
-  uint quads[4];    // to draw a quad an edge
-  uint walks[3];    // 4 edges a workgroup
+  uint volumes[4];  // draw arguments for quads of shadow volumes: 6 vertices per edge, one instance per copy
+  uint quads[4];    // draw arguments for one quad per edge
+  uint walks[3];    // dispatch arguments for 4 edges per workgroup
 };
 
 #endif

@@ -1,25 +1,27 @@
 #version 460
-// Shadow silhouette maps: in a cell of whose corners some are lit, the point is as lit as the corner of its quadrant.
-// Sen, Cammarano, Hanrahan, "Shadow Silhouette Maps" (2003).
-// Departure: corners are tested on the receiver's plane, so that a slope of its own shadows nothing.
+// Shadow silhouette maps: in a cell with lit and shadowed corners, the point takes the visibility of the corner in its
+// quadrant. Sen, Cammarano, Hanrahan, "Shadow Silhouette Maps" (2003).
+// Departure: corners are tested on the receiver's plane, so that a sloped receiver does not shadow itself.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "sssm_quadrant.glsl"
 
-layout(constant_id = 1) const bool PICTURE = false; // the points over the visibility, to look at
+layout(constant_id = 1) const bool PICTURE = false; // draw the points over the visibility
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 4) writeonly uniform image2D visibility;
 layout(binding = 5) uniform usampler2D points;
 
-// Cells beyond the map hold their middles, as those without an edge do.
+// Cells outside the map hold their middles, like cells without an edge.
 vec2 pointOf(ivec2 cell) {
   bool inside = all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, ivec2(view.map_size)));
   return inside ? unpackUnorm2x16(texelFetch(points, cell, 0).x) : vec2(0.5);
 }
 
-// The cell of a point, and its place there.
+// Returns the cell of a point; `q` is the point's place in it.
 ivec2 cellOf(ShadowPoint p, out vec2 q) {
   bvec2 later = greaterThanEqual(p.fraction, vec2(0.5));
   q = p.fraction + mix(vec2(0.5), vec2(-0.5), later);
@@ -35,7 +37,7 @@ float lit(ShadowPoint p, ivec2 cell, vec2 q) {
   return float(tests >> quadrantOf(q, pointOf(cell), neighbours) & 1u);
 }
 
-// Points of edges in orange, cells that have one tinted, cells' borders thin.
+// The points of edges are orange, cells with an edge tinted; thin lines show the borders of cells.
 vec3 picture(ivec2 cell, vec2 q, float v) {
   vec2 point = pointOf(cell), border = min(q, 1.0 - q);
   bool has_edge = abs(point.x - 0.5) + abs(point.y - 0.5) > 2e-5;

@@ -1,21 +1,24 @@
-// The cells of a shadow silhouette map: Sen, Cammarano, Hanrahan, "Shadow Silhouette Maps" (2003). Cell (i, j) reaches from the
-// centre of texel (i, j) of the shadow map to that of texel (i + 1, j + 1), so that each of its corners has a depth.
+// Cells of a shadow silhouette map: Sen, Cammarano, Hanrahan, "Shadow Silhouette Maps" (2003). Cell (i, j) reaches from
+// the centre of texel (i, j) of the shadow map to the centre of texel (i + 1, j + 1), so that each of its corners has a
+// depth.
+// Include after map_edge.glsl.
 #ifndef EDGESHADE_SSSM_CELL
 #define EDGESHADE_SSSM_CELL
-#include "map_edge.glsl"
 
-// What a cell without an edge holds: its middle.
+// Value of a cell without an edge: its middle.
 const uint CELL_MIDDLE = 0x80008000u;
-// Keys are below; of several edges in a cell the one with the smallest key stays, and of equal ones the first in the list.
+// Bound of the keys. Of several edges in a cell the one with the smallest key stays; of equal ones, the first in the
+// list.
 const uint CELL_KEYS = 1u << 24;
-// Points keep that far from a cell's border: lines from point to point are never degenerate.
+// Points keep this distance from a cell's border, so that lines between points are never degenerate.
 const float CELL_MARGIN = 1.0 / 64.0;
 
 uint packCell(vec2 point) { return packUnorm2x16(point); }
 
-// The point that stands for an edge in a cell, in the cell's own coordinates, and its key. False if the edge misses the cell.
-// A vertex, if one lies in there: corners stay corners; else the middle of the edge's way through. The paper takes crossings
-// with the cell's diagonals. Keys: vertices first, then longer ways, then nearer to the light; the paper keeps the last drawn.
+// Finds the point that represents an edge in a cell, in the cell's own coordinates, and its key. Returns false if the
+// edge misses the cell. The point is a vertex if one lies in the cell, so that corners stay corners; otherwise it is
+// the middle of the edge's part in the cell. The paper takes crossings with the cell's diagonals. Keys order vertices
+// first, then longer parts, then edges nearer to the light; the paper keeps the last one drawn.
 bool cellPoint(EdgeSegment e, ivec2 cell, out vec2 point, out float t, out uint key) {
   precise vec2 a = (e.a - 0.5) - vec2(cell), b = (e.b - 0.5) - vec2(cell), along = b - a;
   precise float t0 = 0.0, t1 = 1.0;
@@ -41,7 +44,7 @@ bool cellPoint(EdgeSegment e, ivec2 cell, out vec2 point, out float t, out uint 
   return true;
 }
 
-// The same for what the light sees of an edge, where KILL.
+// The same; with KILL, only for edges that the light sees.
 bool seenCellPoint(sampler2DArray shadow_map, ivec2 map_size, bool kill, EdgeSegment e, ivec2 cell, out vec2 point, out uint key) {
   float t;
   if (!cellPoint(e, cell, point, t, key)) return false;

@@ -1,9 +1,11 @@
 #version 460
-// The points of a shadow silhouette map without rasterisation: every cell that an edge touches, by walking along it. KEYS finds
-// the smallest key of each cell, WINNERS the first edge that has it, POINTS writes its point: the same map as the raster path's.
+// Makes the points of a shadow silhouette map without rasterisation, by walking along each edge through all cells that
+// it touches. KEYS finds the smallest key of each cell, WINNERS the first edge with that key, and POINTS writes its
+// point. The map is the same as that of the raster path.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
 #include "silhouettes.glsl"
+#include "map_edge.glsl"
 #include "sssm_cell.glsl"
 
 const int KEYS = 0, WINNERS = 1, POINTS = 2;
@@ -19,7 +21,7 @@ layout(binding = 3, scalar) buffer Keys { uint keys[]; };
 layout(binding = 4, scalar) buffer Winners { uint winners[]; };
 layout(binding = 5, r32ui) writeonly uniform uimage2D points;
 
-// Columns that a thread walks alone; longer edges are shared by the workgroup.
+// Number of columns up to which a thread walks an edge alone. The whole workgroup shares longer edges.
 const int ALONE = 16;
 
 shared uint long_edges[64];
@@ -37,10 +39,10 @@ void consider(uint index, EdgeSegment e, ivec2 cell) {
   else if (keys[at] == key) atomicMin(winners[at], index);
 }
 
-// The cells along an edge by columns of its longer axis, `first` and every `step`th from there.
+// The columns of cells that an edge touches, along its longer axis.
 struct Walk {
   int axis;
-  int begin, end; // columns
+  int begin, end; // range of columns
 };
 
 Walk walkOf(EdgeSegment e) {
@@ -60,7 +62,7 @@ void walk(uint index, EdgeSegment e, Walk w, int first, int step) {
   for (int column = w.begin + first; column < w.end; column += step) {
     float y0 = clamp(a[other] + slope * (float(column) - a[w.axis]), low, high);
     float y1 = clamp(a[other] + slope * (float(column + 1) - a[w.axis]), low, high);
-    // A little more than the edge covers: which cells it touches is for cellPoint alone to say.
+    // Slightly more than the edge covers; cellPoint decides exactly which cells it touches.
     int top = int(floor(min(y0, y1) - 2e-3)), bottom = int(floor(max(y0, y1) + 2e-3));
     for (int row = top; row <= bottom; ++row) consider(index, e, w.axis == 0 ? ivec2(column, row) : ivec2(row, column));
   }
@@ -95,7 +97,7 @@ void main() {
     }
   }
   barrier();
-  // In whatever order: the smallest wins.
+  // The order does not matter: the smallest key wins.
   for (uint k = 0; k < long_count; ++k) {
     EdgeSegment e = segments[long_edges[k]];
     walk(long_edges[k], e, walkOf(e), int(gl_LocalInvocationIndex), 64);

@@ -1,12 +1,12 @@
-// The lookup in a shadow silhouette map: which corner of a cell a point belongs to.
+// Lookup in a shadow silhouette map: the corner of a cell that a point belongs to.
 #ifndef EDGESHADE_SSSM_QUADRANT
 #define EDGESHADE_SSSM_QUADRANT
 #include "lib/edge_segment.glsl"
 
-// Corner, as in shadowTest2x2, of the quadrant that q lies in. Four lines go from the cell's own point to those of its
-// neighbours left, top, right and bottom: rays in this order turn to the same side. A quadrant of more than half a turn is
-// all that is not outside it. Points may lie so that the rays do not follow in order: then the quadrant whose middle q is
-// seen in.
+// Corner, numbered as in shadowTest2x2, of the quadrant that q lies in. Four rays go from the cell's own point to the
+// points of its neighbours left, top, right and bottom; in this order they turn to the same side. A quadrant of more
+// than half a turn is everything that is not outside it. If the points lie so that the rays do not follow in this
+// order, the quadrant whose middle direction is closest to q counts.
 int quadrantOf(vec2 q, vec2 own, vec2 neighbours[4]) {
   const int corners[4] = int[](0, 1, 3, 2);
   precise vec2 away = q - own;

@@ -1,15 +1,16 @@
 #version 460
-// Sides and far caps of shadow volumes from triangles, by geometry shader, as in [EDSM] section 2.2. Departures: the input is
-// triangles without adjacency, neighbours come from a table and their facing from its stored bits, never from a second
-// determinant; near caps are drawn apart (volume_cap.vert). Where three triangles or more meet in an edge each has a
-// side of its own there; what cancels is drawn all the same.
+// Makes the sides and far caps of shadow volumes from triangles by geometry shader, as in [EDSM] section 2.2.
+// Departures: the input has no adjacency; neighbours come from a table, and their facing from stored bits instead of a
+// second determinant. Near caps are drawn separately (volume_cap.vert). Where three or more triangles meet in an edge,
+// each gets a side of its own; sides that cancel are drawn too.
 #extension GL_GOOGLE_include_directive : require
+#include "volume.glsl"
 #include "volume_triangle.glsl"
 
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 21) out;
 
-layout(binding = 7, scalar) readonly buffer Neighbours { uvec3 neighbours[]; }; // face across (0,1), (1,2), (2,0)
+layout(binding = 7, scalar) readonly buffer Neighbours { uvec3 neighbours[]; }; // faces across the edges (0,1), (1,2), (2,0)
 const uint NO_NEIGHBOUR = 0xFFFFFFFFu, FAN = 0xFFFFFFFEu;
 
 layout(location = 0) in vec4 infinity[];
@@ -39,7 +40,7 @@ void main() {
   for (uint k = 0; k < 3; ++k) {
     uint l = k == 2 ? 0 : k + 1, face = across[k];
     if (face != NO_NEIGHBOUR && face != FAN) {
-      // The neighbour's side of the edge, in the direction in which this triangle runs it.
+      // The neighbour's side of the edge, in the direction in which this triangle runs along it.
       bool same_way = ((face & REVERSED) != 0) == (v[k] > v[l]);
       bool other = facesLight(first_bit, face & ~REVERSED) == same_way;
       if (other != faces) continue;
@@ -48,7 +49,7 @@ void main() {
     uint low = swapped ? l : k, high = swapped ? k : l;
     vec4 a = gl_in[low].gl_Position, a_far = infinity[low];
     vec4 b = gl_in[high].gl_Position, b_far = infinity[high];
-    // As in volume_side.vert: the order of the corners does not depend on the direction, only the winding does.
+    // As in volume_side.vert, the direction of the edge changes only the winding, not the order of the corners.
     if (faces != swapped) {
       emit(a, a_far, b);
       emit(b, a_far, b_far);
@@ -57,7 +58,7 @@ void main() {
       emit(b, b_far, a_far);
     }
   }
-  // Of a parallel light the far cap is a point.
+  // For a parallel light the far cap is a single point.
   if (lights[instance].light.w == 0.0) return;
   vec4 i = infinity[0], j = infinity[1], k = infinity[2];
   emit(i, faces ? k : j, faces ? j : k);

@@ -1,11 +1,12 @@
 #version 460
-// Input of volume.geom: a triangle's corners, at their place and at infinity.
+// Feeds volume.geom with a triangle's corners, at their own place and at infinity.
 #extension GL_GOOGLE_include_directive : require
+#include "volume.glsl"
 #include "volume_triangle.glsl"
 
 layout(location = 0) invariant out vec4 infinity;
 layout(location = 1) flat out uint instance_of;
-layout(location = 2) flat out uint triangle_of; // of the instance's
+layout(location = 2) flat out uint triangle_of; // index within the instance
 
 void main() {
   uint v = gl_VertexIndex;

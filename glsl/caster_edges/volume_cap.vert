@@ -1,8 +1,9 @@
 #version 460
-// Caps of shadow volumes: the casters' own triangles, or their images at infinity, in the order of their corners. Which
-// of them face the light is told apart by draws, with the front face turned round for one, not by the order of the corners:
-// so a cap is set up like the surface that it lies on.
+// Draws caps of shadow volumes: the casters' own triangles, or their images at infinity, with corners in their original
+// order. Separate draws select the triangles that face the light and those that do not; one of them reverses the front
+// face instead of the corners. So a cap is rasterised exactly like the surface it lies on.
 #extension GL_GOOGLE_include_directive : require
+#include "volume.glsl"
 #include "volume_triangle.glsl"
 
 layout(location = 0) flat out float weight;

@@ -1,5 +1,6 @@
 #version 460
-// Counts shadow volumes by blending: leaving one counts +1, entering one -1, as often as the edge's multiplicity says.
+// Counts shadow volumes by blending: +1 where a ray leaves a volume, -1 where it enters one, times the edge's
+// multiplicity.
 
 layout(location = 0) flat in float weight;
 layout(location = 0) out float count;

@@ -1,7 +1,7 @@
 #version 460
-// Sides of shadow volumes: a quad from each silhouette edge a -> b to infinity, a, a', b, b' as a strip, outwards. Two
-// triangles that the direction of the edge does not change, but for their winding: each begins with the same corner. So
-// rasterisers set both up alike, and what cancels does so exactly.
+// Draws the sides of shadow volumes: a quad from each silhouette edge a -> b to infinity, facing outwards, with the
+// corners a, a', b, b' as in a strip. The direction of the edge changes only the winding of its two triangles; each
+// begins with the same corner either way. So rasterisers set both up alike, and sides that cancel do so exactly.
 #extension GL_GOOGLE_include_directive : require
 #include "volume.glsl"
 
@@ -9,7 +9,8 @@ layout(binding = 3, scalar) readonly buffer Silhouettes { SilhouetteEdge silhoue
 
 layout(location = 0) flat out float weight;
 
-// Corners of both triangles: 0, 1 the end with the smaller index and its image at infinity, 2, 3 the other's.
+// Corners of both triangles: 0 and 1 are the end with the smaller index and its image at infinity, 2 and 3 the other
+// end and its image.
 const uint FORWARD[6] = uint[](0, 1, 2, 2, 1, 3), BACKWARD[6] = uint[](0, 2, 1, 2, 3, 1);
 
 void main() {

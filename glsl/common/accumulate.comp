@@ -1,6 +1,7 @@
 #version 460
-// Adds one hard shadow of many: the papers' own ground truth, the average over samples of an area light.
-// Counts are integers, so the sum depends on no order; the last sample divides.
+// Adds one hard shadow to the count of lit samples. The average over many samples of an area light is the papers' own
+// ground truth.
+// The counts are integers, so the order of the samples does not matter. The last sample divides by their number.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
@@ -12,8 +13,8 @@ layout(binding = 2) writeonly uniform image2D visibility;
 
 layout(push_constant, scalar) uniform Push {
   uvec2 size;
-  uint index; // of this sample
-  uint count; // of all samples
+  uint index; // number of this sample
+  uint count; // number of all samples
 } push;
 
 void main() {

@@ -1,24 +1,26 @@
-// The blocker search of percentage-closer soft shadows: Fernando (2005); Macedo, Apolinario, Aguero (2019), eq. 6.
+// Blocker search of percentage-closer soft shadows: Fernando (2005); Macedo, Apolinario, Aguero (2019), eq. 6.
+// Include after common/soft_receiver.glsl.
 //
-// Departures from eq. 6: distances are averaged, not stored depths, whose mean is a harmonic one under a perspective light;
-// no epsilon in the denominator, which would draw the mean towards the light; every texel is compared with the receiver's
-// plane at that texel, so that a tilted receiver does not block itself.
+// Departures from eq. 6:
+// * The search averages linear distances, not stored depths: under a perspective light the mean of stored depths is a
+//   harmonic mean of distances.
+// * The denominator has no epsilon, which would pull the mean towards the light.
+// * Every texel is compared with the receiver's plane at that texel, so that a tilted receiver does not block itself.
 //
-// Taps lie at the centres of the window's taps x taps cells, each with the same weight. In a window narrower than `taps`
-// texels several taps share a texel: a texel then weighs by the number of cell centres in it, which is its share of the
-// window to within one row and one column of cells. So a texel that the window only grazes may weigh nothing, and nothing
-// jumps by more than a row of taps as the window slides.
+// Taps lie at the centres of the window's taps x taps grid, all with the same weight. In a window narrower than `taps`
+// texels several taps fall into one texel. A texel then weighs by the number of taps in it, which matches its share of
+// the window to within one row and one column of taps. So a texel that the window only grazes may weigh nothing, and
+// the result never jumps by more than a row of taps while the window slides.
 #ifndef EDGESHADE_BLOCKERS
 #define EDGESHADE_BLOCKERS
 #include "lib/shadow_test.glsl"
-#include "soft_receiver.glsl"
 
 struct Blockers {
   float z;   // mean linear distance of the blockers; undefined if there is none
-  int count; // taps that found one, of taps * taps
+  int count; // taps that found a blocker, out of taps * taps
 };
 
-// `half_width` in uv. Beyond the map its border goes on.
+// Searches the window of the given half-width (uv) around the receiver. Outside the map, taps read its border texels.
 Blockers findBlockers(sampler2DArray shadow_map, SoftReceiver r, AreaLight a, vec2 half_width, int taps) {
   vec2 half_texels = windowTexels(half_width);
   ivec2 map_size = ivec2(view.map_size);

@@ -1,5 +1,5 @@
 #version 460
-// Shadow map: depth only.
+// Renders the shadow map: depth only.
 #extension GL_GOOGLE_include_directive : require
 #include "instance.glsl"
 

@@ -1,5 +1,5 @@
 #version 460
-// Depth bounds of blocks of 8, 16, 32 and 64 shadow-map texels, in one pass: see lib/depth_bounds.glsl.
+// Computes the depth bounds of blocks of 8, 16, 32 and 64 shadow-map texels in one pass; see lib/depth_bounds.glsl.
 // Texels outside the map count as farther than everything.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -24,7 +24,7 @@ shared DepthBounds shared_blocks[8][8];
 
 // Depths of 2 x 2 texels in gather order: (0, 1), (1, 1), (1, 0), (0, 0).
 vec4 quad(ivec2 first, bool inside) {
-  // One gather at the common corner, where no rounding of coordinates can pick other texels.
+  // One gather at the common corner of the four texels: rounding of the coordinate cannot select other texels there.
   if (inside) return textureGather(shadow_map, vec3(vec2(first + 1) / vec2(push.map_size), push.layer));
   return vec4(shadowMapDepth(shadow_map, first + ivec2(0, 1), push.layer, push.map_size),
               shadowMapDepth(shadow_map, first + ivec2(1, 1), push.layer, push.map_size),
@@ -39,7 +39,7 @@ DepthBounds blockBounds(ivec2 first) {
   for (int i = 0; i < 16; ++i) {
     vec4 q = quad(first + 2 * ivec2(i & 3, i >> 2), inside);
     quads[i] = q;
-    // An empty texel lies on no surface.
+    // An empty texel lies on no surface, so its quad says nothing about the slope.
     if (max(max(q.x, q.y), max(q.z, q.w)) < 1.0) slope = flatter(slope, 0.5 * vec2(q.y - q.x + q.z - q.w, q.x - q.w + q.y - q.z));
   }
   DepthBounds b;

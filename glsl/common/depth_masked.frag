@@ -1,5 +1,5 @@
 #version 460
-// Shadow map of casters with holes: the alpha test.
+// Renders the shadow map of alpha-tested casters: discards fragments below the alpha cutoff.
 #extension GL_GOOGLE_include_directive : require
 #include "material.glsl"
 

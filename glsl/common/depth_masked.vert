@@ -1,5 +1,5 @@
 #version 460
-// Shadow map of casters with holes.
+// Renders the shadow map of alpha-tested casters.
 #extension GL_GOOGLE_include_directive : require
 #include "instance.glsl"
 

@@ -1,5 +1,5 @@
 #version 460
-// G-buffer of the camera.
+// Renders the camera's G-buffer.
 #extension GL_GOOGLE_include_directive : require
 #include "instance.glsl"
 

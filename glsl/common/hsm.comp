@@ -1,11 +1,12 @@
 #version 460
-// Minimum and maximum depths of blocks of 2, 4, 8 ... texels of a shadow map, five levels at a time. Level 0 has 2 x 2 texels
-// a cell: what is finer, the map itself holds. The image is padded to powers of two, so that cell c of level l covers texels
-// c 2^(l+1) to (c+1) 2^(l+1) - 1 whatever the map's size; texels outside the map count as 1, farther than everything.
+// Builds the min/max pyramid of a shadow map, up to five levels at a time. A cell of level 0 covers 2 x 2 texels; the
+// map itself serves as the level below. The image is padded to powers of two, so that cell c of level l covers the
+// texels c 2^(l+1) to (c+1) 2^(l+1) - 1 whatever the map's size. Texels outside the map count as 1, farther than
+// everything.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
-layout(constant_id = 0) const bool FROM_MAP = true; // otherwise from the level before
+layout(constant_id = 0) const bool FROM_MAP = true; // false: reduces the level before
 
 // A thread covers 4 x 4 texels of the source, a workgroup 32 x 32.
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -21,22 +22,22 @@ layout(binding = 6) writeonly uniform image2D level_4;
 layout(push_constant, scalar) uniform Push {
   ivec2 map_size;
   int layer;
-  int levels; // written: 1 to 5
+  int levels; // levels to write, 1 to 5
 } push;
 
 shared vec2 cells[8][8];
 
 vec2 merge(vec2 a, vec2 b) { return vec2(min(a.x, b.x), max(a.y, b.y)); }
 
-// A cell of the level before; there is none beside it where a side is one cell long.
+// Returns a cell of the level before. Where that level is only one cell wide or high, there is no cell beside it.
 vec2 cellOf(ivec2 at) {
   return all(lessThan(at, textureSize(finer, 0))) ? texelFetch(finer, at, 0).xy : vec2(1.0);
 }
 
-// Bounds of 2 x 2 texels of the source.
+// Minimum and maximum of 2 x 2 texels of the source.
 vec2 quad(ivec2 first) {
   if (FROM_MAP) {
-    // At the common corner of the four no rounding can pick another block. The sampler's border is white.
+    // At the common corner of the four texels, rounding cannot select others. The sampler's border is white.
     vec4 d = textureGather(shadow_map, vec3(vec2(first + 1) / vec2(push.map_size), push.layer));
     return vec2(min(min(d.x, d.y), min(d.z, d.w)), max(max(d.x, d.y), max(d.z, d.w)));
   }

@@ -1,19 +1,19 @@
-// Hierarchical shadow map: Guennebaud, Barthe, Paulin, "Real-time soft shadow mapping by backprojection" (2006); classes
-// as in Macedo, Apolinario, Aguero (2019), eq. 8, but made conservative. See hsm.comp for the image.
+// Hierarchical shadow map: Guennebaud, Barthe, Paulin, "Real-time soft shadow mapping by backprojection" (2006). The
+// classes are those of Macedo, Apolinario, Aguero (2019), eq. 8, made conservative. hsm.comp builds the image.
+// Include after common/soft_receiver.glsl and common/pcf_bounds.glsl.
 #ifndef EDGESHADE_HSM
 #define EDGESHADE_HSM
-#include "pcf_bounds.glsl"
-#include "soft_receiver.glsl"
 
 const int HSM_UMBRA = 0, HSM_LIT = 1, HSM_PENUMBRA = -1;
 
-// Minimum and maximum of the stored depths over texels `first` to `last`, both included: never narrower than the truth,
-// and those of a window that is wider by less than a cell on each side, cells being a quarter of its wider side to all of it. Outside the map all is 1.
+// Minimum and maximum of the stored depths over the texels `first` to `last`, both included. The bounds are
+// conservative: they cover a window that is wider by less than one pyramid cell on each side. Such a cell is between a
+// quarter of the window's wider side and all of it. Outside the map all depths are 1.
 vec2 hsmBounds(sampler2D hsm, ivec2 first, ivec2 last) {
   ivec2 map_last = ivec2(view.map_size) - 1;
   bool leaves = any(lessThan(first, ivec2(0))) || any(greaterThan(last, map_last));
   ivec2 a = clamp(first, ivec2(0), map_last), b = clamp(last, ivec2(0), map_last);
-  // The finest level of which the window touches at most 4 cells an axis; a cell of level l has 2^(l+1) texels.
+  // The finest level at which the window touches at most 4 cells along each axis; a cell of level l has 2^(l+1) texels.
   int wider = max(b.x - a.x, b.y - a.y);
   int shift = max(findMSB(wider) - 1, 1);
   if (any(greaterThan((b >> shift) - (a >> shift), ivec2(3)))) ++shift;
@@ -29,7 +29,7 @@ vec2 hsmBounds(sampler2D hsm, ivec2 first, ivec2 last) {
   return bounds;
 }
 
-// Texels that taps within a half-width in uv can touch, the rounding of their places included.
+// Range of the texels that taps within a half-width (uv) can touch, including the rounding of the taps' places.
 void windowRange(SoftReceiver r, vec2 half_width, float margin, out ivec2 first, out ivec2 last) {
   precise vec2 reach = windowTexels(half_width) * 1.00001 + (margin + 0.01);
   precise vec2 low = floor(r.at - reach), high = floor(r.at + reach);
@@ -37,26 +37,27 @@ void windowRange(SoftReceiver r, vec2 half_width, float margin, out ivec2 first,
   last = ivec2(high);
 }
 
-// Whether all texels that taps within `half_width` (uv) can touch, and those up to `margin` texels around, are lit (HSM_LIT)
-// or shadowed (HSM_UMBRA) for sure; HSM_PENUMBRA otherwise. Every texel counts by its depth against the receiver's plane at
-// its centre. Give the window that holds all that a technique reads, and its answer there is 1 or 0 anyhow.
+// Classifies a window: HSM_LIT or HSM_UMBRA if all texels that taps within `half_width` (uv) can touch, and those up to
+// `margin` texels around them, are certainly lit or certainly shadowed; otherwise HSM_PENUMBRA. Every texel is compared
+// with the receiver's plane at its centre. If the window holds all texels that a technique reads, the class decides the
+// technique's result: 1 or 0.
 int classify(sampler2D hsm, SoftReceiver r, vec2 half_width, float margin) {
   ivec2 first, last;
   windowRange(r, half_width, margin, first, last);
   vec2 bounds = hsmBounds(hsm, first, last);
-  // The plane over the window: its depth in the middle, and how far it rises.
+  // The receiver's plane over the window: its depth in the middle, and by how much it rises to a corner.
   vec2 middle = 0.5 * vec2(first + last) + 0.5 - r.at, reach = 0.5 * vec2(last - first);
   float depth = r.map.depth + dot(r.slope, middle);
   float rise = dot(abs(r.slope), reach);
-  // References are summed in another order in the taps: stay on the safe side of the rounding.
+  // The taps sum their references in another order: stay on the safe side of the rounding.
   float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), reach + abs(middle));
   // An empty texel never shadows, whatever the reference.
   if (min(depth + rise + rounding, 1.0) <= bounds.x) return HSM_LIT;
   return bounds.y < 1.0 && depth - rise - rounding > bounds.y ? HSM_UMBRA : HSM_PENUMBRA;
 }
 
-// The same, asking the depth bounds of blocks (depth_bounds.comp) as well: their slopes decide a tilted receiver, over which
-// the plane's own depth varies more than plain bounds can tell apart.
+// Classifies with the depth bounds of blocks (depth_bounds.comp) as well. Their slopes decide tilted receivers, whose
+// own depth varies too much over the window for a plain minimum and maximum.
 int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, float margin) {
   int found = classify(hsm, r, half_width, margin);
   ivec2 first, last;
@@ -64,7 +65,7 @@ int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, f
   ivec2 size = last - first;
   int wider = max(size.x, size.y);
   bool inside = all(greaterThanEqual(first, ivec2(0))) && all(lessThan(last, ivec2(view.map_size)));
-  // The window touches at most 4 x 4 blocks; wider ones are left undecided.
+  // The window touches at most 4 x 4 blocks. Wider windows stay undecided.
   if (found != HSM_PENUMBRA || !inside || wider >= 192) return found;
   int level = wider < 24 ? 0 : wider < 48 ? 1 : wider < 96 ? 2 : 3;
   vec2 away = vec2(first) + 0.5 - r.at;
@@ -72,10 +73,11 @@ int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, f
   return decideBlocks(blocks, level, first, last, r.map.depth + dot(r.slope, away), r.slope, 0.0, rounding);
 }
 
-// Half-width, uv, of the window to search for blockers. The papers' reaches up to the near plane. With `nearest_blocker` the
-// smallest depth in it tells how near to the light a blocker can be at all, which leaves a smaller window, and that one's
-// once more: denser taps, and every blocker still in reach. `reach` is how far the filter that is to come looks, penumbra
-// half-widths: 1 or more, and the window as many times as wide.
+// Half-width (uv) of the window to search for blockers. The papers' window reaches up to the near plane. With
+// `nearest_blocker` the smallest depth in that window limits how near to the light a blocker can be, which gives a
+// smaller window; this is repeated once for the smaller window. The taps then lie denser, and every blocker stays in
+// reach. `reach` is the half-width of the filter to come in penumbra half-widths, at least 1; the window grows by this
+// factor.
 vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker, float reach) {
   precise vec2 half_width = searchHalfWidth(a, r.z, a.near) * reach;
   for (int i = 0; i < (nearest_blocker ? 2 : 0); ++i) {
@@ -87,7 +89,7 @@ vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_block
   return half_width;
 }
 
-// Of a filter as wide as the penumbra.
+// The search window for a filter as wide as the penumbra.
 vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker) {
   return searchWindow(hsm, r, a, nearest_blocker, 1.0);
 }

@@ -1,17 +1,18 @@
-// The surface point of a camera pixel as the shadow map sees it: place, depth and plane.
+// A camera pixel's surface point as the shadow map sees it: place, depth and receiver plane.
+// Include after common/receiver.glsl.
 #ifndef EDGESHADE_MAP_RECEIVER
 #define EDGESHADE_MAP_RECEIVER
-#include "receiver.glsl"
 
 struct MapReceiver {
   vec2 uv;
   float depth;       // bias taken off
   vec2 plane;        // d(depth)/d(uv) of the receiver's plane
-  float texel_depth; // depth over a texel's world size
+  float texel_depth; // change of depth over a texel's world size along the light's axis
 };
 
-// True where no shadow-map texel is needed; then `decided` is the visibility. `normal_offset` in multiples of what a
-// plane needs, `depth_bias` a fraction of the plane's slope a texel along both axes.
+// Returns true if the visibility needs no texel of the shadow map; `decided` then holds it. `normal_offset` is in
+// multiples of what a plane needs. `depth_bias` is a fraction of the plane's change of depth per texel, summed over
+// both axes.
 bool mapReceiver(Receiver r, float normal_offset, float depth_bias, out MapReceiver m, out float decided) {
   decided = 1.0;
   if (!r.surface) return true;

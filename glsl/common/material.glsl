@@ -1,4 +1,4 @@
-// Base colour and alpha test, with the arithmetic of the CPU reference (src/reference/ray_traced/alpha.rs).
+// Base colour and alpha test, with the same arithmetic as the CPU reference (src/reference/ray_traced/alpha.rs).
 #ifndef EDGESHADE_MATERIAL
 #define EDGESHADE_MATERIAL
 #extension GL_EXT_scalar_block_layout : require
@@ -27,11 +27,11 @@ vec4 texelAt(ivec2 i, ivec2 size) {
   return texelFetch(base_color_texture, ivec2(wrapTexel(i.x, size.x, push.wrap_u), wrapTexel(i.y, size.y, push.wrap_v)), 0);
 }
 
-// Level 0, bilinear or nearest, with weights in full single precision: a hole has the same border in the shadow
-// map, the G-buffer and the ray-traced truth, which the 8-bit weights of a texture unit would not give.
+// Samples level 0, bilinear or nearest, with weights in full single precision. So a hole has the same border in the
+// shadow map, the G-buffer and the ray-traced truth; the 8-bit weights of a texture unit would move it.
 vec4 sampleBaseColor(vec2 uv) {
   ivec2 size = textureSize(base_color_texture, 0);
-  // Far outside [0, 1] an index would overflow; whole repeats change nothing.
+  // Far outside [0, 1] the index would overflow. Dropping whole repeats changes nothing.
   vec2 x = (uv - 2.0 * floor(0.5 * uv)) * vec2(size);
   if (push.wrap_u == WRAP_CLAMP) x.x = clamp(uv.x, -1.0, 2.0) * float(size.x);
   if (push.wrap_v == WRAP_CLAMP) x.y = clamp(uv.y, -1.0, 2.0) * float(size.y);

@@ -1,14 +1,15 @@
-// Decides a kernel by the depth bounds of the blocks under it, without a look at the texels.
+// Decides a filter kernel by the depth bounds of the blocks under it, without reading texels.
+// Include after lib/pcf.glsl.
 #ifndef EDGESHADE_PCF_BOUNDS
 #define EDGESHADE_PCF_BOUNDS
 #include "lib/depth_bounds.glsl"
-#include "lib/pcf.glsl"
 
 const int UNDECIDED = -1;
 
-// 1 if every texel from `first` to `last`, all within the map, passes for sure, 0 if none does, UNDECIDED otherwise, by the
-// blocks of one level. References lie on the plane of the given slope (depth a texel), `reference` at the centre of `first`,
-// up to `rounding` off it, or before it by up to `drop`.
+// Decides all texels from `first` to `last`, which lie within the map, by the blocks of one level: 1 if all of them are
+// certainly lit, 0 if all are certainly shadowed, UNDECIDED otherwise. The texels are tested against a plane of the
+// given slope (depth per texel) with the depth `reference` at the centre of `first`. The true references may differ
+// from this plane by `rounding`, and may lie nearer to the light by up to `drop`.
 int decideBlocks(sampler2D blocks, int level, ivec2 first, ivec2 last, float reference, vec2 plane, float drop, float rounding) {
   int size = 8 << level;
   ivec2 a = first / size, b = last / size;
@@ -36,13 +37,13 @@ int decideBlocks(sampler2D blocks, int level, ivec2 first, ivec2 last, float ref
   return lit ? 1 : dark ? 0 : UNDECIDED;
 }
 
-// The same of a kernel's texels.
+// Decides a whole kernel; see decideBlocks.
 int decideKernel(sampler2D blocks, PcfKernel k, float drop, int w, ivec2 map_size) {
   ivec2 first = k.base, last = k.base + w;
   if (any(lessThan(first, ivec2(0))) || any(greaterThanEqual(last, map_size))) return UNDECIDED;
-  // Blocks of at least w + 1 texels: the kernel touches at most 2 x 2 of them.
+  // Blocks have at least w + 1 texels a side, so the kernel touches at most 2 x 2 of them.
   int level = w < 8 ? 0 : w < 16 ? 1 : w < 32 ? 2 : 3;
-  // References are summed in another order in the kernel: stay on the safe side of the rounding.
+  // The kernel sums its references in another order: stay on the safe side of the rounding.
   return decideBlocks(blocks, level, first, last, k.reference, k.slope, drop, 2.5e-7);
 }
 

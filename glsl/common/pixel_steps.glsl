@@ -1,6 +1,8 @@
-// How a pass goes over the image that decides most pixels cheaply: the others are worked on at once, or listed by one
-// dispatch and worked on by a second, of which every thread then has work: the same image. MEASURED is the second for a list
-// of which another pass knows more already. The includer defines the function declared here, and includes view.glsl before.
+// Dispatches of a pass that decides most pixels cheaply and works longer on the others. AT_ONCE does both in one
+// dispatch. LIST decides the cheap pixels and lists the others; LISTED then works on the list, so that every thread has
+// work. The image is the same. MEASURED is LISTED for a list whose pixels another pass has measured already.
+// The shader's main walks over the pixels with the functions below.
+// Include after common/receiver.glsl.
 #ifndef EDGESHADE_PIXEL_STEPS
 #define EDGESHADE_PIXEL_STEPS
 #include "tiles.glsl"
@@ -14,38 +16,27 @@ layout(binding = 4) writeonly uniform image2D visibility;
 layout(binding = 5, scalar) buffer PixelList {
   uint groups[3];
   uint count;
-  uint tiles; // with any pixel in the list
+  uint tiles; // number of tiles with a listed pixel
   uint pixels[];
 } list;
-
-// Finds the visibility of a pixel: always, or with STEP == LIST only where that is cheap. False if the pixel is left for later.
-bool visibilityAt(ivec2 pixel, out float v);
 
 shared uint open;
 shared uint first;
 
-void main() {
-  if (STEP == LISTED || STEP == MEASURED) {
-    uint threads = 64 * gl_NumWorkGroups.x;
-    for (uint i = 64 * gl_WorkGroupID.x + gl_LocalInvocationIndex; i < list.count; i += threads) {
-      ivec2 pixel = unpackTile(list.pixels[i]);
-      float v;
-      visibilityAt(pixel, v);
-      imageStore(visibility, pixel, vec4(v));
-    }
-    return;
-  }
-  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  bool inside = all(lessThan(pixel, ivec2(view.size)));
-  float v;
-  bool decided = !inside || visibilityAt(pixel, v);
-  if (inside && decided) imageStore(visibility, pixel, vec4(v));
-  if (STEP == AT_ONCE) return;
+// Returns true in the dispatches that work on the list.
+bool readsList() { return STEP == LISTED || STEP == MEASURED; }
 
+// Index in the list of the thread's first pixel, and the step to its next one.
+uint firstListed() { return 64 * gl_WorkGroupID.x + gl_LocalInvocationIndex; }
+uint listStride() { return 64 * gl_NumWorkGroups.x; }
+
+// Appends the pixel to the list if it is `left` and STEP is LIST. All threads of the workgroup must call it.
+void listPixel(ivec2 pixel, bool left) {
+  if (STEP != LIST) return;
   if (gl_LocalInvocationIndex == 0) open = 0;
   barrier();
   uint index;
-  if (!decided) index = atomicAdd(open, 1);
+  if (left) index = atomicAdd(open, 1);
   barrier();
   if (gl_LocalInvocationIndex == 0 && open > 0) {
     first = atomicAdd(list.count, open);
@@ -53,7 +44,7 @@ void main() {
     atomicMax(list.groups[0], min((first + open + 63) / 64, MAX_TILE_GROUPS));
   }
   barrier();
-  if (!decided) list.pixels[first + index] = packTile(uvec2(pixel));
+  if (left) list.pixels[first + index] = packTile(uvec2(pixel));
 }
 
 #endif

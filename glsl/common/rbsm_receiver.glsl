@@ -1,7 +1,8 @@
-// What the revectorization passes share: push constants, a pixel's point in the shadow map, the shadow test on its plane.
+// Common part of the revectorization passes: push constants, a pixel's point in the shadow map, and the shadow test on
+// the receiver's plane. A shader that defines MAP_GOES_ON reads the map's border texels outside the map.
+// Include after common/map_receiver.glsl.
 #ifndef EDGESHADE_RBSM_RECEIVER
 #define EDGESHADE_RBSM_RECEIVER
-#include "map_receiver.glsl"
 #define RBSM_GATHER
 #include "lib/rbsm.glsl"
 #include "lib/shadow_test.glsl"
@@ -12,12 +13,12 @@ layout(binding = 3) uniform sampler2DArray shadow_map;
 
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs
-  float depth_bias;    // fraction of a texel's slope, along both axes
-  float slack;         // texels of depth a texel of distance that a curved receiver may lie before its plane
+  float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
+  float slack;         // by how much a curved receiver may lie before its plane: texel depths per texel of distance
 } push;
 
-// The texel that is tested for one that may lie outside the map: filters whose windows may be wider than the map, which
-// define MAP_GOES_ON, take its border there; for the others all is lit.
+// Returns the texel to read for one that may lie outside the map. Filters with windows wider than the map define
+// MAP_GOES_ON and take the nearest border texel. For all others everything outside the map is lit.
 ivec2 testedTexel(ivec2 texel) {
 #ifdef MAP_GOES_ON
   return nearestTexel(texel, ivec2(view.map_size));
@@ -32,8 +33,8 @@ float shadowTest(ShadowPoint p, ivec2 texel) {
 }
 
 uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
-  // At the common corner of the four no rounding can pick another block. Gather order: (0, 1), (1, 1), (1, 0), (0, 0). The
-  // sampler's border is white, or with MAP_GOES_ON the map's own.
+  // At the common corner of the four texels, rounding cannot select others. Gather order:
+  // (0, 1), (1, 1), (1, 0), (0, 0). The sampler's border is white, or repeats the map's border with MAP_GOES_ON.
   vec4 stored = textureGather(shadow_map, vec3(vec2(corner + 1) / vec2(view.map_size), 0.0));
   return uint(shadowTest(receiverDepth(p, testedTexel(corner)), stored.w)) |
          uint(shadowTest(receiverDepth(p, testedTexel(corner + ivec2(1, 0))), stored.z)) << 1 |
@@ -41,7 +42,7 @@ uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
          uint(shadowTest(receiverDepth(p, testedTexel(corner + ivec2(1, 1))), stored.y)) << 3;
 }
 
-// True where no shadow-map texel is needed; then `decided` is the visibility.
+// Returns true if the visibility needs no texel of the shadow map; `decided` then holds it.
 bool rbsmReceiver(Receiver r, out ShadowPoint p, out float decided) {
   MapReceiver m;
   if (mapReceiver(r, push.normal_offset, push.depth_bias, m, decided)) return true;
@@ -53,7 +54,7 @@ bool rbsmReceiver(Receiver r, out ShadowPoint p, out float decided) {
 
 bool rbsmReceiver(ivec2 pixel, out ShadowPoint p, out float decided) { return rbsmReceiver(receiverAt(pixel), p, decided); }
 
-// The texel's own test and, in `N`, those of its neighbours (listing 2's computeN).
+// Tests the texel itself, and in `N` its neighbours (computeN of listing 2).
 float testNeighbourhood(ShadowPoint p, out vec4 N) {
   uint upper = shadowTest2x2(p, p.texel - 1), lower = shadowTest2x2(p, p.texel);
   N = vec4(upper >> 2 & 1u, lower >> 1 & 1u, lower >> 2 & 1u, upper >> 1 & 1u);

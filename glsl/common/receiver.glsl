@@ -1,26 +1,28 @@
-// The surface point of a camera pixel: position and normal in the camera's view space.
+// A camera pixel's surface point: position and normal in the camera's view space.
 #ifndef EDGESHADE_RECEIVER
 #define EDGESHADE_RECEIVER
 #include "lib/bias.glsl"
 #include "lib/octahedral.glsl"
+#include "lib/light_space.glsl"
 #include "view.glsl"
 
 layout(binding = 1) uniform sampler2D camera_depth;
-layout(binding = 2) uniform sampler2D camera_normal; // unused where view.normal_encoding is NORMAL_NONE
+layout(binding = 2) uniform sampler2D camera_normal; // unused if view.normal_encoding is NORMAL_NONE
 
 struct Receiver {
   vec3 position;
-  vec3 normal;   // unit, on the viewer's side
-  float error;   // how far the position may be off, world units
+  vec3 normal;   // unit length, on the viewer's side
+  float error;   // bound of the position's error, world units
   bool surface;  // false: sky
 };
 
 float depthAt(ivec2 pixel) { return texelFetch(camera_depth, pixel, 0).x; }
 
-// Geometric normal from neighbouring depths, along each axis of the one that is likelier on the same surface: from which and
-// the pixel beyond it the pixel's own depth follows best, as depths of a plane are linear in the image; so the normals on
-// both sides of a crease are those of its faces. Towards the viewer where there is no neighbour to tell. `neighbours` is 4, or
-// 0 if the result is not wanted: a CPU driver goes through both sides of every branch, but not through every round of a loop.
+// Derives the geometric normal from neighbouring depths. Along each axis it takes the neighbour that more likely lies
+// on the same surface: the depths of a plane are linear in the image, so it takes the side whose two pixels predict the
+// pixel's own depth best. So the normals on both sides of a crease are those of its faces. Without any usable neighbour
+// the normal points towards the viewer. `neighbours` is 4, or 0 if the result is not wanted: a CPU driver executes both
+// sides of every branch, but not every round of a loop.
 vec3 normalFromDepth(ivec2 pixel, vec3 p, int neighbours) {
   ivec2 last = ivec2(view.size) - 1;
   float own = depthAt(pixel);
@@ -80,13 +82,13 @@ Receiver receiverAt(ivec2 pixel) {
   r.position = viewPosition(pixel, depth);
   r.normal = normalAt(pixel, r.position);
   r.error = POSITION_ULPS * length(r.position);
-  // Anything but reversed floating-point depth loses much more far away than single precision does.
+  // Depth formats other than reversed floating point lose much more than single precision far away.
   if (view.depth_error != 0.0) r.error += distance(r.position, viewPosition(pixel, depth + view.depth_error));
   return r;
 }
 
-// The point to look up in the shadow map: the receiver moved along its normal by `texels` times what a plane
-// needs (planeOffsetTexels), plus what precision may have cost its position.
+// Returns the point to look up in the shadow map: the receiver moved along its normal by `texels` times the offset that
+// a plane needs (planeOffsetTexels), plus the bound of its position's error.
 vec3 offsetReceiver(Receiver r, LightPoint l, float texels, int layer) {
   mat4 m = view.light_clip_from_view[layer];
   float offset = texels * texelSize(m, l, vec2(view.map_size)) * planeOffsetTexels(m, r.normal);

@@ -1,5 +1,5 @@
 #version 460
-// The picture: key light times visibility, hemisphere ambient, albedo, a sky, tone-mapped to sRGB.
+// Shades the picture: key light times visibility, hemispherical ambient light, albedo, sky; tone-mapped to sRGB.
 #extension GL_GOOGLE_include_directive : require
 #include "receiver.glsl"
 #include "lib/tone.glsl"
@@ -12,8 +12,8 @@ layout(binding = 5) writeonly uniform image2D picture;
 
 layout(push_constant, scalar) uniform Push {
   vec3 light_color;    // key light at `reference_distance`, times exposure
-  float ambient;       // hemisphere light against it
-  float reference_distance; // of a spot light; 0 for a directional one
+  float ambient;       // strength of the hemispherical light
+  float reference_distance; // of a spot light; 0 for a directional light
   float cos_outer;     // of a spot light's cone
   float cos_inner;
 } push;

@@ -1,13 +1,13 @@
-// The hard test of a receiver against the texel that its point falls into, for those inside the light's frustum.
+// The hard shadow test of a receiver inside the light's frustum, against the texel that its point falls into.
 // Williams, "Casting Curved Shadows on Curved Surfaces" (1978); [JCGT] eq. 1.
-// Departure: the point is moved along its normal by what its plane needs to clear its own depth, instead of a
-// constant depth bias, so that one setting holds at every scale and slope.
+// Departure: the point moves along its normal by the offset that clears its plane's own depth, instead of a constant
+// depth bias. So one setting holds at every scale and slope.
+// Include after common/receiver.glsl.
 #ifndef EDGESHADE_SHADOW_MAP_TEST
 #define EDGESHADE_SHADOW_MAP_TEST
-#include "receiver.glsl"
 #include "lib/shadow_test.glsl"
 
-// `normal_offset` in multiples of what a plane needs, `depth_bias` in depth units on top.
+// `normal_offset` is in multiples of what a plane needs, `depth_bias` in depth units.
 float shadowMapTest(sampler2DArray shadow_map, Receiver r, LightPoint l, float normal_offset, float depth_bias) {
   l = lightSpace(offsetReceiver(r, l, normal_offset, 0), 0);
   if (!l.inside) return 1.0;

@@ -1,11 +1,11 @@
-// The constants of a frame, as src/technique/common/view.rs fills them.
+// Constants of a frame, filled by src/technique/common/view.rs. common/receiver.glsl includes this file after
+// lib/light_space.glsl.
 #ifndef EDGESHADE_VIEW
 #define EDGESHADE_VIEW
 #extension GL_EXT_scalar_block_layout : require
-#include "lib/light_space.glsl"
 
 const int MAX_LAYERS = 6;
-// How the normal image encodes; NORMAL_NONE: derive the normal from depth.
+// Encoding of the normal image. NORMAL_NONE derives the normals from depth.
 const uint NORMAL_NONE = 0, NORMAL_OCTAHEDRAL_SIGNED = 1, NORMAL_OCTAHEDRAL_UNSIGNED = 2, NORMAL_CARTESIAN = 3;
 
 layout(binding = 0, scalar) uniform ViewBlock {
@@ -17,18 +17,18 @@ layout(binding = 0, scalar) uniform ViewBlock {
   uvec2 size;                              // camera image, pixels
   uvec2 map_size;                          // shadow map, texels
   uint normal_encoding;
-  float far_depth;                         // what a cleared camera depth holds
+  float far_depth;                         // camera depth where there is no surface
   float depth_error;                       // of the camera depth, absolute, towards the viewer; 0: relative only
-  vec2 pixel_size;                         // world width of a pixel at eye depth z: x z + y; the finer axis
+  vec2 pixel_size;                         // world width of a pixel at eye depth z is x z + y; along the finer axis
   float off_axis;                          // largest secant of the angle between a view ray and the axis
   vec4 light_area[MAX_LAYERS];             // half-size factors: uv, world; depth offset; see lib/area_light.glsl
 } view;
 
-// Camera view space of a pixel with the given depth.
+// Camera view-space position of a pixel with the given depth.
 vec3 viewPosition(ivec2 pixel, float depth) {
   vec2 ndc = (2.0 * vec2(pixel) + 1.0) / vec2(view.size) - 1.0;
-  // `precise` here and along the way to a shadow test: the same arithmetic in every pipeline, so that skipping
-  // changes no bit.
+  // `precise` here and along the way to a shadow test gives the same arithmetic in every pipeline, so that skipping
+  // work changes no bit.
   precise vec4 p = view.view_from_clip * vec4(ndc, depth, 1.0);
   precise vec3 position = p.xyz / p.w;
   return position;

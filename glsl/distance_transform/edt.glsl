@@ -1,30 +1,31 @@
-// What the passes of the exact Euclidean distance transform share: constants, and which of two seeds is the nearer one.
+// Common part of the passes of the exact Euclidean distance transform: constants, push constants, and the comparison of
+// two seeds.
 //
-// Seeds come as a vertical bit mask: a word a column and block of 32 rows, bit y % 32, word x + width * (y / 32). A label is
-// x | y << 16 of a seed, or NO_SEED. Of several nearest seeds the one with the smallest y counts, then that with the
-// smallest x. Sides are up to 65535 pixels; all arithmetic is in 32 bits.
+// Seeds come as a vertical bit mask with one word per column and block of 32 rows: bit y % 32 of word
+// x + width * (y / 32). A label is x | y << 16 of a seed, or NO_SEED. Of several nearest seeds the one with the smallest y counts, then
+// the one with the smallest x. Sides are at most 65535 pixels; all arithmetic is in 32 bits.
 #ifndef EDGESHADE_EDT
 #define EDGESHADE_EDT
 #extension GL_EXT_scalar_block_layout : require
 
 const uint NO_SEED = 0xffffffffu;
-// A distance in rows that stands for none.
+// A distance in rows that stands for no seed.
 const uint FAR = 0xffffu;
 
 layout(push_constant, scalar) uniform Push {
   uvec2 size;
-  uint radius; // pixels; 65534 where nothing is cut
-  uint span;   // columns of a segment, band or block of pixels; blocks of rows for edt_columns.comp
+  uint radius; // pixels; 65534 for an unbounded transform
+  uint span;   // columns per segment, band or block of pixels; for edt_columns.comp blocks of rows
   uint bands;
   uint merge;  // bands on either side of a merge
-  bool squared; // write squared distances too
+  bool squared; // write squared distances as well
 } push;
 
 uvec2 seedOf(uint label) { return uvec2(label & 0xffffu, label >> 16); }
 
-// Rows from row `i` of a block to the nearest seed of a column, negative upwards; beyond +-65534 if there is none. A
-// column is its word of the block and, in 16 bits each, the rows from the block's first row up to the next seed above it
-// and from its last row down to the next one below.
+// Rows from row `i` of a block to the nearest seed of a column, negative upwards; beyond +-65534 if there is none.
+// `column` holds the column's word of the block, then two distances of 16 bits each: from the block's first row up to
+// the next seed above the block, and from its last row down to the next seed below it.
 int columnOffset(uvec2 column, uint i) {
   uint above = column.x & (0xffffffffu >> (31 - i)), below = column.x >> i;
   int up = above != 0 ? int(i) - findMSB(above) : int(i + (column.y & 0xffffu));
@@ -32,13 +33,13 @@ int columnOffset(uvec2 column, uint i) {
   return up <= down ? -up : down;
 }
 
-// The first pixel of row y that is nearer to seed c than to seed b, which lies further left; negative or beyond every image
-// where there is none such.
+// The first pixel of row y that is nearer to seed c than to seed b, where b lies further left; negative or beyond every
+// image if there is no such pixel.
 //
 // c is nearer at x if and only if d (2x - b.x - c.x) > n with d = c.x - b.x and n = (c.y - y)^2 - (b.y - y)^2 (after
 // Meijster, Roerdink, Hesselink 2000, solved for x). |n| < 2^32 is kept apart from its sign. A quotient of 2^18 or more
-// lies beyond every image; below, the one in floating point is off by at most 1, which the remainder, exact modulo 2^32,
-// puts right.
+// lies beyond every image. Smaller quotients in floating point are off by at most 1; the remainder, exact modulo 2^32,
+// corrects them.
 int firstNearer(uint b, uint c, uint y) {
   uvec2 pb = seedOf(b), pc = seedOf(c);
   int gb = abs(int(pb.y) - int(y)), gc = abs(int(pc.y) - int(y));
@@ -58,13 +59,13 @@ int firstNearer(uint b, uint c, uint y) {
       rest -= int(d);
     }
   }
-  // The largest m with d m <= n, or < n where c wins ties: it lies further up.
+  // The largest m with d m <= n, or with d m < n where c wins ties because it lies further up.
   int m = gc >= gb ? q : rest == 0 ? -q : -q - 1;
   if (rest == 0 && pc.y < pb.y) m--;
   return (m + int(pb.x + pc.x) + 2) >> 1;
 }
 
-// The squared distance from pixel p to a seed, if that is within the radius.
+// Squared distance from pixel p to a seed. Returns true if it is within the radius.
 bool inReach(uint label, uvec2 p, out uint squared) {
   uvec2 d = uvec2(abs(ivec2(seedOf(label)) - ivec2(p)));
   squared = d.x * d.x + d.y * d.y;

@@ -1,14 +1,14 @@
 #version 460
-// Joins the blocks of 32 rows of every column: the rows to the next seed above and below each block. Phase 1 of the
-// Parallel Banding Algorithm (Cao, Tang, Mohamed, Tan 2010) with bands of 32 rows, inside which bit arithmetic
-// takes the place of the sweep.
+// Joins the blocks of 32 rows of every column: finds the next seed above and below each block. This is phase 1 of the
+// Parallel Banding Algorithm (Cao, Tang, Mohamed, Tan 2010) with bands of 32 rows, in which bit arithmetic replaces the
+// sweep.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(binding = 0, scalar) readonly buffer SeedBits { uint seed_bits[]; };
-// An image, since a CPU driver fetches texels faster than entries of a buffer. Texel (x, block).
+// An image with texels (x, block): a CPU driver fetches texels faster than entries of a buffer.
 layout(binding = 1, rg32ui) uniform uimage2D columns;
 
 void main() {

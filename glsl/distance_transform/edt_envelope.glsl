@@ -1,19 +1,16 @@
-// The seeds that are nearest to any pixel of a stretch of a row, in order: the lower envelope of the columns' parabolas
-// (Meijster, Roerdink, Hesselink 2000; Felzenszwalb, Huttenlocher 2012), or "proximate points" (Cao, Tang, Mohamed, Tan
-// 2010). The includer stores them by the two functions declared here. A site is a seed's label and the first pixel that is
-// nearest to it.
+// Finds the seeds that are nearest to any pixel of a stretch of a row, in order: the lower envelope of the columns'
+// parabolas (Meijster, Roerdink, Hesselink 2000; Felzenszwalb, Huttenlocher 2012), or "proximate points" (Cao, Tang,
+// Mohamed, Tan 2010). A site is a seed's label and the first pixel whose nearest seed it is.
+// Include after edt.glsl and after the functions loadSite and storeSite, which keep the sites of a thread.
 #ifndef EDGESHADE_EDT_ENVELOPE
 #define EDGESHADE_EDT_ENVELOPE
-#include "edt.glsl"
 
 layout(binding = 0) uniform usampler2D columns; // edt_columns.comp
 layout(binding = 1, scalar) readonly buffer Live { uint live[]; };
 
-uvec2 loadSite(uint i);
-void storeSite(uint i, uvec2 site);
-
-// Stores the sites of columns from..to of row y that own pixels of begin..end, all half open; gives their number and the
-// last one. A site that owns no such pixel can be left out: another is nearer to each of them.
+// Stores the sites of the columns from..to of row y that own pixels of begin..end; both ranges are half open. Returns
+// their number, and the last one in `top`. A site without such a pixel can be left out: each of the pixels has a nearer
+// one.
 uint envelope(uint y, uint from, uint to, uint begin, uint end, out uvec2 top) {
   uint tiles = (push.size.x + 31) / 32, block = y / 32, count = 0;
   top = uvec2(NO_SEED, begin);

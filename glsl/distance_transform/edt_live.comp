@@ -1,5 +1,6 @@
 #version 460
-// Which columns of a tile of 32 x 32 pixels have a seed in reach of any of its rows: a bit a column. Work follows these bits.
+// Finds the columns of a tile of 32 x 32 pixels with a seed in reach of any of its rows: one bit per column. Later
+// passes visit only these columns.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 

@@ -1,6 +1,6 @@
 #version 460
-// Packs a mask of a byte a pixel into the vertical bit mask of edt.glsl, four columns of a block of 32 rows a thread. Rows
-// are padded to whole words; seeds are the bytes that are not 0.
+// Packs a mask of one byte per pixel into the vertical bit mask of edt.glsl. Bytes other than 0 are seeds; rows are
+// padded to whole words. A thread packs four columns of a block of 32 rows.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 

@@ -1,6 +1,6 @@
 #version 460
-// Gives every pixel its nearest seed, a thread a row and block of columns: phase 3 of the Parallel Banding Algorithm (Cao,
-// Tang, Mohamed, Tan 2010).
+// Gives every pixel its nearest seed: phase 3 of the Parallel Banding Algorithm (Cao, Tang, Mohamed, Tan 2010). A
+// thread works on one row of a block of columns.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 
@@ -19,7 +19,8 @@ void main() {
   uint begin = gl_GlobalInvocationID.y * push.span, end = min(begin + push.span, push.size.x);
   if (y >= push.size.y || begin >= end) return;
 
-  // The site that owns the first pixel: in the last band whose first site begins no later, the last such.
+  // The site that owns the first pixel: the last site that begins no later, in the last band whose first site begins no
+  // later.
   uint band = push.bands;
   uvec2 range = uvec2(0);
   for (uint k = 0; k < push.bands; k++) {
@@ -29,7 +30,7 @@ void main() {
     band = k;
     range = r;
   }
-  uint low = range.x, high = range.y; // site `low` begins no later, `high` later
+  uint low = range.x, high = range.y; // site `low` begins no later than the first pixel, site `high` later
   while (high > low + 1) {
     uint middle = (low + high) / 2;
     if (site(middle).y <= begin) low = middle;

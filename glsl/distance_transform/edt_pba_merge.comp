@@ -1,7 +1,8 @@
 #version 460
-// Joins the sites of neighbouring groups of bands, a thread a row and pair of groups; run for groups of 1, 2, 4 ... bands.
-// Phase 2 of the Parallel Banding Algorithm, second half (Cao, Tang, Mohamed, Tan 2010). Sites stay in place:
-// from the end of the left group and the beginning of the right one those are dropped that own no pixel any more.
+// Joins the sites of neighbouring groups of bands: phase 2 of the Parallel Banding Algorithm, second half (Cao, Tang,
+// Mohamed, Tan 2010). It runs for groups of 1, 2, 4 ... bands; a thread works on one row of a pair of groups. Sites
+// stay in place. The pass drops sites that no longer own a pixel, from the end of the left group and from the beginning
+// of the right one.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 
@@ -31,7 +32,7 @@ void main() {
   uint right = nextBand(middle, end);
   if (right == end) return;
   uvec2 right_range = seedOf(bands[bandSlot(right)]);
-  uint left = middle; // the band to the right of that of site b
+  uint left = middle; // band to the right of the band of site b
   uvec2 left_range = uvec2(0);
   uvec2 c = sites[siteSlot(right_range.x)];
   uvec2 b;

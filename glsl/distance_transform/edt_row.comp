@@ -1,19 +1,21 @@
 #version 460
-// Nearest seeds row by row, within the radius: a thread a row of a segment of columns finds the sites of the segment and of
-// the radius around it, then walks back over them. A row of a segment without seeds in reach is left as it is, cleared. The workgroups share
-// out the segments in turn, so that the sites of one stay in a cache.
+// Finds the nearest seeds within the radius, row by row. A thread works on one row of a segment of columns: it finds
+// the sites of the segment and of the columns within the radius around it, then walks back over them. It leaves a row
+// without seeds in reach cleared. The workgroups take segments in turn, so that the sites of one segment stay in a
+// cache.
 #extension GL_GOOGLE_include_directive : require
-#include "edt_envelope.glsl"
+#include "edt.glsl"
 
-// Rows of one block: neighbouring threads do nearly the same.
+// Rows of one block, so that neighbouring threads do nearly the same work.
 layout(local_size_x = 8) in;
 
-// Sites that a thread keeps to itself: for a CPU driver, which reaches them several times faster than a buffer. 1 for none.
+// Number of sites that a thread keeps in an array of its own, or 1 for none. A CPU driver reaches such an array several
+// times faster than a buffer.
 layout(constant_id = 0) const uint OWN_SITES = 1;
 uvec2 own_sites[OWN_SITES];
 
 layout(binding = 2, scalar) buffer Sites { uvec2 sites[]; };
-// Rows are padded to whole quads. Buffers, not images: a CPU driver stores four pixels here in the time of one there.
+// Rows are padded to whole quads. In the time of one store to an image, a CPU driver stores four pixels to a buffer.
 layout(binding = 3, scalar) writeonly buffer Labels { uvec4 labels[]; };
 layout(binding = 4, scalar) writeonly buffer SquaredDistances { uvec4 squared_distances[]; };
 layout(binding = 5, scalar) buffer Active { uint active_rows; };
@@ -25,7 +27,9 @@ void storeSite(uint i, uvec2 site) {
   else sites[slot(i)] = site;
 }
 
-// The label of a pixel and its squared distance; pixels are asked for from right to left.
+#include "edt_envelope.glsl"
+
+// Label and squared distance of a pixel. Pixels must come from right to left.
 uvec2 pixel(uvec2 p, inout uvec2 top, inout uint count) {
   uint squared;
   uvec2 result = uvec2(NO_SEED);
@@ -45,7 +49,7 @@ void main() {
     uint from = begin - min(begin, push.radius), to = min(end + push.radius, push.size.x);
     uvec2 top;
     uint count = envelope(y, from, to, begin, end, top);
-    if (push.radius < FAR - 1 && count == 0) continue; // the rows are cleared
+    if (push.radius < FAR - 1 && count == 0) continue; // these rows are cleared already
     atomicAdd(active_rows, 1);
     uint quads = (push.size.x + 3) / 4;
     for (uint quad = (end + 3) / 4; quad-- > begin / 4;) {

@@ -1,7 +1,8 @@
 #version 460
-// Nearest seeds within a radius of at most 64 pixels, a workgroup a tile of 32 x 32 pixels, in one dispatch: the rows to
-// the nearest seed of every column in reach, from a few words of the bit mask, then from each pixel outwards along its row
-// until no column can be nearer. A tile without seeds in reach is left at once.
+// Finds the nearest seeds within a radius of at most 64 pixels in one dispatch, a tile of 32 x 32 pixels per workgroup.
+// First it finds, for every column in reach, the rows to the nearest seed from a few words of the bit mask. Then it
+// searches from each pixel outwards along the row until no column can be nearer. A tile without seeds in reach ends at
+// once.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 
@@ -14,12 +15,12 @@ layout(binding = 1, r32ui) writeonly uniform uimage2D labels;
 layout(binding = 2, r32ui) writeonly uniform uimage2D squared_distances;
 layout(binding = 3, scalar) buffer Active { uint active_tiles; };
 
-// Rows to the nearest seed of a column, plus 64, in a byte, 255 for none: those of rows i, i + 8, i + 16 and i + 24 in one
-// word.
+// Signed rows to the nearest seed of a column, plus 64, in one byte; 255 for none. A word holds rows i, i + 8, i + 16
+// and i + 24.
 shared uint offsets[8][TILE + 2 * MAX_RADIUS];
 shared bool any_seed;
 
-// Seeds of column x in reach of the block of rows.
+// Seeds of column x in reach of the block of rows, in the form that columnOffset takes.
 uvec2 column(uint x, uint block) {
   uint blocks = (push.size.y + 31) / 32;
   uint up = FAR, down = FAR;

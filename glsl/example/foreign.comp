@@ -1,5 +1,5 @@
 #version 460
-// Revectorized shadows in an engine of its own: positions, normals and a shadow map in, visibility out.
+// Revectorized shadows in another engine: takes positions, normals and a shadow map, writes visibility.
 #extension GL_GOOGLE_include_directive : require
 #define MAXDIST 32
 #include "lib/light_space.glsl"
@@ -12,7 +12,7 @@ layout(binding = 2) uniform sampler2D shadow_map;     // depth 0 near to 1 far
 layout(binding = 3, r32f) writeonly uniform image2D visibility;
 layout(push_constant) uniform Light {
   mat4 clip_from_world;
-  float depth_scale; // near * far / (far - near) of a spot light, 0 of a directional one
+  float depth_scale; // near * far / (far - near) of a spot light, 0 for a directional light
   float bias;        // taken off the receiver's depth
 } light;
 

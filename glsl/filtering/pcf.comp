@@ -1,7 +1,10 @@
 #version 460
-// Percentage-closer filtering over all pixels, over those that the depth bounds leave open, or over the tiles that
-// pcf_classify listed: the same image each time. See lib/pcf.glsl.
+// Percentage-closer filtering over all pixels, over those that the depth bounds do not decide, or over the tiles that
+// pcf_classify.comp listed. The image is the same. See lib/pcf.glsl.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "lib/pcf.glsl"
 #include "common/pcf_bounds.glsl"
 #include "pcf_receiver.glsl"
 #include "common/tiles.glsl"

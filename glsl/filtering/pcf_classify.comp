@@ -1,7 +1,10 @@
 #version 460
-// Decides the pixels whose whole kernel is lit or in shadow by the depth bounds of blocks, and lists the
-// tiles that hold any other. The result is the same as filtering every pixel: the bounds are conservative.
+// Decides the pixels whose whole kernel is lit or in shadow according to the depth bounds of blocks, and lists the
+// tiles with any other pixel. The bounds are conservative, so the result is the same as that of filtering every pixel.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "lib/pcf.glsl"
 #include "common/pcf_bounds.glsl"
 #include "pcf_receiver.glsl"
 #include "common/tiles.glsl"
@@ -20,7 +23,7 @@ layout(binding = 5, scalar) buffer TileList {
 
 shared bool undecided;
 
-// True where the visibility is known without filtering.
+// Returns true if the visibility is known without filtering; `decided` then holds it.
 bool classify(ivec2 pixel, out float decided) {
   PcfKernel kernel;
   if (pcfReceiver(pixel, WIDTH, kernel, decided)) return true;

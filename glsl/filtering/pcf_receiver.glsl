@@ -1,15 +1,14 @@
-// What pcf.comp and pcf_classify.comp share: a pixel is decided without the map, or has a kernel in it.
+// Common part of pcf.comp and pcf_classify.comp: a pixel either needs no texel of the map, or has a kernel in it.
+// Include after common/map_receiver.glsl and lib/pcf.glsl.
 #ifndef EDGESHADE_PCF_RECEIVER
 #define EDGESHADE_PCF_RECEIVER
-#include "common/map_receiver.glsl"
-#include "lib/pcf.glsl"
 
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs
-  float depth_bias;    // fraction of a texel's slope, along both axes
+  float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
 } push;
 
-// True where no shadow-map texel is needed; then `decided` is the visibility.
+// Returns true if the visibility needs no texel of the shadow map; `decided` then holds it.
 bool pcfReceiver(ivec2 pixel, int w, out PcfKernel kernel, out float decided) {
   MapReceiver m;
   if (mapReceiver(receiverAt(pixel), push.normal_offset, push.depth_bias, m, decided)) return true;

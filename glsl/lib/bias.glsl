@@ -1,4 +1,4 @@
-// The one bias model of all techniques: what single precision costs, and nothing that depends on a scene's scale.
+// The bias that all techniques share: it covers what single precision loses, and does not depend on the scene's scale.
 #ifndef EDGESHADE_BIAS
 #define EDGESHADE_BIAS
 

@@ -1,22 +1,23 @@
-// From the camera's view space to the shadow map: position, depth, and the receiver plane.
-// Binding-free: include it anywhere. World and view spaces are right-handed; the map has depth 0 near to 1 far, v down.
+// From the camera's view space to the shadow map: position, depth, and the receiver's plane.
+// Binding-free: include it anywhere. World and view spaces are right-handed. The map's depth runs from 0 near to 1 far,
+// and v points down.
 #ifndef EDGESHADE_LIGHT_SPACE
 #define EDGESHADE_LIGHT_SPACE
 
 // A point in shadow-map space.
 struct LightPoint {
   vec2 uv;     // [0, 1] inside the map
-  float depth; // what the map stores: 0 near to 1 far
+  float depth; // depth as the map stores it: 0 near to 1 far
   float w;     // distance along the light's axis (1 for a directional light)
   vec2 ndc;
-  bool inside; // within the light's frustum; outside it a point counts as lit
+  bool inside; // within the light's frustum; points outside it count as lit
 };
 
 LightPoint lightPoint(mat4 light_clip_from_view, vec3 p) {
   precise vec4 q = light_clip_from_view * vec4(p, 1.0);
   precise LightPoint l;
   l.w = q.w;
-  // Never divide by a w that is not in front of the light.
+  // Never divide by a w that does not lie in front of the light.
   l.inside = q.w > 0.0 && q.z >= 0.0 && q.z <= q.w && all(lessThanEqual(abs(q.xy), vec2(q.w)));
   float r = l.inside ? 1.0 / q.w : 0.0;
   l.ndc = q.xy * r;
@@ -41,9 +42,10 @@ float texelDepth(mat4 light_clip_from_view, float depth_scale, LightPoint l, vec
   return depth;
 }
 
-// How far a point of a plane must move along its normal `n` so that it lies in front of the plane's own depth in
-// the texel it then falls into, in units of texelSize: at a texel's centre, at most half a texel away on either
-// axis, the plane is deeper by at most (|n_u| + |n_v|)/2 over the plane's slope along the ray, which cancels.
+// Distance, in units of texelSize, by which a point of a plane must move along the plane's normal `n` so that it lies
+// in front of the depth that the map stores for the plane. The centre of the point's texel is at most half a texel away
+// along each axis. There the plane's depth differs by at most (|n_u| + |n_v|)/2 over the cosine between normal and ray.
+// A move along the normal is lengthened along the ray by the same factor, which cancels.
 float planeOffsetTexels(mat4 light_clip_from_view, vec3 n) {
   precise float texels = 0.5 * (abs(dot(n, normalize(rowOf(light_clip_from_view, 0)))) +
                                 abs(dot(n, normalize(rowOf(light_clip_from_view, 1)))));
@@ -52,8 +54,9 @@ float planeOffsetTexels(mat4 light_clip_from_view, vec3 n) {
 
 // Receiver plane: d(depth)/d(uv) over the plane with normal `n` through the point, exact for both projections.
 // `depth_scale` is near*far/(far-near) for a perspective light and 0 for a parallel one.
-// With U, V, D the gradients of u, v and depth in space, D - g.u U - g.v V is parallel to n; crossing with n and
-// dotting gives the two triple products. A plane seen edge-on has no such slope: then 0, the fixed depth.
+// Let U, V, D be the gradients of u, v and depth in space, and g the result. Then D - g.u U - g.v V is parallel to n; a
+// cross product with n and a dot product give the two triple products below. A plane seen edge-on has no such slope;
+// the result is then 0, which means a fixed depth.
 vec2 receiverPlane(mat4 light_clip_from_view, float depth_scale, LightPoint l, vec3 n) {
   vec3 x = rowOf(light_clip_from_view, 0), y = rowOf(light_clip_from_view, 1);
   vec3 z = rowOf(light_clip_from_view, 2), w = rowOf(light_clip_from_view, 3);

@@ -1,17 +1,17 @@
 // Percentage-closer filtering: Reeves, Salesin, Cook, "Rendering Antialiased Shadows with Depth Maps" (1987).
-// A box of w x w texels convolved with the bilinear tent of the hard test: (w+1)^2 texels, per axis weighted
-// 1-f, 1, ..., 1, f, so that the kernel slides without steps. Every texel is tested at its own centre on the
-// receiver's plane.
+// The kernel is a box of w x w texels convolved with the bilinear tent of the hard test. It reads (w+1)^2 texels with
+// the weights 1-f, 1, ..., 1, f along each axis, so that it slides without steps. Every texel is tested at its own
+// centre on the receiver's plane.
 #ifndef EDGESHADE_PCF
 #define EDGESHADE_PCF
 #include "lib/shadow_test.glsl"
 
-// Where a kernel lies in the map.
+// A kernel's place in the map, and the receiver's plane over it.
 struct PcfKernel {
-  ivec2 base;      // first texel of the (w+1)^2
-  vec2 f;          // fraction of a texel by which the kernel has slid
+  ivec2 base;      // first of the (w+1)^2 texels
+  vec2 f;          // offset of the kernel within a texel, 0 to 1
   float reference; // receiver depth at the centre of `base`, bias taken off
-  vec2 slope;      // receiver depth a texel
+  vec2 slope;      // change of the receiver's depth per texel
 };
 
 // `depth` has its bias taken off.
@@ -22,7 +22,7 @@ PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, int w, vec2 map_size) {
   k.f = x - first;
   k.base = ivec2(first) - (w - 1) / 2;
   k.slope = plane / map_size;
-  // From the point to the centre of base, in texels.
+  // From the point to the centre of `base`, in texels.
   k.reference = depth + dot(k.slope, vec2(k.base) - x);
   return k;
 }
@@ -35,13 +35,13 @@ float pcfReference(PcfKernel k, int i, int j) {
 // Weight of column (or row) i of w+1.
 float pcfWeight(int i, float f, int w) { return i == 0 ? 1.0 - f : i == w ? f : 1.0; }
 
-// Sums to exactly 0 or 1 where all tests agree.
+// Normalizes the sum; gives exactly 0 or 1 where all tests agree.
 float pcfNormalize(float sum, int lit, int w) {
   int taps = (w + 1) * (w + 1);
   return lit == 0 ? 0.0 : lit == taps ? 1.0 : clamp(sum / float(w * w), 0.0, 1.0);
 }
 
-// One fetch a texel.
+// Filters with one fetch per texel.
 float pcfLoop(sampler2DArray shadow_map, PcfKernel k, int w, int layer, ivec2 map_size) {
   float sum = 0.0;
   int lit = 0;
@@ -57,7 +57,7 @@ float pcfLoop(sampler2DArray shadow_map, PcfKernel k, int w, int layer, ivec2 ma
   return pcfNormalize(sum, lit, w);
 }
 
-// One gather for 2 x 2 texels, at their common corner, where no rounding of coordinates can pick another block.
+// Filters with one gather per 2 x 2 texels. It samples their common corner, where rounding cannot select other texels.
 // The sampler's border must be white.
 float pcfGather(sampler2DArray shadow_map, PcfKernel k, int w, int layer, ivec2 map_size) {
   vec2 texel = 1.0 / vec2(map_size);

@@ -1,27 +1,28 @@
-// RBSM with a branch for every scenario, as it was before [JCGT] put shapes in their place: the opponent of lib/rbsm.glsl
-// in benchmarks, with the same results bit for bit. Include as lib/rbsm.glsl.
+// RBSM with one branch for every scenario, its form before [JCGT] replaced scenarios by shapes. Benchmarks compare
+// lib/rbsm.glsl with it. The results are the same, bit for bit. Include like lib/rbsm.glsl.
 //
-// A scenario is a set of edge ends that the traversals found, and for the L shape the axis along which the edge lies; in
-// filtering the fragment's own test besides, but for the I shape, which keeps it.
+// A scenario is the set of edge ends that the traversals found. For the L shape, the axis of the edge belongs to it
+// too. In filtering, so does the fragment's own test, except for the I shape, which keeps the test.
 //
 //                        I   O   U    L
 //   silhouette recovery  1   1   2    8   U: the axis; L: the end found on each axis, and the axis of the edge
 //   filtering            1   2  12   16   O: the test; U: the axis, which end of the other, if any, and the test
 //
-// [JCGT] section 4 gives these counts and no list; what tells one scenario from another is this file's reading of them.
-// From the paper are the counts, the results (listings 4 and 5), and that every fragment at an edge, short U and O
+// [JCGT] section 4 gives these counts, but no list. The distinction between scenarios is this file's interpretation.
+// The paper states the counts, the results (listings 4 and 5), and that every fragment at an edge, short U and O
 // included, is first traversed in all four directions.
 #ifndef EDGESHADE_RBSM_BRANCHES
 #define EDGESHADE_RBSM_BRANCHES
 #include "lib/rbsm.glsl"
 
-// Place in the edge from the end found, 0, to the other, 1: normalizeFragmentDistanceToSE with the signs known.
+// Position along the edge, from 0 at the end that was found to 1 at the other: normalizeFragmentDistanceToSE for known
+// signs.
 float placeInEdge(float found, float other) {
   precise float place = found / (found - other);
   return place;
 }
 
-// Listing 4. `rd` as computeFragmentDistanceToSE gives it; a side that differs is an end that is found.
+// Listing 4. `rd` is the result of computeFragmentDistanceToSE. A side that differs counts as an end that was found.
 float recoverSilhouetteByScenario(vec3 d, vec4 rd) {
   bvec4 side = discontinuitySides(d);
   bvec4 end = greaterThan(rd, vec4(0.0));
@@ -32,12 +33,12 @@ float recoverSilhouetteByScenario(vec3 d, vec4 rd) {
   // U.
   if (left && right) return 0.0;
   if (plus && minus) return 0.0;
-  // L, along u: on the side +v, then -v.
+  // L along u: on the side +v, then -v.
   if (side.z && left) return step(1.0 - placeInEdge(l, r), placeInEdge(p, m));
   if (side.z && right) return step(1.0 - placeInEdge(r, l), placeInEdge(p, m));
   if (side.w && left) return step(1.0 - placeInEdge(l, r), placeInEdge(m, p));
   if (side.w && right) return step(1.0 - placeInEdge(r, l), placeInEdge(m, p));
-  // L, along v: on the left side, then on the right.
+  // L along v: on the left side, then on the right.
   if (side.x && plus) return step(1.0 - placeInEdge(l, r), placeInEdge(p, m));
   if (side.x && minus) return step(1.0 - placeInEdge(l, r), placeInEdge(m, p));
   if (side.y && plus) return step(1.0 - placeInEdge(r, l), placeInEdge(p, m));
@@ -46,7 +47,7 @@ float recoverSilhouetteByScenario(vec3 d, vec4 rd) {
   return 1.0;
 }
 
-// Listing 5. The range is closed where a formula can leave it.
+// Listing 5. Results are clamped where a formula can leave the range.
 float filterSilhouetteByScenario(vec3 d, vec4 rd) {
   bvec4 side = discontinuitySides(d);
   bvec4 end = greaterThan(rd, vec4(0.0));
@@ -71,7 +72,7 @@ float filterSilhouetteByScenario(vec3 d, vec4 rd) {
   else if (!lit && plus && minus && left) v = 1.0 - placeInEdge(l, r);
   else if (!lit && plus && minus && right) v = 1.0 - placeInEdge(r, l);
   else if (!lit && plus && minus) v = 1.0;
-  // L of a lit fragment, along u, then along v.
+  // L of a lit fragment: along u, then along v.
   else if (lit && side.z && left) v = min(placeInEdge(p, m) + placeInEdge(l, r), 1.0);
   else if (lit && side.z && right) v = min(placeInEdge(p, m) + placeInEdge(r, l), 1.0);
   else if (lit && side.w && left) v = min(placeInEdge(m, p) + placeInEdge(l, r), 1.0);
@@ -80,7 +81,7 @@ float filterSilhouetteByScenario(vec3 d, vec4 rd) {
   else if (lit && side.x && minus) v = min(placeInEdge(m, p) + placeInEdge(l, r), 1.0);
   else if (lit && side.y && plus) v = min(placeInEdge(p, m) + placeInEdge(r, l), 1.0);
   else if (lit && side.y && minus) v = min(placeInEdge(m, p) + placeInEdge(r, l), 1.0);
-  // L of a shadowed one.
+  // L of a shadowed fragment.
   else if (!lit && side.z && left) v = max(1.0 - placeInEdge(p, m) - placeInEdge(l, r), 0.0);
   else if (!lit && side.z && right) v = max(1.0 - placeInEdge(p, m) - placeInEdge(r, l), 0.0);
   else if (!lit && side.w && left) v = max(1.0 - placeInEdge(m, p) - placeInEdge(l, r), 0.0);
@@ -94,7 +95,7 @@ float filterSilhouetteByScenario(vec3 d, vec4 rd) {
   return v;
 }
 
-// As revectorizeShadowEdge.
+// Counterpart of revectorizeShadowEdge.
 float revectorizeByScenario(ShadowPoint p, vec3 d, bool silhouette_recovery) {
   vec4 rd = computeFragmentDistanceToSE(p, d);
   return silhouette_recovery ? recoverSilhouetteByScenario(d, rd) : filterSilhouetteByScenario(d, rd);

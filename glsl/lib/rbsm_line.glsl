@@ -1,24 +1,24 @@
-// A straight line through a piece of the boundary between lit and shadowed texels, for lib/rbsm_profile.glsl.
+// Fits a straight line to a piece of the boundary between lit and shadowed texels. lib/rbsm_profile.glsl includes this
+// file after lib/rbsm.glsl.
 #ifndef EDGESHADE_RBSM_LINE
 #define EDGESHADE_RBSM_LINE
-#include "lib/rbsm.glsl"
 
-// A unit piece of the boundary: a texel inside, and the way out of it.
+// A unit piece of the boundary: a texel inside, and the direction out of it.
 struct Crack {
   ivec2 texel;
   ivec2 across;
 };
 
 struct FittedLine {
-  ivec2 origin; // places are measured from the centre of this texel
-  vec2 normal;  // of length 1, from inside to outside
-  float offset; // places on the line have this product with the normal
+  ivec2 origin; // places are relative to the centre of this texel
+  vec2 normal;  // unit length, from inside to outside
+  float offset; // dot product of the normal with places on the line
 };
 
-const int FITTED_CRACKS = 8;    // walked to either side of the first
-const float LEAST_ACROSS = 0.3; // a line that runs less than this across a side has no useful height over it
+const int FITTED_CRACKS = 8;    // number walked on either side of the first
+const float LEAST_ACROSS = 0.3; // a line with a smaller component across a side has no useful height over it
 
-// Goes on to the next crack; false where four texels meet like a chess board, so that there are two ways on.
+// Moves on to the next crack. Returns false where four texels meet like a chess board, so that there are two ways on.
 bool nextCrack(ShadowPoint p, float s, inout Crack crack, inout ivec2 along) {
   ivec2 ahead = crack.texel + along, beyond = ahead + crack.across;
   bool ahead_inside = shadowTest(p, ahead) == s, beyond_inside = shadowTest(p, beyond) == s;
@@ -35,8 +35,9 @@ bool nextCrack(ShadowPoint p, float s, inout Crack crack, inout ivec2 along) {
   return ahead_inside || !beyond_inside;
 }
 
-// The line of least squares through the middles of the cracks around `first`, moved into the middle of the gap between
-// inside and outside texels' centres. False where the boundary cannot be followed far enough, or no line separates them.
+// Fits a least-squares line to the middles of the cracks around `first`, then moves it into the middle of the gap
+// between the centres of inside and outside texels. Returns false if the boundary cannot be followed far enough, or if
+// no line separates the centres.
 bool fittedLine(ShadowPoint p, float s, Crack first, out FittedLine line) {
   line = FittedLine(first.texel, vec2(0.0), 0.0);
   Crack cracks[2 * FITTED_CRACKS + 1];
@@ -50,7 +51,7 @@ bool fittedLine(ShadowPoint p, float s, Crack first, out FittedLine line) {
       cracks[count++] = crack;
     }
   }
-  // Sums of halves: exact.
+  // Sums of halves are exact.
   vec2 sum = vec2(0.0), outwards = vec2(0.0);
   for (int i = 0; i < count; ++i) {
     sum += vec2(cracks[i].texel - line.origin) + 0.5 * vec2(cracks[i].across);
@@ -79,8 +80,8 @@ bool fittedLine(ShadowPoint p, float s, Crack first, out FittedLine line) {
   return inside < outside;
 }
 
-// Height of the line over a crack, into its texel, `distance` texels from the texel's centre in direction `along`; false
-// where the line is too steep over it.
+// Height of the line over a crack, measured into the crack's texel, `distance` texels from the texel's centre in
+// direction `along`. Returns false if the line is too steep there.
 bool heightOver(FittedLine line, Crack crack, float distance, ivec2 along, out float height) {
   float across = dot(line.normal, vec2(crack.across));
   vec2 at = vec2(crack.texel - line.origin) + 0.5 * vec2(crack.across) + distance * vec2(along);

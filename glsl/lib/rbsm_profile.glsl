@@ -1,29 +1,32 @@
-// The edge profile: each side of a texel whose neighbour differs has a run, the run a height over the side, and the
-// fragments below that height take the other visibility. This project's own; it says what to do with every shape of
-// edge (Z steps, U ends, gaps, bars; corners keep the test). Include as lib/rbsm.glsl; it wants lib/rbsm_line.glsl next to it.
+// The edge profile, this project's own revectorization. Each side of a texel whose neighbour differs belongs to a run.
+// The run has a height over the side, and fragments below that height take the other visibility. The profile covers
+// every shape of edge: Z steps, U ends, gaps and bars; corners keep the shadow test. Include like lib/rbsm.glsl. It
+// needs lib/rbsm_line.glsl.
 //
-// Heights are in texels into the fragment's texel, along a run of L texels at u in [0, L]:
-//   Z, the ends turn different ways: the line between the middles of the steps at both ends.
-//   U, they turn the same way: a parabola through both, as high as the run's length lets expect of a disc.
-//   Corners, whose crossing edge is two texels or longer, stay.
-// Qualities: RUN_ONLY looks no further; NEIGHBOURS also follows the runs next door, which tilt a Z and say how high a U
-// is; LINE also lays a line through the edge at both ends of a short Z.
+// Heights are in texels into the fragment's texel, along a run of L texels, at u in [0, L]:
+//   Z: the ends turn different ways. The height is the line between the middles of the steps at both ends.
+//   U: the ends turn the same way. The height is a parabola through both, as high as for a disc with such a run.
+//   Corners, whose crossing edge is two texels or longer, stay as they are.
+// Qualities: RUN_ONLY looks at the run alone. NEIGHBOURS also follows the adjacent runs, which tilt a Z and determine
+// the height of a U. LINE also fits a line to the edge at both ends of a short Z.
 #ifndef EDGESHADE_RBSM_PROFILE
 #define EDGESHADE_RBSM_PROFILE
+#include "lib/rbsm.glsl"
 #include "lib/rbsm_line.glsl"
 
 const int RUN_ONLY = 0, NEIGHBOURS = 1, LINE = 2;
 
-// How a run ends: the boundary turns away from the fragment's texel, towards it, or crosses another; or MAXDIST is reached.
+// End of a run: the boundary turns away from the fragment's texel, turns towards it, or crosses another boundary;
+// END_UNKNOWN if the run reaches MAXDIST.
 const int END_AWAY = -1, END_UNKNOWN = 0, END_TOWARD = 1, END_SADDLE = 2;
 
-const float FLAT_RUN = 6.0;            // U runs as long, big at both ends, are the ends of boxes
-const float TILT = 0.33;               // how much the runs next door tilt a Z
-const float BOW_FROM_NEIGHBOURS = 0.7; // how much they say about the height of a U
-const float LINE_RUN = 2.0;            // Z runs up to this length get lines
+const float FLAT_RUN = 6.0;            // U runs at least this long and big at both ends are the ends of boxes
+const float TILT = 0.33;               // how strongly adjacent runs tilt a Z
+const float BOW_FROM_NEIGHBOURS = 0.7; // how strongly adjacent runs determine the height of a U
+const float LINE_RUN = 2.0;            // Z runs up to this length get fitted lines
 
-// Texels that a run goes on for beyond `texel` in direction `along`, and how it ends there. Texels of test `s` are
-// inside; `across` is the way out.
+// Counts the texels of a run beyond `texel` in direction `along`; `turn` tells how it ends. Texels of test `s` are
+// inside; `across` points outwards.
 int followRun(ShadowPoint p, float s, ivec2 texel, ivec2 along, ivec2 across, out int turn) {
   turn = END_UNKNOWN;
   RunTests r = runTests(along, across);
@@ -42,7 +45,7 @@ int followRun(ShadowPoint p, float s, ivec2 texel, ivec2 along, ivec2 across, ou
 }
 
 struct RunEnd {
-  int texels; // from the fragment's texel, not counting it
+  int texels; // beyond the fragment's own texel
   int turn;
   bool big;   // the crossing edge is at least two texels long
 };
@@ -60,9 +63,9 @@ RunEnd runEnd(ShadowPoint p, float s, ivec2 along, ivec2 across) {
   return end;
 }
 
-// The run beyond an end.
+// The adjacent run beyond an end.
 struct NextDoor {
-  float texels; // 0: none, or the boundary turns back
+  float texels; // 0: there is none, or the boundary turns back
   int turn;
 };
 
@@ -75,11 +78,11 @@ NextDoor nextDoor(ShadowPoint p, float s, ivec2 along, ivec2 across, RunEnd end,
   return next;
 }
 
-// Height of a line through the edge around an end of the fragment's run, where there is one.
+// Height of a line fitted to the edge around an end of the fragment's run. Returns false if there is none.
 bool lineAtEnd(ShadowPoint p, float s, ivec2 along, ivec2 across, RunEnd end, out float height) {
   height = 0.0;
   ivec2 last = p.texel + end.texels * along;
-  // The edge that crosses there.
+  // The edge that crosses the run there.
   Crack crack;
   if (end.turn == END_TOWARD) crack = Crack(last, along);
   else if (end.turn == END_AWAY) crack = Crack(last + along + across, -along);
@@ -90,13 +93,13 @@ bool lineAtEnd(ShadowPoint p, float s, ivec2 along, ivec2 across, RunEnd end, ou
   return heightOver(line, Crack(p.texel, across), float(end.texels) + 0.5, along, height);
 }
 
-// A run with what its height is made of.
+// A run, and the terms of its height.
 struct Profile {
-  float before;   // texels before the fragment's
-  float texels;   // in all
+  float before;   // texels before the fragment's texel
+  float texels;   // length of the run
   vec2 heights;   // at u = 0 and at u = texels
-  float bow;      // height in the middle, over the line between both
-  int fade;       // 0: neither; -1: heights.x falls off to 0 within MAXDIST; 1: heights.y
+  float bow;      // height in the middle, above the line between both ends
+  int fade;       // -1: heights.x fades to 0 within MAXDIST; 1: heights.y does; 0: neither
 };
 
 Profile edgeProfile(ShadowPoint p, float s, ivec2 across, int quality) {
@@ -104,7 +107,7 @@ Profile edgeProfile(ShadowPoint p, float s, ivec2 across, int quality) {
   RunEnd a = runEnd(p, s, -along, across), b = runEnd(p, s, along, across);
   Profile f = Profile(float(a.texels), float(a.texels + b.texels + 1), vec2(0.0), 0.0, 0);
   if (a.turn == END_SADDLE && b.turn == END_SADDLE) return f;
-  // At a saddle the boundary is taken to go on as at the other end.
+  // At a saddle the boundary is assumed to continue as at the other end.
   int A = a.turn == END_SADDLE ? -b.turn : a.turn, B = b.turn == END_SADDLE ? -a.turn : b.turn;
   if (A == 0 || B == 0) {
     if (A == 0 && B != 0 && !b.big) f.heights.y = 0.5 * float(B), f.fade = 1;
@@ -144,7 +147,7 @@ Profile edgeProfile(ShadowPoint p, float s, ivec2 across, int quality) {
   return f;
 }
 
-// Height of the boundary over the side; `place` is the fragment's along the run in its texel.
+// Height of the boundary over the side; `place` is the fragment's position along the run within its texel.
 float profileHeight(Profile f, float place) {
   precise float u = f.before + place;
   if (f.fade < 0) return f.heights.x * max(0.0, 1.0 - u / float(MAXDIST));
@@ -154,21 +157,21 @@ float profileHeight(Profile f, float place) {
   return h;
 }
 
-// Sides on which the fragment may lie below a height: left, right, +v, -v.
+// Sides over which the fragment may lie below the height: left, right, +v, -v.
 bvec4 sidesInReach(ShadowPoint p, vec3 d, int quality) {
   bvec4 sides = discontinuitySides(d);
-  // Only the better qualities tilt a height above half a texel.
+  // Only the better qualities raise a height above half a texel.
   if (quality != RUN_ONLY) return sides;
   vec2 c = p.fraction;
   return bvec4(sides.x && c.x < 0.5, sides.y && c.x > 0.5, sides.z && c.y > 0.5, sides.w && c.y < 0.5);
 }
 
-// The visibility of a fragment at an edge, on either side of it.
+// Visibility of a fragment at an edge, on either side of it.
 float revectorizeProfile(ShadowPoint p, vec3 d, int quality) {
   float s = 1.0 - d.z;
   bvec4 sides = sidesInReach(p, d, quality);
   vec4 from_side = vec4(p.fraction.x, 1.0 - p.fraction.x, 1.0 - p.fraction.y, p.fraction.y);
-  // One loop for all sides: code for each would be four times as much.
+  // One loop for all sides: separate code for each would be four times as long.
   for (int k = 0; k < 4; ++k) {
     if (!sides[k]) continue;
     float place = k < 2 ? p.fraction.y : p.fraction.x;

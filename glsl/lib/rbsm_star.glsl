@@ -1,9 +1,9 @@
-// Improved revectorization, RBSM*: [CG] Macedo, Apolinario, "Improved anti-aliasing for Euclidean distance transform shadow
-// mapping", eq. 5 to 7. Include as lib/rbsm.glsl.
+// Improved revectorization, RBSM*: [CG] Macedo, Apolinario, "Improved anti-aliasing for Euclidean distance transform
+// shadow mapping", eq. 5 to 7. Include like lib/rbsm.glsl.
 //
-// A step of length L is cut by a straight line from half a texel up at its one end, through the edge in mid-run, to half
-// a texel down at its other, so that neighbouring steps meet. Each side measures from the corner where its own run meets
-// the other visibility. Where the paper is silent (U, O and I shapes) the shadow test stays.
+// A straight line cuts a step of length L: it runs from half a texel up at one end, through the edge in mid-run, to
+// half a texel down at the other end, so that neighbouring steps meet. Each side measures from the corner where its own
+// run meets the other visibility. The paper is silent on U, O and I shapes; they keep the shadow test.
 #ifndef EDGESHADE_RBSM_STAR
 #define EDGESHADE_RBSM_STAR
 #include "lib/rbsm.glsl"

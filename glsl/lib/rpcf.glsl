@@ -1,25 +1,22 @@
 // Percentage-closer filtering of revectorized visibility, RPCF: [CG] Macedo, Apolinario, "Improved anti-aliasing for
-// Euclidean distance transform shadow mapping", section 5; the mean of [JCGT] listing 5, or of another function, over
-// w x w texel offsets. Include as lib/rbsm.glsl, with RPCF_WIDTH defined: odd, 1 to 31.
+// Euclidean distance transform shadow mapping", section 5. Averages [JCGT] listing 5, or another function, over w x w
+// texel offsets.
 //
-// The includer tests every texel of the kernel and of the ring around it, as lib/texel_window.glsl has it, before it calls
-// rpcfMean.
+// The shader defines RPCF_WIDTH, odd, 1 to 31, and WINDOW_MOST as RPCF_WIDTH. It then includes lib/rbsm_profile.glsl,
+// lib/rbsm_star.glsl, lib/texel_window.glsl and this file, in this order. Before it calls rpcfMean it tests every texel
+// of the kernel and of the ring around it, and stores the tests as lib/texel_window.glsl describes.
 #ifndef EDGESHADE_RPCF
 #define EDGESHADE_RPCF
-#define WINDOW_MOST RPCF_WIDTH
-#include "lib/rbsm_profile.glsl"
-#include "lib/rbsm_star.glsl"
-#include "lib/texel_window.glsl"
 
-// Mean visibility over the kernel around p.texel.
-// `function`: 0 listing 5, 1 RBSM*, 2 the edge profile of runs.
+// Mean visibility over the kernel around p.texel. `function` is 0 for listing 5, 1 for RBSM*, 2 for the edge profile
+// with RUN_ONLY.
 float rpcfMean(ShadowPoint p, int function) {
   const int w = RPCF_WIDTH;
   ivec2 first = p.texel - w / 2;
   if (function != 2) followBeyond(p, first, ivec2(w));
   float sum = 0.0;
   int uniform_lit = 0;
-  // Texels left for the second loop: a bit a column, and a bit a row that has any.
+  // Texels left for the second loop: a bit per column, and a bit for each row that has any.
   uint left_texels[w];
   uint left_rows = 0u;
   for (int j = 0; j < w; ++j) {
@@ -42,7 +39,8 @@ float rpcfMean(ShadowPoint p, int function) {
     }
     if (left_texels[j] != 0u) left_rows |= 1u << j;
   }
-  // Few texels, each followed for itself; in a loop of its own, since a loop in the one above would cost all of its rounds.
+  // Only a few texels are left, each followed for itself. They have a loop of their own: a loop nested in the one above
+  // would run in all of its rounds.
   while (left_rows != 0u) {
     int j = findLSB(left_rows), i = findLSB(left_texels[j]);
     left_texels[j] &= left_texels[j] - 1u;

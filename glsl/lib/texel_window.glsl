@@ -1,41 +1,42 @@
-// Shadow tests of a window of texels as bits, and the runs of [JCGT] listing 3 in it by bit scans. Where a run leaves the
-// window it is followed by tests, once for all texels of the run: the reuse of "Revectorization-Based Soft Shadow Mapping",
-// algorithm 3, in both directions, for all shapes of edge. Include as lib/rbsm.glsl, with WINDOW_MOST defined: the most
-// texels along a side, 1 to 31.
+// Shadow tests of a window of texels as bits, and the runs of [JCGT] listing 3 within the window by bit scans. A run
+// that leaves the window is followed by tests, once for all texels that share it. This is the reuse of
+// "Revectorization-Based Soft Shadow Mapping", algorithm 3, in both directions and for all shapes of edge. Include like
+// lib/rbsm.glsl, with WINDOW_MOST defined as the largest number of texels along a side, 1 to 31.
 //
-// The includer tests every texel of the window and of the ring around it, and keeps them as bits in window_rows and
+// The shader tests every texel of the window and of the ring around it, and stores the tests in window_rows and
 // window_columns.
 #ifndef EDGESHADE_TEXEL_WINDOW
 #define EDGESHADE_TEXEL_WINDOW
 #include "lib/rbsm.glsl"
 
-// Lit is 1. Rows from the ring's first to its last, without the ring's columns; bit i is the window's column i.
+// Rows of tests, from the ring's first to its last, without the ring's columns. Bit i is the window's column i; 1 is
+// lit.
 uint window_rows[WINDOW_MOST + 2];
-// The window's columns, and the ring's two; bit j is the window's row j.
+// Columns of tests, from the ring's first to its last, without the ring's rows. Bit j is the window's row j.
 uint window_columns[WINDOW_MOST + 2];
 
 bool bitAt(uint bits, int i) { return (bits >> i & 1u) != 0u; }
 
-// Bits of a line of n texels.
+// Mask of a line of n texels.
 uint lineBits(int n) { return (1u << n) - 1u; }
 
-// A line of texels, a row or a column of the window, with its two neighbours.
+// A row or column of the window, with its two neighbours.
 struct TexelLine {
   uint tests;
-  uint before, after; // the lines towards -u or -v, and towards +u or +v
+  uint before, after; // lines towards -u or -v, and towards +u or +v
 };
 
 TexelLine windowRow(int j) { return TexelLine(window_rows[j + 1], window_rows[j], window_rows[j + 2]); }
 TexelLine windowColumn(int i) { return TexelLine(window_columns[i + 1], window_columns[i], window_columns[i + 2]); }
 
-// Texels of a line that a run along it may go on to: those of test `s` that differ from their neighbour on a side on which
-// the start differs.
+// Texels of a line to which a run along it can extend: they have the test `s`, and differ from their neighbour on a
+// side on which the start differs.
 uint runBits(TexelLine line, bool s, bvec2 across) {
   uint differs = (across.x ? line.tests ^ line.before : 0u) | (across.y ? line.tests ^ line.after : 0u);
   return (s ? line.tests : ~line.tests) & differs;
 }
 
-// Listing 3 along a line of n texels from texel i, as far as the window reaches; 0: the run leaves it.
+// Listing 3 along a line of n texels from texel i, as far as the window reaches; 0 if the run leaves the window.
 ivec2 runInside(TexelLine line, int n, bool s, bvec2 across, int i) {
   uint stops = ~runBits(line, s, across) & lineBits(n);
   uint low = stops & ((1u << i) - 1u), high = stops >> i >> 1;
@@ -51,24 +52,26 @@ ivec2 runInside(TexelLine line, int n, bool s, bvec2 across, int i) {
   return found;
 }
 
-// What lies beyond each texel of a side of the window, in direction `dir`, with the sides across on which the texel differs.
-// All runs that pass the texel share it, if they differ on the same sides. -1 and +1 need no step: the ring's test says.
+// Continuation of a run beyond a border texel of the window: its length, and the sides across on which the border texel
+// differs. All runs through the texel share it if they differ on the same sides. Lengths of -1 and +1 need no walk: the
+// ring's test gives them.
 struct Beyond {
   int distance; // signed, from the texel
   bvec2 across;
 };
 
-// By side: left, right, +v, -v.
+// One entry per border texel, by side: left, right, +v, -v.
 Beyond window_beyond[4 * WINDOW_MOST];
 
-// `line` is the window's along that side, of n texels, `ring` the tests next to it, outwards; `before` and `after` those at
-// its ends; `next` is the way from texel to texel, opposite to the neighbour that across.x speaks of.
+// Follows the runs beyond one side. `line` holds the n texels of the window along that side, `ring` the tests next to
+// it on the outside, and `before` and `after` the tests at its ends. `next` is the step from texel to texel along the
+// side, opposite to the neighbour that across.x refers to.
 void followBeyond(ShadowPoint p, int side, TexelLine line, int n, uint ring, uint before, uint after, ivec2 texel, ivec2 next) {
   uint differs_before = line.tests ^ (line.tests << 1 | before);
   uint differs_after = line.tests ^ (line.tests >> 1 | after << (n - 1));
   uint leaves = line.tests ^ ring;
   for (int i = 0; i < n; ++i) window_beyond[side * WINDOW_MOST + i] = Beyond(bitAt(leaves, i) ? 1 : -1, bvec2(false));
-  // All lanes walk together: a walk within the sum would keep others waiting there.
+  // All threads walk here together. A walk inside the sum would make the others wait there.
   for (uint left = (differs_before | differs_after) & lineBits(n); left != 0u; left &= left - 1u) {
     int i = findLSB(left);
     bvec2 across = bvec2(bitAt(differs_before, i), bitAt(differs_after, i));
@@ -78,7 +81,7 @@ void followBeyond(ShadowPoint p, int side, TexelLine line, int n, uint ring, uin
   }
 }
 
-// All four sides of a window of `size` texels from `first`.
+// Follows the runs beyond all four sides of a window of `size` texels that starts at `first`.
 void followBeyond(ShadowPoint p, ivec2 first, ivec2 size) {
   ivec2 last = size - 1;
   uint left = window_columns[0], right = window_columns[size.x + 1], top = window_rows[0], bottom = window_rows[size.y + 1];
@@ -90,16 +93,17 @@ void followBeyond(ShadowPoint p, ivec2 first, ivec2 size) {
   followBeyond(p, 3, windowRow(0), size.x, top, left & 1u, right & 1u, first, ivec2(1, 0));
 }
 
-// Whether what is kept of a border texel holds for a run through it that differs on the sides `across`.
+// Tests whether the stored continuation of a border texel is valid for a run that differs on the sides `across`.
 bool isShared(Beyond kept, bvec2 across) { return !any(across) || kept.across == across; }
 
-// Signed distance of listing 3 from what was found: n inside; or, if that is 0, beyond `inside` more texels of the window.
+// Signed distance of listing 3 from the parts of a run: n within the window; or, if n is 0, `beyond` after `inside`
+// more texels of the window.
 float signedDistance(int n, int beyond, int inside) {
   if (n == 0) n = beyond < 0 ? beyond - inside : beyond + inside;
   return abs(n) > MAXDIST ? -float(MAXDIST + 1) : float(n);
 }
 
-// Texels of row j, of a window of `size` texels, of which a neighbour differs.
+// Texels of row j that differ from a neighbour, in a window of `size` texels.
 uint edgeBits(int j, ivec2 size, out uint left, out uint right) {
   TexelLine row = windowRow(j);
   left = row.tests << 1 | (window_columns[0] >> j & 1u);
@@ -107,8 +111,9 @@ uint edgeBits(int j, ivec2 size, out uint left, out uint right) {
   return ((row.tests ^ row.before) | (row.tests ^ row.after) | (row.tests ^ left) | (row.tests ^ right)) & lineBits(size.x);
 }
 
-// Discontinuity and signed distances of listing 3, in the order of SIDES, of a texel with an edge. False if a run of it
-// leaves the window and what was found there is another's: then it is to be followed for itself.
+// Discontinuity and signed distances of listing 3, in the order of SIDES, of a texel at an edge. Returns false if one
+// of its runs leaves the window and the stored continuation belongs to another run; such a texel must be followed for
+// itself.
 bool traverseInWindow(ivec2 texel, ivec2 size, out vec3 d, out vec4 t) {
   TexelLine row = windowRow(texel.y), column = windowColumn(texel.x);
   bool lit = bitAt(row.tests, texel.x);

@@ -1,8 +1,8 @@
-// From linear scene colour to a display's code values. Binding-free.
+// Converts linear scene colour to a display's code values. Binding-free.
 #ifndef EDGESHADE_TONE
 #define EDGESHADE_TONE
 
-// Keeps colours as they are up to `start`, rolls the rest off towards 1, and lets very bright colours fade to white.
+// Keeps colours up to `start`, compresses brighter ones towards 1, and fades very bright colours to white.
 vec3 toneMap(vec3 color) {
   const float start = 0.6;
   float peak = max(color.r, max(color.g, color.b));

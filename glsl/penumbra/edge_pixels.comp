@@ -1,6 +1,8 @@
 #version 460
 // Lists the pixels at a shadow edge in the listed tiles, whatever surface their neighbours lie on.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "edge_pixels.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,7 +1,7 @@
-// The pixels at a shadow edge: listed by edge_pixels.comp, worked off by edge_seeds.comp.
+// The pixels at a shadow edge: edge_pixels.comp lists them, edge_seeds.comp works on them.
+// Include after edge_seeds.glsl.
 #ifndef EDGESHADE_EDGE_PIXELS
 #define EDGESHADE_EDGE_PIXELS
-#include "edge_seeds.glsl"
 
 layout(constant_id = 2) const bool AT_PIXELS = false;
 
@@ -12,12 +12,12 @@ ivec2 neighbour(int i) {
   return ivec2(i - 3 * row, row) - 1;
 }
 
-// The neighbours whose hard visibility is another: bit i for neighbour(i). Outside the image the sampler's border is lit;
-// receivers there are none.
+// Neighbours whose hard visibility differs from the pixel's: bit i for neighbour(i). Outside the image the sampler's
+// border is lit; later checks leave out such neighbours, which have no surface.
 uint differingNeighbours(ivec2 pixel, float own) {
   uint differing = 0;
-  // Four blocks of 2 x 2 that meet in the pixel; at the common corner of a block no rounding can pick another. Gather order:
-  // (0, 1), (1, 1), (1, 0), (0, 0).
+  // Four blocks of 2 x 2 pixels that meet in the pixel. At the common corner of a block, rounding cannot select other
+  // pixels. Gather order: (0, 1), (1, 1), (1, 0), (0, 0).
   for (int y = 0; y <= 1; ++y) {
     for (int x = 0; x <= 1; ++x) {
       vec4 block = textureGather(hard, vec2(pixel + ivec2(x, y)) / vec2(view.size));
@@ -28,13 +28,13 @@ uint differingNeighbours(ivec2 pixel, float own) {
   return differing;
 }
 
-// Those that matter to a seed at the pixel: none where it is none.
+// Bits of the neighbours that a seed at the pixel differs from; 0 if the pixel is not a seed.
 uint edgeNeighbours(ivec2 pixel) {
   float own = texelFetch(hard, pixel, 0).x;
-  // The points of both sides are the same, so one side will do.
+  // Both sides of an edge have the same half-way points, so seeds on the lit side suffice.
   uint differing = own > 0.5 || AT_PIXELS ? differingNeighbours(pixel, own) : 0;
-  // Pairs across a corner say nothing new where one across a side is there; where none is, the edge also runs between two
-  // other pixels.
+  // Neighbours across a corner add nothing: if no neighbour across a side differs, the edge also runs between two other
+  // pixels.
   const uint SIDES = 0xaau;
   return AT_PIXELS ? differing : differing & SIDES;
 }

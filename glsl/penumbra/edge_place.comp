@@ -1,11 +1,16 @@
 #version 460
-// Moves the seeds' points from half-way between lit and shadowed pixels to where the hard shadow ends between them, found by
-// bisection: the points tried lie on the pixel's plane, their visibility is what the hard shadows' function says there. So
-// penumbrae move with the shadow, and not by a pixel at a time.
-// Not in Macedo, Apolinario (2018), whose edges are pixels.
+// Moves the seeds' points from half-way between lit and shadowed pixels to the end of the hard shadow, found by
+// bisection. The trial points lie on the pixel's plane; their visibility comes from the function of the hard shadows.
+// So penumbrae move smoothly with the shadow instead of by whole pixels.
+// Macedo, Apolinario (2018) do not have this step; their edges are pixels.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/rbsm_receiver.glsl"
+#include "lib/rbsm_profile.glsl"
+#include "lib/rbsm_star.glsl"
 #include "revectorization/rbsm_function.glsl"
 #include "seed_format.glsl"
 #include "common/tiles.glsl"
@@ -20,12 +25,16 @@ layout(binding = 4, scalar) readonly buffer PixelList {
   uint pixels[];
 } list;
 layout(binding = 5, rgba32ui) uniform uimage2D seeds;
-layout(binding = 6, scalar) readonly buffer SeedBits { uint seed_bits[]; }; // a word a column and 32 rows, bit y % 32
+layout(binding = 6, scalar) readonly buffer SeedBits { uint seed_bits[]; }; // one word per column and 32 rows, bit y % 32
 
 float hardVisibility(Receiver r) {
   ShadowPoint p;
   float v;
-  return rbsmReceiver(r, p, v) ? v : workOut(p);
+  if (rbsmReceiver(r, p, v)) return v;
+  vec4 N;
+  float s = testNeighbourhood(p, N);
+  vec3 d = packDiscontinuity(N, s);
+  return decideByNeighbourhood(p, s, d, v) ? v : revectorize(p, d);
 }
 
 void workOn(ivec2 pixel) {
@@ -34,7 +43,7 @@ void workOn(ivec2 pixel) {
   uvec4 seed = imageLoad(seeds, pixel);
   vec3 start = r.position, across = 2.0 * (seedPoint(seed) - start);
   float lit = 0.0, dark = 2.0;
-  // The other end first: around corners of the shadow, and where the surface ends, it may be lit too.
+  // The far end is tried first: it may be lit too, around corners of the shadow and where the surface ends.
   for (int i = 0; i <= STEPS; ++i) {
     float middle = 0.5 * (lit + dark);
     r.position = start + middle * across;

@@ -1,10 +1,12 @@
 #version 460
-// Finds the shadow edges among the listed pixels: pixels that differ from one of their neighbours on the same surface, and
-// the points half-way to those neighbours; edge_place.comp looks for the edge between. Marks all tiles that a penumbra around them may reach;
-// where its width is the seed's own (SOFT), seed_width.comp does.
-// Macedo, Apolinario (2018), algorithm 1; the paper takes neighbours on any surface (ANY_SURFACE), and the pixels' own
-// centres on both sides for the edge (AT_PIXELS), which leaves a plateau two pixels wide.
+// Finds the seeds among the listed pixels: pixels that differ from a neighbour on the same surface. A seed's point lies
+// half-way to those neighbours; edge_place.comp refines it. Marks all tiles that a penumbra around the seeds may reach.
+// If seeds have penumbra widths of their own (SOFT), seed_width.comp marks the tiles instead.
+// Macedo, Apolinario (2018), algorithm 1. The paper compares neighbours on any surface (ANY_SURFACE), and takes the
+// centres of the pixels on both sides as the edge (AT_PIXELS), which leaves a plateau two pixels wide.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "edge_marks.glsl"
 #include "edge_pixels.glsl"
 
@@ -19,7 +21,7 @@ layout(binding = 4, scalar) readonly buffer PixelList {
   uint pixels[];
 } list;
 layout(binding = 5) writeonly uniform uimage2D seeds;
-layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; }; // a word a column and 32 rows, bit y % 32
+layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; }; // one word per column and 32 rows, bit y % 32
 
 bool isSurface(ivec2 pixel) {
   return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, ivec2(view.size))) && depthAt(pixel) != view.far_depth;
@@ -33,7 +35,7 @@ bool onSameSurface(Receiver p, ivec2 pixel, Receiver q, ivec2 other) {
          nearPlane(q.normal, apart, pixels, width, push.tolerance);
 }
 
-// False if the pixel is no seed.
+// Returns false if the pixel is not a seed.
 bool findSeed(ivec2 pixel, out vec3 point, out vec3 normal, out float nearest_depth) {
   if (!isSurface(pixel)) return false;
   uint differing = edgeNeighbours(pixel);
@@ -51,10 +53,10 @@ bool findSeed(ivec2 pixel, out vec3 point, out vec3 normal, out float nearest_de
     ++count;
   }
   if (count == 0) return false;
-  // The middle of the middles: on a straight edge it lies on the line through them.
+  // The mean of the half-way points: on a straight edge it lies on the line through them.
   float half_way = AT_PIXELS ? 0.0 : 0.5 / float(count);
   point = p.position + half_way * apart;
-  // Of what the edge may be found at: to its end the way is as long again.
+  // Smallest eye depth the edge can have: the refined point lies at most twice the half-way distance away.
   nearest_depth = min(eyeDepth(p.position), eyeDepth(p.position + 2.0 * half_way * apart));
   normal = p.normal;
   return true;
@@ -67,7 +69,7 @@ void workOn(ivec2 pixel) {
   imageStore(seeds, pixel, packSeed(point, normal));
   atomicOr(seed_bits[pixel.x + view.size.x * (pixel.y / 32)], 1u << (pixel.y & 31));
   if (SOFT) return;
-  // The filter reads half its width beyond what it changes.
+  // The filter reads half its width beyond the pixels that it changes.
   ivec2 first, last;
   tilesInReach(pixel, penumbraReach() + 0.5 * push.filter_width, nearest_depth, first, last);
   mark(first, last);

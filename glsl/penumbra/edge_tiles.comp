@@ -1,11 +1,13 @@
 #version 460
-// Lists the tiles in which, with a ring of pixels around, an image of hard shadows is both lit and dark: a thread a tile.
+// Lists the tiles that hold both lit and shadowed pixels of a hard-shadow image, counting a ring of pixels around the
+// tile. A thread works on one tile.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
 #include "edge_seeds.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 3) uniform sampler2D hard; // outside the image lit
+layout(binding = 3) uniform sampler2D hard; // lit outside the image
 layout(binding = 4, scalar) buffer TileList {
   uint groups[3];
   uint count;
@@ -22,7 +24,7 @@ void main() {
     vec4 darkest = vec4(1.0), lightest = vec4(0.0);
     for (int i = 0; i < 25; ++i) {
       ivec2 corner = tile * TILE + 2 * ivec2(i % 5, i / 5);
-      // At the common corner of the four no rounding can pick another block.
+      // At the common corner of the four pixels, rounding cannot select others.
       vec4 block = textureGather(hard, vec2(corner) / vec2(view.size));
       darkest = min(darkest, block);
       lightest = max(lightest, block);

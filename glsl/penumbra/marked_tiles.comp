@@ -1,10 +1,10 @@
 #version 460
-// Lists the tiles that edge_seeds.comp has marked, or all of them.
+// Lists the tiles that edge_seeds.comp or seed_width.comp has marked, or all tiles.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "common/tiles.glsl"
 
-layout(constant_id = 0) const bool ALL = false; // skip nothing
+layout(constant_id = 0) const bool ALL = false; // list every tile
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -15,12 +15,12 @@ layout(binding = 1, scalar) buffer TileList {
   uint tiles[];
 } list;
 
-// For 4 blocks and 16 quads of pixels a tile, 64 threads a group.
+// Dispatch sizes for the 4 blocks and the 16 quads of each tile, at 64 threads per workgroup.
 layout(binding = 2, scalar) buffer BlockGroups { uint block_groups[3]; };
 layout(binding = 3, scalar) buffer QuadGroups { uint quad_groups[3]; };
 
 layout(push_constant, scalar) uniform Push {
-  uvec2 tiles; // along both axes
+  uvec2 tiles; // number along both axes
 } push;
 
 shared uint open;
@@ -28,7 +28,7 @@ shared uint first;
 
 void main() {
   uvec2 tile = gl_GlobalInvocationID.xy;
-  // A workgroup is a block of marks.
+  // A workgroup covers one block of marks.
   uint block = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, bit = gl_LocalInvocationIndex;
   bool marked = ALL || (marks[2 * block + (bit >> 5)] >> (bit & 31) & 1u) != 0;
   bool wanted = marked && all(lessThan(tile, push.tiles));

@@ -1,19 +1,21 @@
 #version 460
-// One axis of the separable mean filter over the penumbra: taps on the pixel's own surface, evenly spaced over a width that
-// is constant in the world. Macedo, Apolinario (2018), eq. 9-10.
-// Where penumbrae have widths of their own (SOFT), the filter's is a share of the pixel's.
-// Departures: only pixels in the penumbra or next to it are filtered, with no more taps than pixels; what lies on the
-// surface is told by positions and normals (PLANES).
+// One axis of the separable mean filter over the penumbra. Taps lie on the pixel's own surface, evenly spaced over a
+// constant world width. Macedo, Apolinario (2018), eq. 9-10.
+// If penumbrae have widths of their own (SOFT), the filter's width is a share of the pixel's penumbra width.
+// Departures: the filter skips pixels away from the penumbra and takes no more taps than pixels. Positions and normals
+// tell which taps lie on the surface (PLANES).
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
 #include "edge_seeds.glsl"
 
-layout(constant_id = 1) const bool VERTICAL = false; // the second of the two; writes the visibility
-layout(constant_id = 2) const int TAPS = 15;         // at most; odd
+layout(constant_id = 1) const bool VERTICAL = false; // second pass, which writes the visibility
+layout(constant_id = 2) const int TAPS = 15;         // maximum; odd
 layout(constant_id = 3) const bool SOFT = false;
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// Intensity and packed normal, wherever a tap may fall. Less than 0: out of the penumbra's reach, two less than it is.
+// Intensity and packed normal, wherever a tap may fall. Out of the penumbra's reach the intensity is lowered by 2, so
+// it is negative.
 layout(binding = 3) uniform sampler2D source;
 layout(binding = 4) writeonly uniform image2D target;
 layout(binding = 5, scalar) readonly buffer TileList {
@@ -21,7 +23,7 @@ layout(binding = 5, scalar) readonly buffer TileList {
   uint count;
   uint tiles[];
 } list;
-layout(binding = 6) uniform sampler2D pixel_widths; // of penumbrae, world units; read if SOFT
+layout(binding = 6) uniform sampler2D pixel_widths; // widths of penumbrae, world units; read if SOFT
 
 float meanOnSurface(ivec2 pixel, float own) {
   const int axis = VERTICAL ? 1 : 0;
@@ -30,7 +32,7 @@ float meanOnSurface(ivec2 pixel, float own) {
   if (SOFT) filter_width *= texelFetch(pixel_widths, pixel, 0).x;
   float pixels = filter_width / width;
   if (!(pixels > 1.0)) return own;
-  // As many as pixels, odd.
+  // As many taps as pixels, made odd.
   int half_taps = min(TAPS, int(min(ceil(pixels), 64.0)) | 1) / 2;
   float between = half_taps > 0 ? 0.5 * pixels / float(half_taps) : 0.0;
   float sum = own, count = 1.0;
@@ -46,7 +48,7 @@ float meanOnSurface(ivec2 pixel, float own) {
     bool same = PLANES ? dot(p.normal, normal) >= CREASE_COSINE &&
                            onePatch(p.normal, normal, q - p.position, abs(float(offset)), width, push.tolerance)
                        : sameDepth(p.position.z, q.z, push.tolerance);
-    // The middle one is counted already.
+    // The middle tap is counted already.
     bool taken = same && i != 0 && at[axis] >= 0 && at[axis] <= last && depth != view.far_depth;
     sum += taken ? (tap.x < -0.5 ? tap.x + 2.0 : tap.x) : 0.0;
     count += taken ? 1.0 : 0.0;

@@ -1,23 +1,25 @@
 #version 460
-// A step of the search for the nearest edge in the world, for a pixel of every block of 4 x 4: takes over the labels of the
-// blocks `step` away where their edges are nearer. Steps are halved down to 1: jump flooding (Rong, Tan 2006), but from
-// labels that are right in the image already, in the world's metric, and along surfaces.
+// One step of the search for the nearest edge in the world, for one pixel of every block of 4 x 4. It takes over the
+// labels of blocks `step` away if their edges are nearer; steps are halved down to 1. This is jump flooding (Rong, Tan
+// 2006), but it starts from labels that are already right in the image, measures in the world, and stays on surfaces.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
 
-layout(constant_id = 1) const bool FIRST = false; // labels are those of the transform, a pixel each
+layout(constant_id = 1) const bool FIRST = false; // labels are those of the distance transform, one per pixel
 
 layout(local_size_x = 64) in;
 
 layout(binding = 4) uniform usampler2D labels;
-layout(binding = 5) writeonly uniform uimage2D relaxed_labels; // a block each
+layout(binding = 5) writeonly uniform uimage2D relaxed_labels; // one per block
 layout(binding = 6, scalar) readonly buffer TileList {
   uint groups[3];
   uint count;
   uint tiles[];
 } list;
 
-// Blocks of a tile.
+// Blocks per tile.
 const uint BLOCKS = 4;
 
 uint labelAt(ivec2 block) {

@@ -1,19 +1,21 @@
 #version 460
-// The nearest edge of every pixel of the listed tiles, its distance turned into an intensity, eq. 8; lists the tiles that want
-// filtering. Macedo, Apolinario (2018), algorithm 1 and eq. 8.
-// The paper takes the seed that is nearest in the image and then its distance in the world (WORLD = false), which is too
-// large on tilted receivers, and loses the penumbra where that seed lies on another surface.
+// Finds the nearest edge of every pixel of the listed tiles and turns its distance into an intensity; lists the tiles
+// to filter. Macedo, Apolinario (2018), algorithm 1 and eq. 8.
+// The paper takes the seed that is nearest in the image, and then its world distance (WORLD = false). That distance is
+// too large on tilted receivers, and the penumbra is lost where the seed lies on another surface.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
 
 layout(constant_id = 1) const bool WORLD = true;
-layout(constant_id = 2) const bool VIEWED = false; // write seeds, labels and distances too
-layout(constant_id = 6) const int LINE_TAPS = 0;   // if SOFT: taps across the penumbra for what lies beyond the nearest edge
-layout(constant_id = 7) const bool FILTERED = true; // leave intensities and tiles to a filter; false: write the visibility itself
+layout(constant_id = 2) const bool VIEWED = false; // write seeds, labels and distances as well
+layout(constant_id = 6) const int LINE_TAPS = 0;   // if SOFT: taps across the penumbra, see beyondEdge
+layout(constant_id = 7) const bool FILTERED = true; // write intensities for a filter; false: write the visibility
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 4) uniform usampler2D labels;       // of the transform
+layout(binding = 4) uniform usampler2D labels;       // of the distance transform
 layout(binding = 5) uniform usampler2D quad_labels; // of nearest_quad.comp
 layout(binding = 6, scalar) readonly buffer TileList {
   uint groups[3];
@@ -29,27 +31,28 @@ layout(binding = 9, scalar) buffer FilterList {
 } filter_list;
 layout(binding = 10) writeonly uniform image2D distances;
 layout(binding = 11) writeonly uniform uimage2D nearest_labels;
-layout(binding = 12) writeonly uniform image2D seed_mask; // 1 at a seed; if SOFT what `widths` has there
-layout(binding = 14) writeonly uniform image2D pixel_widths; // if SOFT the penumbra's full width at pixels in reach, world units
-layout(binding = 15) writeonly uniform image2D visibility;   // unless FILTERED; may be `hard`, of which each pixel reads its own
+layout(binding = 12) writeonly uniform image2D seed_mask; // 1 at a seed; the value of `widths` if SOFT
+layout(binding = 14) writeonly uniform image2D pixel_widths; // if SOFT: full penumbra width at pixels in reach, world units
+layout(binding = 15) writeonly uniform image2D visibility;   // unless FILTERED; may be `hard`, of which a pixel reads its own
 
 shared bool wanted;
 
-// How far aside a pixel's own search looks: about as far as the penumbra reaches, past things thinner than that. Where every
-// seed has a width of its own, as far as usual ones do.
+// Distance in pixels at which a pixel's own search looks aside: about the reach of the penumbra, to look past anything
+// thinner. If every seed has a width of its own, it is the reach of usual penumbrae.
 int pixelsAside(Place at) {
   float reach = SOFT ? 17.0 : penumbraReach() / at.width;
   return int(clamp(0.7 * reach, 1.0, 8192.0) + 0.5);
 }
 
-// The pixel's own label, those aside and of the quads around, and then the places next to the seed found.
+// Considers the pixel's own label, the labels aside, those of the quads around, and then the seeds next to the one
+// found.
 Nearest search(Place at) {
   ivec2 pixel = at.pixel;
   Nearest nearest = nothing();
   consider(texelFetch(labels, pixel, 0).x, at, nearest);
   if (!WORLD) return nearest;
   considerAside(labels, pixelsAside(at), 1, at, nearest);
-  // The own quad and the three on the pixel's side of it.
+  // The pixel's own quad and the three on the pixel's side of it.
   ivec2 quad = pixel / QUAD, side = 2 * (pixel & 1) - 1;
   for (int i = 0; i < 4; ++i) {
     consider(blockLabel(quad_labels, quad + side * ivec2(i & 1, i >> 1), QUAD), at, nearest);
@@ -58,8 +61,8 @@ Nearest search(Place at) {
   return nearest;
 }
 
-// Over creases the search is repeated, so many times at most, for what is farther than the edge found beyond one. To look at
-// the way to every candidate instead takes twice the time.
+// Largest number of searches for a pixel. If a crease lies on the way to the edge found, the search is repeated for
+// edges that are farther. Checking the way to every candidate instead would take twice the time.
 const int ROUNDS = 4;
 
 Nearest findNearest(ivec2 pixel, Receiver p) {
@@ -75,14 +78,14 @@ Nearest findNearest(ivec2 pixel, Receiver p) {
   return nearest;
 }
 
-// Eq. 8 knows the nearest edge alone, and is too dark where a shadow is thinner than its penumbra, too light in a gap that is:
-// by what the hard shadows hold beyond that edge. So they are looked up, along the line through pixel and edge, where the
-// light sees it: the share of the taps that are not what one edge would make of them, signed. Taps within EDGE_PIXELS of the
-// edge say nothing new; those on other surfaces nothing at all.
+// Correction for shadows beyond the nearest edge. Eq. 8 knows that edge alone: it is too dark where a shadow is thinner
+// than its penumbra, and too light in a gap that is. So taps read the hard shadows along the line through pixel and
+// edge, over the width of the penumbra. The result is the mean difference between the taps and the values that a single
+// edge would give. Taps within EDGE_PIXELS of the edge, and those on other surfaces, do not count.
 const float EDGE_PIXELS = 1.5;
 
 float beyondEdge(ivec2 pixel, Receiver p, vec3 apart, float share, float own, int taps) {
-  // Where the line leaves and enters the penumbra, one of its widths long.
+  // The ends of the line, which is one penumbra width long and centred at the pixel.
   mat4 clip_from_view = inverse(view.view_from_clip);
   vec3 across = apart / share;
   vec4 middle = clip_from_view * vec4(p.position, 1.0), along = clip_from_view * vec4(across, 0.0);
@@ -124,7 +127,7 @@ void workOn(ivec2 tile) {
     float squared = squaredShare(nearest);
     bool near = squared <= reachSquared();
     float own = texelFetch(hard, pixel, 0).x, D = sqrt(squared);
-    // A pixel out of reach keeps its hard shadow and is not filtered; two less tells it.
+    // A pixel out of reach keeps its hard shadow and is not filtered. Its intensity is lowered by 2 as a mark.
     float v = near ? penumbraIntensity(own, D, push.penumbra) : own - 2.0;
     if (SOFT && LINE_TAPS > 0) {
       bool wanted_line = near && D > 0.0;
@@ -142,7 +145,7 @@ void workOn(ivec2 tile) {
     }
     if (VIEWED) {
       imageStore(distances, pixel, vec4(near ? D : uintBitsToFloat(0x7f800000u)));
-      // The transform gives a seed itself.
+      // The distance transform labels a seed with itself.
       bool is_seed = texelFetch(labels, pixel, 0).x == (uint(pixel.x) | uint(pixel.y) << 16);
       vec4 seen = SOFT ? vec4(texelFetch(widths, pixel, 0).xy, 0.0, 0.0) : vec4(1.0);
       imageStore(seed_mask, pixel, is_seed ? seen : vec4(0.0));

@@ -1,36 +1,36 @@
-// What the search for the nearest edge in the world goes by: candidates, each a label of a seed, of which the nearest on the
-// pixel's own surface counts. Where every seed has a penumbra width of its own (SOFT), its distance is a share of that width;
-// so the edge counts whose penumbra the pixel lies deepest in, and intensities are continuous where widths meet. The paper
-// (MEET_NEAREST) takes the edge at the smallest distance.
+// Search for the nearest edge in the world. Candidates are labels of seeds; the nearest one on the pixel's own surface
+// counts. If every seed has a penumbra width of its own (SOFT), distances are shares of that width: the edge counts in
+// whose penumbra the pixel lies deepest, and intensities are continuous where widths meet. The paper takes the edge at
+// the smallest distance (MEET_NEAREST).
+// Include after edge_seeds.glsl.
 #ifndef EDGESHADE_NEAREST_EDGE
 #define EDGESHADE_NEAREST_EDGE
-#include "edge_seeds.glsl"
 
-// A label of the search stands for a block of pixels of this side, at the middle: first coarse, then finer.
+// Sides of the square blocks of pixels that share one label, taken at the block's middle: coarse, then fine.
 const int BLOCK = 4, QUAD = 2;
 
 layout(constant_id = 3) const bool SOFT = false;
 layout(constant_id = 4) const bool MEET_NEAREST = false;
-layout(constant_id = 5) const bool ALONG_LIGHT = false; // distances on a plane parallel to the map, taken there along the light
+layout(constant_id = 5) const bool ALONG_LIGHT = false; // measure distances along the light, on a plane parallel to the map
 
 layout(binding = 3) uniform usampler2D seeds;
 layout(binding = 13) uniform sampler2D widths; // of seed_width.comp; read if SOFT
 
 struct Nearest {
-  float squared; // distance, world units; a share of the seed's penumbra width if SOFT, unless MEET_NEAREST
+  float squared; // distance, world units; a share of the seed's penumbra width if SOFT and not MEET_NEAREST
   uint label;    // x + 65536 y of the seed
 };
 
-// Where edges are searched from.
+// The place from which edges are searched.
 struct Place {
   ivec2 pixel;
   Receiver p;
-  float width;  // of a pixel there, world units
-  float beyond; // only edges farther than this count, squared as in Nearest
-  // ALONG_LIGHT:
-  vec3 axis;    // of the light's view, from the light
-  vec3 ray;     // along the light's ray, as far as its axis says 1
-  vec3 sides[2]; // of the light's square: the map's axes, unit
+  float width;  // width of a pixel there, world units
+  float beyond; // only edges farther than this count; squared as in Nearest
+  // Only if ALONG_LIGHT:
+  vec3 axis;    // axis of the light's view, pointing away from the light
+  vec3 ray;     // along the light's ray, scaled to length 1 along the axis
+  vec3 sides[2]; // unit vectors along the sides of the light's square, the map's axes
 };
 
 Place placeAt(ivec2 pixel, Receiver p) {
@@ -39,7 +39,7 @@ Place placeAt(ivec2 pixel, Receiver p) {
     mat4 m = view.light_clip_from_view[0];
     vec3 ray = -towardsLight(p.position, 0);
     at.axis = view.light_position_view[0].w == 0.0 ? ray : normalize(vec3(m[0][3], m[1][3], m[2][3]));
-    // Beside and behind the light all is lit; only numbers are wanted there.
+    // Beside and behind the light everything is lit; the limit only keeps the numbers finite.
     at.ray = ray / max(dot(ray, at.axis), 0.05);
     for (int i = 0; i < 2; ++i) {
       vec3 side = vec3(m[0][i], m[1][i], m[2][i]);
@@ -49,14 +49,15 @@ Place placeAt(ivec2 pixel, Receiver p) {
   return at;
 }
 
-// ALONG_LIGHT: how much of the measure is the plain distance, by the larger of both axes.
+// Weight of the Euclidean distance against the larger of the distances along both axes, if ALONG_LIGHT.
 const float ROUNDED = 0.5;
 
-// Squared distance to what lies `apart`, as it is measured for a seed. A square light shows through an edge aslant to it over
-// a wider range than through one along its side, by just the factor by which the edge's nearest point is nearer by the larger
-// of both axes. By that alone all points of an edge along an axis would be equally near for a while, and where widths
-// grow along an edge the widest would count: so the measure is rounded off, and finds 1.24 of the width along the diagonal
-// where 1.41 is right. Never less than `cosine` of the distance, so that no edge reaches out of the tiles marked for it.
+// Squared distance to a point at the offset `apart`, as measured for a seed. A square light shines past an edge
+// diagonal to its sides over a wider range than past an edge along a side. The ratio is that of the Euclidean distance
+// to the larger of the distances along both axes. But with the larger distance alone, a stretch of an edge along an
+// axis would be equally near everywhere, and where widths grow along the edge the widest would win. So the measure
+// blends both distances; along the diagonal it finds 1.24 times the width, where 1.41 would be right. The result is at
+// least `cosine` times the Euclidean distance, so that no edge reaches beyond the tiles marked for it.
 float squaredDistance(Place at, vec3 apart, float cosine) {
   float squared = dot(apart, apart);
   if (!(SOFT && ALONG_LIGHT)) return squared;
@@ -66,22 +67,23 @@ float squaredDistance(Place at, vec3 apart, float cosine) {
   return max(rounded * rounded, squared * (cosine * cosine));
 }
 
-// Squared distances within which an edge counts.
+// Largest squared distance at which an edge counts.
 float reachSquared() {
   float reach = penumbraReach();
   return reach * reach * 1.000001;
 }
 
-// For blocks the filter's reach on top: as far as tiles are listed for sure, so that no label leaves the listed tiles.
+// The same for blocks, which also need the reach of the filter. All tiles within this reach are listed, so no label
+// leaves the listed tiles.
 float blockReachSquared() {
   float reach = penumbraReach() + 0.5 * push.filter_width;
   return reach * reach * 1.000001;
 }
 
-// A seed out of reach will do to start from.
+// Start of a search: any seed is nearer.
 Nearest nothing() { return Nearest(3.0e38, NO_SEED); }
 
-// Of what was found, in the terms of reachSquared.
+// Squared distance of the seed found, in the units of reachSquared.
 float squaredShare(Nearest nearest) {
   if (!(SOFT && MEET_NEAREST)) return nearest.squared;
   bool found = nearest.label != NO_SEED;
@@ -89,20 +91,20 @@ float squaredShare(Nearest nearest) {
   return found && width > 0.0 ? nearest.squared / (width * width) : 3.0e38;
 }
 
-// Whether a seed's point may lie on the place's surface, by both points alone. Where the normal turns by more than a crease
-// does, the surface must be curved: bendsEvenly tells.
+// Tests whether a seed's point may lie on the place's surface, by both points alone. If the normal turns by more than
+// at a crease, the surface must be curved in between, which bendsEvenly tests.
 bool onSurface(Place at, vec3 apart, vec3 normal, ivec2 pixel) {
   if (!PLANES) return sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
-  // Never less than a pixel: a pixel's own edge lies somewhere on the way to the next.
+  // At least one pixel: a pixel's own edge lies somewhere on the way to the next pixel.
   float pixels = max(length(vec2(pixel - at.pixel)), 1.0);
   bool turned = dot(at.p.normal, normal) < CREASE_COSINE;
   return onePatch(at.p.normal, normal, apart, pixels, at.width, turned ? CURVED * push.tolerance : push.tolerance);
 }
 
-// Whether the surface bends evenly on the way from the place to the seed found, as curved surfaces do; at a crease the normal
-// turns within a pixel. Where the normals differ by the angle of a crease, the way is halved; both halves must take a fair
-// part of the turn, and the one that takes more is halved again if that is a crease's angle still. What lies on the surface
-// of neither end stands in front, and proves nothing.
+// Tests whether the surface bends evenly between the place and the seed found, as curved surfaces do; at a crease the
+// normal turns within a pixel. While the normals at both ends differ by more than the angle of a crease, the way is
+// halved. Both halves must have a fair part of the turn; the half with the larger part is examined further. A middle
+// point that lies on the surface of neither end stands in front, and proves nothing.
 bool bendsEvenly(Place at, Nearest nearest) {
   bool found = nearest.label != NO_SEED;
   ivec2 a = at.pixel, b = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
@@ -131,7 +133,8 @@ bool bendsEvenly(Place at, Nearest nearest) {
   return even;
 }
 
-// Takes the candidate if it is nearer, on the place's surface, and no farther than its own reach if that is `limited`.
+// Takes the candidate if it is nearer and lies on the place's surface. If `limited`, the place must also lie within the
+// candidate's own reach.
 void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
   ivec2 pixel = ivec2(candidate & 0xffffu, candidate >> 16);
   bool is_label = candidate != NO_SEED;
@@ -143,7 +146,7 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
   if (SOFT) {
     float share = d2 / (width.x * width.x);
     if (!MEET_NEAREST) d2 = share;
-    // Without a width there is no penumbra; 0/0 is no share.
+    // A seed without a width has no penumbra, and its share would be 0/0.
     is_label = is_label && (MEET_NEAREST ? !limited || share <= blockReachSquared() : width.x > 0.0);
   }
   bool nearer = is_label && d2 < nearest.squared && d2 > at.beyond && onSurface(at, apart, seedNormal(seed), pixel);
@@ -153,8 +156,8 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
 
 void consider(uint candidate, Place at, inout Nearest nearest) { consider(candidate, at, false, nearest); }
 
-// The labels of pixels aside, past what stands in front: `distance` of them along both axes both ways, and `rings` - 1 times
-// as many again, each time twice as far.
+// Considers the labels of the four pixels `distance` away along both axes, past anything that stands in front. Repeats
+// this in `rings` rings, each twice as far as the one before.
 void considerAside(usampler2D labels, int distance, int rings, Place at, inout Nearest nearest) {
   for (int i = 0; i < 4 * rings; ++i) {
     int away = ((i & 1) == 0 ? -distance : distance) << (i >> 2);
@@ -164,12 +167,13 @@ void considerAside(usampler2D labels, int distance, int rings, Place at, inout N
   }
 }
 
-// The seeds that are nearest in the image to places `step` pixels around the one found: along the edge.
+// Considers the seeds nearest in the image to eight points `step` pixels around the seed found: candidates along the
+// edge.
 void considerAround(usampler2D labels, int step, Place at, inout Nearest nearest) {
   bool found = nearest.label != NO_SEED;
   ivec2 seed = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
   for (int i = 0; i < 8; ++i) {
-    // Around the middle one, which is known.
+    // Skips the middle point, which is known.
     int j = i + int(i > 3), row = int(j > 2) + int(j > 5);
     ivec2 around = seed + step * (ivec2(j - 3 * row, row) - 1);
     uint label = texelFetch(labels, clamp(around, ivec2(0), ivec2(view.size) - 1), 0).x;
@@ -177,7 +181,7 @@ void considerAround(usampler2D labels, int step, Place at, inout Nearest nearest
   }
 }
 
-// Labels along both axes.
+// Number of labels along both axes.
 ivec2 blockCount(int side) { return (ivec2(view.size) + side - 1) / side; }
 ivec2 blockPixel(ivec2 block, int side) { return min(side * block + side / 2, ivec2(view.size) - 1); }
 

@@ -1,12 +1,14 @@
 #version 460
-// The nearest edge in the world for a pixel of every quad of 2 x 2: the labels of the blocks around, then the edge is
-// followed from the nearest seed to ever nearer ones.
+// Finds the nearest edge in the world for one pixel of every quad of 2 x 2. It considers the labels of the blocks
+// around, then follows the edge from the nearest seed to ever nearer ones.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(binding = 4) uniform usampler2D labels;       // of the transform
+layout(binding = 4) uniform usampler2D labels;       // of the distance transform
 layout(binding = 5) uniform usampler2D block_labels; // of nearest_block.comp
 layout(binding = 6, scalar) readonly buffer TileList {
   uint groups[3];
@@ -15,7 +17,7 @@ layout(binding = 6, scalar) readonly buffer TileList {
 } list;
 layout(binding = 7) writeonly uniform uimage2D quad_labels;
 
-// Quads of a tile.
+// Quads per tile.
 const uint QUADS = 16;
 
 void workOn(ivec2 quad) {

@@ -1,17 +1,16 @@
-// How seeds are kept in their image.
+// Encoding of seeds in their image. Include after lib/octahedral.glsl.
 #ifndef EDGESHADE_SEED_FORMAT
 #define EDGESHADE_SEED_FORMAT
-#include "lib/octahedral.glsl"
 
-// In the image of seeds, at their own pixels: a point of the edge in camera view space, and the normal there.
+// Packs a seed for its pixel: a point of the edge in camera view space, and the normal there.
 uvec4 packSeed(vec3 point, vec3 normal) {
   return uvec4(floatBitsToUint(point), packSnorm2x16(octahedralEncode(normal)));
 }
 vec3 seedPoint(uvec4 seed) { return uintBitsToFloat(seed.xyz); }
 vec3 seedNormal(uvec4 seed) { return octahedralDecode(unpackSnorm2x16(seed.w)); }
 
-// A normal in the bits of a float: 15 along both octahedral axes. The bit above them is the opposite of the last, so that the
-// float is neither subnormal nor NaN and an image keeps it as it is.
+// Packs a normal into the bits of a float: 15 along each octahedral axis. The bit above them is the inverse of the
+// last, so that the float is neither subnormal nor NaN and an image stores it unchanged.
 float packNormal(vec3 normal) {
   uvec2 e = uvec2((0.5 * octahedralEncode(normal) + 0.5) * 32767.0 + 0.5);
   uint bits = e.x | e.y << 15;

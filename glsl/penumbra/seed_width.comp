@@ -1,18 +1,24 @@
 #version 460
-// The width of the penumbra at every seed, by a blocker search there alone, and the tiles that it may reach: Macedo,
-// Apolinario (2017), algorithm 1, with the formulas of percentage-closer soft shadows.
+// Finds the penumbra width at every seed by a blocker search there alone, and marks the tiles that the penumbra may
+// reach: Macedo, Apolinario (2017), algorithm 1, with the formulas of percentage-closer soft shadows.
 //
-// Departures: what blockers.glsl says of the search. The width is that on a receiver parallel to the map; the paper
-// measures distances along the surface all the same, as if every receiver were. ALONG_LIGHT takes them to such a plane
-// instead, along the light's rays, so a penumbra on a tilted receiver is as much longer as it should be, and by the light's
-// own shape, for which see nearest_edge.glsl.
+// Departures: see common/blockers.glsl for those of the search. The width is that on a receiver parallel to the map.
+// The paper measures distances along the surface as if every receiver were parallel. ALONG_LIGHT measures them on such
+// a plane instead, along the light's rays, and by the shape of the light (see nearest_edge.glsl). So a penumbra on a
+// tilted receiver gets its proper length.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
+#include "edge_seeds.glsl"
 #include "edge_marks.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 
-layout(constant_id = 1) const int SEARCH_TAPS = 9;            // by axis
-layout(constant_id = 2) const bool NEAREST_BLOCKER = true;    // search only as far as the nearest blocker allows
+layout(constant_id = 1) const int SEARCH_TAPS = 9;            // along each axis
+layout(constant_id = 2) const bool NEAREST_BLOCKER = true;    // search only as far as the nearest blocker requires
 layout(constant_id = 3) const bool ALONG_LIGHT = false;
 layout(constant_id = 4) const bool KEEP_CONTACTS = false;     // seeds without a penumbra stay seeds
 
@@ -26,17 +32,18 @@ layout(binding = 4, scalar) readonly buffer PixelList {
 } list;
 layout(binding = 5) uniform usampler2D seeds;
 layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; };
-// At seeds: full width, world units, or 0; and the least that a length on the surface shrinks by when it is measured.
+// Values at seeds: full width in world units, or 0; and the smallest factor by which the measure shortens a length on
+// the surface.
 layout(binding = 8) writeonly uniform image2D widths;
 layout(binding = 9) uniform sampler2D hsm; // read if NEAREST_BLOCKER
 
-// Half-width of the narrowest window, texels: a revectorized edge may run a texel off the blocker that casts it.
+// Half-width of the narrowest window, texels. A revectorized edge may lie up to a texel away from its blocker.
 const float NARROWEST_SEARCH = 1.5;
-// A width of fewer pixels is none.
+// A width of fewer pixels counts as none.
 const float NARROWEST_WIDTH = 1e-3;
-// Towards the light's horizon penumbrae get no longer than by the inverse of this.
+// Penumbrae that the light grazes are lengthened by at most the inverse of this.
 const float LEAST_COSINE = 0.1;
-// The measure of nearest_edge.glsl is no less than this of a length: along the diagonal of the light's square.
+// Smallest ratio of the measure of nearest_edge.glsl to the length: along the diagonal of the light's square.
 const float DIAGONAL = 0.804737;
 
 float widthAt(ivec2 pixel) {
@@ -45,7 +52,7 @@ float widthAt(ivec2 pixel) {
   float decided;
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, decided)) return 0.0;
   precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / vec2(view.map_size));
-  // Taps at the window's rim: what casts the edge may be no nearer.
+  // Moves the outer taps to the window's rim: the caster of the edge may lie no nearer.
   float to_rim = float(SEARCH_TAPS) / float(max(SEARCH_TAPS - 1, 1));
   precise vec2 taps = search * to_rim;
   Blockers b = findBlockers(shadow_map, r, a, taps, SEARCH_TAPS);
@@ -65,7 +72,7 @@ void workOn(ivec2 pixel) {
     if (!KEEP_CONTACTS) atomicAnd(seed_bits[word], ~bit);
     return;
   }
-  // The filter reads half its width beyond what it changes.
+  // The filter reads half its width beyond the pixels that it changes.
   ivec2 first, last;
   float reach = (penumbraReach() + 0.5 * push.filter_width) * width / cosine;
   tilesInReach(pixel, reach, eyeDepth(point), first, last);

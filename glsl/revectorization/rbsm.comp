@@ -1,7 +1,43 @@
 #version 460
-// Revectorized visibility: silhouette recovery, filtering, RBSM* and the edge profile; see lib/rbsm*.glsl.
+// Revectorized visibility by one of four functions: silhouette recovery, filtering, RBSM* and the edge profile; see
+// lib/rbsm*.glsl.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
-#include "edge_list.glsl"
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/rbsm_receiver.glsl"
+#include "lib/rbsm_profile.glsl"
+#include "lib/rbsm_star.glsl"
 #include "rbsm_function.glsl"
+#include "common/pixel_steps.glsl"
+
+// Finds the visibility of a pixel. Returns false if the pixel is left for the dispatch over the list.
+bool visibilityAt(ivec2 pixel, out float v) {
+  ShadowPoint p;
+  if (rbsmReceiver(pixel, p, v)) return true;
+  vec4 N;
+  float s = testNeighbourhood(p, N);
+  vec3 d = packDiscontinuity(N, s);
+  if (decideByNeighbourhood(p, s, d, v)) return true;
+  if (STEP == LIST) return false;
+  v = revectorize(p, d);
+  return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
+}

@@ -1,18 +1,51 @@
 #version 460
-// Silhouette recovery and filtering with a branch for every scenario: see lib/rbsm_branches.glsl.
+// Silhouette recovery and filtering with one branch for every scenario; see lib/rbsm_branches.glsl.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
-#include "edge_list.glsl"
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/rbsm_receiver.glsl"
 #include "lib/rbsm_branches.glsl"
+#include "common/pixel_steps.glsl"
 
 const int SILHOUETTE = 0, FILTERED = 1;
 layout(constant_id = 2) const int FUNCTION = SILHOUETTE;
 
-// No shape is known before the traversals.
+// Returns true if the neighbours decide the visibility. No shape is known before the traversals.
 bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v) {
   v = s;
   return d.x == 0.0 && d.y == 0.0 || FUNCTION == SILHOUETTE && s == 0.0;
 }
 
 float revectorize(ShadowPoint p, vec3 d) { return revectorizeByScenario(p, d, FUNCTION == SILHOUETTE); }
+
+// Finds the visibility of a pixel. Returns false if the pixel is left for the dispatch over the list.
+bool visibilityAt(ivec2 pixel, out float v) {
+  ShadowPoint p;
+  if (rbsmReceiver(pixel, p, v)) return true;
+  vec4 N;
+  float s = testNeighbourhood(p, N);
+  vec3 d = packDiscontinuity(N, s);
+  if (decideByNeighbourhood(p, s, d, v)) return true;
+  if (STEP == LIST) return false;
+  v = revectorize(p, d);
+  return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
+}

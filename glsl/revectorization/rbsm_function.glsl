@@ -1,14 +1,13 @@
-// The revectorized visibility of a point in the shadow map by its function: silhouette recovery, filtering, RBSM* and the edge
-// profile; see lib/rbsm*.glsl. The includer defines MAXDIST before.
+// Revectorized visibility of a point in the shadow map by one of four functions: silhouette recovery, filtering, RBSM*
+// and the edge profile; see lib/rbsm*.glsl. Most points follow from the texel and its four neighbours
+// (decideByNeighbourhood), those at an edge from the edge's shape (revectorize).
+// Include after lib/rbsm_profile.glsl and lib/rbsm_star.glsl.
 #ifndef EDGESHADE_RBSM_FUNCTION
 #define EDGESHADE_RBSM_FUNCTION
-#include "rbsm_visibility.glsl"
-#include "lib/rbsm_profile.glsl"
-#include "lib/rbsm_star.glsl"
 
 const int SILHOUETTE = 0, FILTERED = 1, STAR = 2, PROFILE = 3;
 layout(constant_id = 2) const int FUNCTION = SILHOUETTE;
-layout(constant_id = 3) const int QUALITY = 0; // of the profile: run, neighbours, line
+layout(constant_id = 3) const int QUALITY = 0; // of the edge profile: run, neighbours, line
 
 bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v) {
   v = s;

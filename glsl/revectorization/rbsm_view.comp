@@ -1,20 +1,22 @@
 #version 460
-// What the RBSM family finds on its way, as pictures. Channels but for the first picture's in the order of listing 2: left,
-// right, +v, -v; zero where there is no edge.
+// Pictures of the RBSM family's intermediate results. The channels of the last three pictures are in the order of
+// listing 2: left, right, +v, -v; 0 where there is no edge.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "lib/rbsm_profile.glsl"
 
-layout(constant_id = 2) const int QUALITY = 0; // of the profile: run, neighbours, line
+layout(constant_id = 2) const int QUALITY = 0; // of the edge profile: run, neighbours, line
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 4) writeonly uniform image2D discontinuity; // listing 2's packed form
-layout(binding = 5) writeonly uniform image2D runs;          // texels of listing 3, unsigned
-layout(binding = 6) writeonly uniform image2D ends;          // 1: at an edge end, -1: stepped out, or not reached
-layout(binding = 7) writeonly uniform image2D height;        // of the profile over each side, texels
+layout(binding = 4) writeonly uniform image2D discontinuity; // packed form of listing 2
+layout(binding = 5) writeonly uniform image2D runs;          // length of the runs of listing 3, texels
+layout(binding = 6) writeonly uniform image2D ends;          // 1: at an edge end; -1: stepped out, or MAXDIST reached
+layout(binding = 7) writeonly uniform image2D height;        // height of the edge profile over each side, texels
 
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

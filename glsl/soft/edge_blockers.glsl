@@ -1,25 +1,28 @@
-// The blocker search where edges are revectorized. Departures from the papers: the filter is never narrower than a least width,
-// since within about a texel it is not known where the edge is; where no tap of the search found a blocker, the texel's
-// neighbours are asked, for an edge may reach over from there.
+// Blocker search for techniques that revectorize edges. Include after common/blockers.glsl and
+// common/rbsm_receiver.glsl.
+//
+// Departures from the papers: the filter has a least width, because the place of an edge is not known to within about a
+// texel. If no tap of the search finds a blocker, the texel's neighbours are tested, since an edge may reach over from
+// there.
 #ifndef EDGESHADE_EDGE_BLOCKERS
 #define EDGESHADE_EDGE_BLOCKERS
-#include "common/blockers.glsl"
-#include "common/rbsm_receiver.glsl"
 
-// Half-width, texels, that search and filter have at least: that of `least_width` texels, unless the light is so small that not
-// even what touches it could cast such a penumbra.
+// Least half-width of search and filter, texels: half of `least_width`, unless the light is so small that even a
+// blocker at the near plane could not cast such a penumbra.
 vec2 leastHalfTexels(SoftReceiver r, AreaLight a, float least_width) {
   precise vec2 least = min(vec2(0.5 * least_width), windowTexels(searchHalfWidth(a, r.z, a.near)));
   return least;
 }
 
-// Half-width of the filter, texels. Rounding must not carry it out of what was searched and classified.
+// Half-width of the filter, texels. The limit keeps rounding from widening it beyond the window that was searched and
+// classified.
 vec2 edgeHalfTexels(SoftReceiver r, AreaLight a, float z_blocker, vec2 least, vec2 search) {
   precise vec2 half_texels = min(max(windowTexels(filterHalfWidth(a, r.z, z_blocker)), least), windowTexels(search));
   return half_texels;
 }
 
-// Blockers among the texel of the point and its four neighbours: where one of them differs, an edge runs through the texel.
+// Searches the point's texel and its four neighbours for blockers. If one of these differs from the texel, an edge runs
+// through it.
 Blockers neighbouringBlockers(ShadowPoint p, AreaLight a) {
   precise float sum = 0.0;
   int count = 0;

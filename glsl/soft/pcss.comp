@@ -1,34 +1,39 @@
 #version 460
-// Percentage-closer soft shadows: Fernando (2005). Blockers are searched for, their mean distance gives the width of the
-// penumbra, and shadow tests are averaged over that width. Pixels whose whole search window is lit or in shadow by the
-// hierarchical shadow map need neither: the same image, bit for bit.
+// Percentage-closer soft shadows: Fernando (2005). The mean distance of the blockers found gives the penumbra width,
+// and shadow tests are averaged over that width. Pixels whose whole search window is lit or in shadow according to the
+// hierarchical shadow map skip both steps; the image is the same, bit for bit.
 //
-// As in the papers, taps lie at the centres of the window's cells: where the outermost ones do not reach yet, a penumbra's
-// lit rim is cut off, at up to half a tap's share. Taps that reach the rim were tried: they give blockers far from the
-// receiver too much weight, and more error on each of five scenes.
+// As in the papers, taps lie at the centres of a regular grid over the window. The outermost taps do not reach its rim,
+// so a penumbra loses its lit rim, at most half a tap's share of it. Taps that reach the rim give blockers far from the
+// receiver too much weight; they increased the error on each of five scenes.
 //
-// Departures: what blockers.glsl says of the search; a window without blockers is lit, but one of which every tap found one
-// is filtered all the same, since light may fall through a gap between taps.
+// Departures: see common/blockers.glsl for those of the search. A window without blockers is lit. But a window in which
+// every tap found a blocker is still filtered, since light may fall through a gap between taps.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 #include "soft_filter.glsl"
 #include "common/pixel_steps.glsl"
 
-layout(constant_id = 0) const int SEARCH_TAPS = 9;      // by axis
-layout(constant_id = 1) const int FILTER_TAPS = 15;     // by axis
-layout(constant_id = 2) const bool BILINEAR = true;     // taps of the filter: one texel, or 2 x 2 weighted
-layout(constant_id = 3) const bool BOX = true;          // windows of up to FILTER_TAPS texels: the exact mean
-layout(constant_id = 5) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker allows
+layout(constant_id = 0) const int SEARCH_TAPS = 9;      // along each axis
+layout(constant_id = 1) const int FILTER_TAPS = 15;     // along each axis
+layout(constant_id = 2) const bool BILINEAR = true;     // filter taps weight 2 x 2 tests; false: test one texel
+layout(constant_id = 3) const bool BOX = true;          // compute the exact mean in windows of up to FILTER_TAPS texels
+layout(constant_id = 5) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or STEP is LIST
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if STEP is LIST
-layout(binding = 8) uniform sampler2D half_widths; // soft_auto.comp: of the filter, texels; read if STEP is MEASURED
+layout(binding = 8) uniform sampler2D half_widths; // soft_auto.comp; of the filter, texels; read if STEP is MEASURED
 
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs
-  float depth_bias;    // fraction of a texel's slope, along both axes
+  float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
 } push;
 
 float filterAny(SoftReceiver r, vec2 half_texels) {
@@ -57,4 +62,21 @@ bool visibilityAt(ivec2 pixel, out float v) {
   v = 1.0;
   if (b.count > 0) v = filterAny(r, softHalfTexels(r, a, b.z, search));
   return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

@@ -1,35 +1,41 @@
 #version 460
-// Width of the penumbra that an area light casts at every pixel, world units: 0 where there is none. Macedo, Apolinario, Aguero
-// (2019), eq. 6 and 7, for filters that work on the image of hard shadows.
+// Finds the penumbra width that an area light casts at every pixel, in world units; 0 where there is no penumbra.
+// Macedo, Apolinario, Aguero (2019), eq. 6 and 7. Filters of the hard-shadow image read it.
 //
-// Pixels whose whole search window is lit, or in shadow, by the hierarchical shadow map have no penumbra, however wide the one
-// would be that their blockers cast; their visibility is known with that.
+// Pixels whose whole search window is lit or in shadow according to the hierarchical shadow map have no penumbra,
+// whatever width their blockers would give. Their visibility is then known as well.
 #extension GL_GOOGLE_include_directive : require
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
-#include "common/pixel_steps.glsl" // its image of visibility is that of widths
+#include "common/pixel_steps.glsl" // its image `visibility` holds the widths here
 
-layout(constant_id = 0) const int TAPS = 23;               // of the search, by axis
-layout(constant_id = 1) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker allows
-layout(constant_id = 2) const bool BOX = true;             // windows of up to TAPS texels: the exact mean
+layout(constant_id = 0) const int TAPS = 23;               // of the search, along each axis
+layout(constant_id = 1) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
+layout(constant_id = 2) const bool BOX = true;             // compute the exact mean in windows of up to TAPS texels
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp
-// Written where the visibility is known: the result, and what the filter's first pass leaves of it.
+// Written where the visibility is known: the result, and the output of the filter's first pass.
 layout(binding = 8) writeonly uniform image2D shadows;
 layout(binding = 9) writeonly uniform image2D between;
 
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs
-  float depth_bias;    // fraction of a texel's slope, along both axes
-  float reach;         // of the filter that is to come, penumbra half-widths: so far there must be a width, 1 or more
+  float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
+  float reach;         // half-width of the filter to come in penumbra half-widths, at least 1: widths must exist this far
 } push;
 
-// Half-width of the narrowest window, texels: what revectorization draws of an edge lies within a texel of it.
+// Half-width of the narrowest window, texels. A revectorized edge lies within a texel of the original one.
 const float NARROWEST_SEARCH = 1.0;
 
-// findBlockers with infinitely many taps: every texel once, with its share of the window, four a gather.
+// findBlockers with infinitely many taps. It reads every texel once, four per gather, and weights it by its share of
+// the window.
 Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
   precise vec2 low = r.at - half_texels, high = r.at + half_texels;
   ivec2 first = ivec2(floor(low)), last = ivec2(floor(high));
@@ -37,7 +43,7 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
   for (int y = first.y; y <= last.y; y += 2) {
     precise vec2 height = max(min(vec2(y, y + 1) + 1.0, high.y) - max(vec2(y, y + 1), low.y), 0.0);
     for (int x = first.x; x <= last.x; x += 2) {
-      // At the common corner of the four no rounding can pick another block.
+      // At the common corner of the four texels, rounding cannot select others.
       vec4 stored = textureGather(shadow_map, vec3(vec2(x + 1, y + 1) / vec2(view.map_size), 0.0));
       vec4 reference = softReference2x2(r, ivec2(x, y));
       precise vec2 width = max(min(vec2(x, x + 1) + 1.0, high.x) - max(vec2(x, x + 1), low.x), 0.0);
@@ -51,7 +57,7 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
   return Blockers(z, weight > 0.0 ? 1 : 0);
 }
 
-// Whether the pixel's visibility is known; otherwise it has the given search window.
+// Returns true if the pixel's visibility `v` is known; otherwise `search` is its search window.
 bool decide(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 search, out float v) {
   search = vec2(0.0);
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
@@ -80,4 +86,21 @@ bool visibilityAt(ivec2 pixel, out float width) {
   else b = findBlockers(shadow_map, r, a, search, TAPS);
   if (b.count > 0) width = penumbraWidth(a, r.z, b.z);
   return true;
+}
+
+void main() {
+  float width;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, width);
+      imageStore(visibility, pixel, vec4(width));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, width);
+  if (decided) imageStore(visibility, pixel, vec4(width));
+  listPixel(pixel, inside && !decided);
 }

@@ -1,27 +1,38 @@
 #version 460
-// Revectorization-based soft shadow mapping: [CGF] Macedo, Apolinario, Aguero, "Revectorization-based soft shadow mapping"
-// (2019), algorithms 2 and 3. Blockers are searched for, their mean distance gives the width of the penumbra, and
-// revectorized visibility is averaged over that width. Pixels whose whole search window is lit or in shadow by the
-// hierarchical shadow map need neither: the same image, bit for bit.
+// Revectorization-based soft shadow mapping: [CGF] Macedo, Apolinario, Aguero, "Revectorization-based soft shadow
+// mapping" (2019), algorithms 2 and 3. The mean distance of the blockers found gives the penumbra width, and
+// revectorized visibility is averaged over that width. Pixels whose whole search window is lit or in shadow according
+// to the hierarchical shadow map skip both steps; the image is the same, bit for bit.
 //
-// Departures from the paper: the default visibility is RBSM*, on both sides of an edge, not listing 4, which grows the
-// shadow; the rest as in edge_blockers.glsl, revectorized_filter.glsl and blockers.glsl.
+// Departures: the default visibility is RBSM*, on both sides of an edge, because listing 4 grows the shadow. See
+// edge_blockers.glsl, revectorized_filter.glsl and common/blockers.glsl for the others.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
 #define MAP_GOES_ON
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
+#include "common/blockers.glsl"
+#include "common/rbsm_receiver.glsl"
 #include "edge_blockers.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
+#include "lib/rbsm_star.glsl"
+// A window of bits and the ring around it are 32 texels wide.
+#define WINDOW_MOST 30
+#include "lib/texel_window.glsl"
 #include "revectorized_filter.glsl"
 #include "common/pixel_steps.glsl"
 
-layout(constant_id = 2) const int SEARCH_TAPS = 9;         // by axis
-layout(constant_id = 6) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker allows
+layout(constant_id = 2) const int SEARCH_TAPS = 9;         // along each axis
+layout(constant_id = 6) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
 layout(constant_id = 7) const float LEAST_WIDTH = 1.0;     // of the filter, texels
 
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or STEP is LIST
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if STEP is LIST
-layout(binding = 8) uniform sampler2D half_widths; // soft_auto.comp: of the filter, texels; read if STEP is MEASURED
+layout(binding = 8) uniform sampler2D half_widths; // soft_auto.comp; of the filter, texels; read if STEP is MEASURED
 
 bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
@@ -35,7 +46,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
   precise vec2 least = leastHalfTexels(r, a, LEAST_WIDTH);
   precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
   if (STEP == LIST) {
-    // With the ring around it, by which edges are known.
+    // The margin is the ring around the window, which reveals edges at its border.
     int found = classify(hsm, blocks, r, search, 1.0);
     v = float(found);
     return found != HSM_PENUMBRA;
@@ -45,4 +56,21 @@ bool visibilityAt(ivec2 pixel, out float v) {
   v = 1.0;
   if (b.count > 0) v = filterRevectorized(p, r, edgeHalfTexels(r, a, b.z, least, search));
   return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

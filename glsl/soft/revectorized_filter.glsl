@@ -1,25 +1,19 @@
-// The mean of revectorized visibility over a window of any width: [CGF] Macedo, Apolinario, Aguero, "Revectorization-based soft
-// shadow mapping" (2019), algorithm 3.
+// Mean of revectorized visibility over a window of any width: [CGF] Macedo, Apolinario, Aguero, "Revectorization-based
+// soft shadow mapping" (2019), algorithm 3.
+// Include after common/soft_receiver.glsl, common/rbsm_receiver.glsl, lib/rbsm_star.glsl and lib/texel_window.glsl.
 //
-// A tap of the filter is a place in the map, not a texel: n x n of them lie at the centres of the window's cells, and each
-// is lit or in shadow by the edge as it runs through its texel. So a window narrower than a texel sees the straightened
-// edge, and one without width is the hard technique. Taps that are several texels apart each find the edge in their own
-// texel; of the texels between they know nothing.
+// A tap of the filter is a point in the map, not a texel. The n x n taps lie at the centres of a regular grid over the
+// window; each is lit or in shadow according to the edge that runs through its texel. So a window narrower than a texel
+// sees the straightened edge, and a window without width gives the hard technique. Taps several texels apart find the
+// edge in their own texels and miss the texels in between.
 //
-// Departure from the paper: runs are found for texels, not taps, and the paper's reuse along a kernel row is corrected
-// (followTaps).
+// Departures: runs are followed per texel, not per tap. The paper's reuse along a kernel row is corrected (sameRun).
 #ifndef EDGESHADE_REVECTORIZED_FILTER
 #define EDGESHADE_REVECTORIZED_FILTER
-#include "common/rbsm_receiver.glsl"
-#include "common/soft_receiver.glsl"
-#include "lib/rbsm_star.glsl"
-// With the ring around it a window of bits is 32 texels wide.
-#define WINDOW_MOST 30
-#include "lib/texel_window.glsl"
 
-layout(constant_id = 3) const int FILTER_TAPS = 11; // by axis
-layout(constant_id = 5) const bool STAR = true;     // RBSM*, otherwise listing 4
-layout(constant_id = 8) const bool REUSE = true;    // find each run once
+layout(constant_id = 3) const int FILTER_TAPS = 11; // along each axis
+layout(constant_id = 5) const bool STAR = true;     // RBSM*; false: listing 4
+layout(constant_id = 8) const bool REUSE = true;    // follow each run once
 
 // Place of tap (i, j) in the map, texels.
 vec2 tapPlace(SoftReceiver r, vec2 half_texels, ivec2 tap) {
@@ -29,16 +23,16 @@ vec2 tapPlace(SoftReceiver r, vec2 half_texels, ivec2 tap) {
 
 vec2 fractionOf(vec2 place) { return clamp(place - floor(place), vec2(1e-7), vec2(1.0 - 6e-8)); }
 
-// Visibility at a place in a texel with an edge, from its discontinuity and the ends of its runs.
+// Visibility at a place in a texel at an edge, from its discontinuity and the ends of its runs.
 float edgeVisibility(vec3 d, vec4 t, vec2 fraction) {
   vec4 nrd = normalizeFragmentDistanceToSE(fragmentDistance(t, fraction));
   return STAR ? computeRBSMStarVisibility(d, nrd) : computeRBSMVisibility(d, nrd, true);
 }
 
-// Whether a texel's edge is to be followed: listing 4 leaves shadow alone.
+// Tests whether a texel's edge must be followed. Listing 4 changes no shadowed texel.
 bool hasEdge(float s, vec3 d) { return (STAR || s == 1.0) && (d.x > 0.0 || d.y > 0.0); }
 
-// The point, in the texel of a tap, with the tests there.
+// The point moved into the texel of a tap; also returns the tests there.
 ShadowPoint tapPoint(ShadowPoint p, vec2 place, out float s, out vec3 d) {
   p.texel = ivec2(floor(place));
   p.fraction = fractionOf(place);
@@ -48,7 +42,7 @@ ShadowPoint tapPoint(ShadowPoint p, vec2 place, out float s, out vec3 d) {
   return p;
 }
 
-// Lit taps, each for itself.
+// Counts lit taps, following the edge anew for each.
 float filterTaps(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
   float lit = 0.0;
   for (int j = 0; j < FILTER_TAPS; ++j) {
@@ -66,17 +60,18 @@ int lowestBit(uvec2 bits) { return bits.x != 0u ? findLSB(bits.x) : 32 + findLSB
 uvec2 withoutLowest(uvec2 bits) { return bits.x != 0u ? uvec2(bits.x & bits.x - 1u, bits.y) : uvec2(0u, bits.y & bits.y - 1u); }
 uvec2 oneBit(int i) { return i < 32 ? uvec2(1u << i, 0u) : uvec2(0u, 1u << (i - 32)); }
 
-// A run along a kernel row, as a texel of it sees it.
+// A run along a kernel row, seen from one of its texels.
 struct RowRun {
   ivec2 texel;
   vec3 d;
-  vec2 t; // signed distances to its left and right ends, listing 3
+  vec2 t; // signed distances to the left and right ends, from listing 3
 };
 
-// Algorithm 3 with its lines 10 to 17 corrected: `texels` farther right on the same run, its left end is farther and its
-// right end nearer by as many, whatever they are. The paper adds a length in uv to distances in texels, and its two branches
-// are right only where one end alone is an edge's. False where the run does not reach so far, has other sides, or is not
-// known to its end. An end out of MAXDIST is none, as when followed.
+// Algorithm 3 with lines 10 to 17 corrected. From a texel farther right on the same run, the left end is farther and
+// the right end nearer by the same number of texels, whatever kind the ends are. The paper adds a length in uv to
+// distances in texels, and its two branches are right only if exactly one end is an edge end. Returns false if the run
+// does not reach the texel, differs on other sides, or is not known to its end. An end beyond MAXDIST counts as none,
+// as it does when the run is followed.
 bool sameRun(RowRun run, ivec2 texel, vec3 d, out vec2 t) {
   ivec2 on = texel - run.texel;
   float by = float(on.x);
@@ -85,11 +80,11 @@ bool sameRun(RowRun run, ivec2 texel, vec3 d, out vec2 t) {
   return on.y == 0 && on.x >= 0 && d.yz == run.d.yz && abs(run.t.y) <= float(MAXDIST) && abs(run.t.y) - by >= 1.0;
 }
 
-// Lit taps of a window wider than bits hold: all are tested first, then those at edges followed, so that all threads walk
-// together; runs that a tap shares with the one before it are not followed again.
+// Counts lit taps in a window too wide for bits. It tests all taps first and then follows the edges, so that all
+// threads of a subgroup walk together. A run that a tap shares with the tap before it is not followed again.
 float followTaps(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
   float lit = 0.0;
-  // Taps at edges: a bit a column, and a bit a row that has any.
+  // Taps at edges: a bit per column, and a bit for each row that has any.
   uvec2 open[FILTER_TAPS];
   uvec2 open_rows = uvec2(0u);
   for (int j = 0; j < FILTER_TAPS; ++j) {
@@ -121,11 +116,12 @@ float followTaps(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
   return lit;
 }
 
-// Texels that taps lie in, of a window from `first`: by column, and by row, the first tap and how many.
+// For each column and row of a window: the first tap in it, plus COUNT_UNIT times the number of its taps.
 int column_taps[WINDOW_MOST], row_taps[WINDOW_MOST];
 const int COUNT_UNIT = 64;
 
-// Bits of the columns, and of the rows, that have taps.
+// Assigns the taps to the columns and rows of a window that starts at `first`. Returns bits of the columns and of the
+// rows that have taps.
 uvec2 assignTaps(SoftReceiver r, vec2 half_texels, ivec2 first) {
   ivec2 before = ivec2(-1);
   uvec2 tapped = uvec2(0u);
@@ -139,7 +135,7 @@ uvec2 assignTaps(SoftReceiver r, vec2 half_texels, ivec2 first) {
   return tapped;
 }
 
-// Tests of the window and its ring as bits.
+// Stores the tests of the window and its ring as bits.
 void testWindow(ShadowPoint p, ivec2 first, ivec2 size) {
   for (int i = 0; i < size.x + 2; ++i) window_columns[i] = 0u;
   for (int j = 0; j < size.y + 2; j += 2) {
@@ -158,7 +154,7 @@ void testWindow(ShadowPoint p, ivec2 first, ivec2 size) {
   for (int i = 0; i < size.x + 2; ++i) window_columns[i] = window_columns[i] >> 1 & lineBits(size.y);
 }
 
-// Lit taps in a texel with an edge.
+// Counts lit taps in a texel at an edge.
 float tapsInTexel(SoftReceiver r, vec2 half_texels, ivec2 texel, vec3 d, vec4 t) {
   int columns = column_taps[texel.x], rows = row_taps[texel.y];
   ivec2 from = ivec2(columns, rows) & (COUNT_UNIT - 1), count = ivec2(columns, rows) / COUNT_UNIT;
@@ -171,13 +167,13 @@ float tapsInTexel(SoftReceiver r, vec2 half_texels, ivec2 texel, vec3 d, vec4 t)
   return lit;
 }
 
-// Lit taps of a window from `first`, each texel's edges followed once.
+// Counts lit taps in a window that starts at `first`; follows the edges of each texel once.
 float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first, ivec2 size) {
   uvec2 tapped = assignTaps(r, half_texels, first);
   testWindow(p, first, size);
   followBeyond(p, first, size);
   float lit = 0.0;
-  // Texels with an edge and taps: a bit a column, and a bit a row that has any.
+  // Texels that have an edge and taps: a bit per column, and a bit for each row that has any.
   uint open[WINDOW_MOST], later[WINDOW_MOST];
   uint open_rows = 0u, later_rows = 0u;
   for (uint rows = tapped.y; rows != 0u; rows &= rows - 1u) {
@@ -208,7 +204,8 @@ float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first,
       later_rows |= 1u << texel.y;
     }
   }
-  // Few texels, each followed for itself; in a loop of its own, since a loop in the one above would cost all of its rounds.
+  // Only a few texels are left, each followed for itself. They have a loop of their own: a loop nested in the one above
+  // would run in all of its rounds.
   while (later_rows != 0u) {
     ivec2 texel;
     texel.y = findLSB(later_rows);
@@ -233,7 +230,7 @@ float filterRevectorized(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
   if (!REUSE) lit = filterTaps(p, r, half_texels);
   else if (all(lessThanEqual(size, ivec2(WINDOW_MOST)))) lit = filterWindow(p, r, half_texels, first, size);
   else lit = followTaps(p, r, half_texels);
-  // A sum of ones: exact, so that all ways to it give the same image.
+  // Sums of zeros and ones are exact, so all ways of counting give the same image.
   precise float v = lit / float(FILTER_TAPS * FILTER_TAPS);
   return v;
 }

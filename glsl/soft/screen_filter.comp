@@ -1,12 +1,12 @@
 #version 460
-// One of the two passes of a cross-bilateral filter over the image of hard shadows, as wide as each pixel's penumbra: along
-// one side of the penumbra's footprint, with taps on the pixel's own surface.
-// Macedo, Apolinario, Aguero (2019), section 5 (box); Zheng, Saito (2011) (Gaussian); Pham, van Vliet, "Separable bilateral
-// filtering for fast video preprocessing" (2005).
+// One of two passes of a cross-bilateral filter over the hard-shadow image, as wide as each pixel's penumbra. It
+// filters along one side of the penumbra's footprint, with taps on the pixel's own surface.
+// Macedo, Apolinario, Aguero (2019), section 5 (box); Zheng, Saito (2011) (Gaussian); Pham, van Vliet, "Separable
+// bilateral filtering for fast video preprocessing" (2005).
 //
-// Departures: see lib/footprint.glsl for the footprints and lib/penumbra.glsl for the test for one surface; taps lie a pixel
-// apart where the filter is no wider than their number, those at the ends with the share that the box has of them, so that
-// its width changes smoothly; the first pass keeps to the surface too (BILATERAL).
+// Departures: lib/footprint.glsl describes the footprints, lib/penumbra.glsl the test for one surface. If the filter is
+// no wider in pixels than the number of taps, taps lie one pixel apart, and the outermost count by the share of them
+// that the box covers, so that its width changes smoothly. The first pass also stays on the surface (BILATERAL).
 #extension GL_GOOGLE_include_directive : require
 #include "lib/footprint.glsl"
 #include "lib/penumbra.glsl"
@@ -15,17 +15,17 @@
 
 const int SCREEN = 0, PLANE = 1, LIGHT = 2;
 
-layout(constant_id = 0) const bool PLANES = true;     // tell surfaces apart by planes; false: by depth, as the paper
-layout(constant_id = 1) const bool SECOND = false;    // the second of the two; writes the visibility
-layout(constant_id = 2) const int TAPS = 23;          // at most; odd
-layout(constant_id = 3) const bool GAUSSIAN = false;  // otherwise a box
+layout(constant_id = 0) const bool PLANES = true;     // separate surfaces by planes; false: by depth, as in the paper
+layout(constant_id = 1) const bool SECOND = false;    // second pass, which writes the visibility
+layout(constant_id = 2) const int TAPS = 23;          // maximum; odd
+layout(constant_id = 3) const bool GAUSSIAN = false;  // false: box
 layout(constant_id = 4) const int FOOTPRINT = LIGHT;
-layout(constant_id = 5) const bool BILATERAL = true;  // keep to the pixel's surface
-layout(constant_id = 6) const bool LISTED = false;    // pixels of the list only
+layout(constant_id = 5) const bool BILATERAL = true;  // stay on the pixel's surface
+layout(constant_id = 6) const bool LISTED = false;    // filter only the listed pixels
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 3) uniform sampler2D source; // visibility, hard or of the first pass
+layout(binding = 3) uniform sampler2D source; // hard visibility, or the first pass's result
 layout(binding = 4) uniform sampler2D widths; // penumbra_width.comp
 layout(binding = 5) writeonly uniform image2D target;
 layout(binding = 6, scalar) readonly buffer PixelList {
@@ -36,11 +36,11 @@ layout(binding = 6, scalar) readonly buffer PixelList {
 } list;
 
 layout(push_constant, scalar) uniform Push {
-  float tolerance; // of the test for one surface: pixels a pixel, or a share of the depth
-  float sigma;     // of the Gaussian, penumbra widths
+  float tolerance; // of the test for one surface: pixels per pixel, or a share of the depth
+  float sigma;     // of the Gaussian, in penumbra widths
 } push;
 
-// Where a Gaussian ends, standard deviations; and the longest side of a filter, pixels.
+// Cut-off of the Gaussian in standard deviations, and limit of a filter's side in pixels.
 const float GAUSSIAN_REACH = 3.0, LONGEST = 4096.0;
 
 PixelSteps pixelSteps(ivec2 pixel, float depth, vec3 p) {
@@ -55,7 +55,7 @@ PixelSteps pixelSteps(ivec2 pixel, float depth, vec3 p) {
   return s;
 }
 
-// Pixels from the middle to the end of the filter.
+// Half side of the filter, pixels.
 vec2 filterReach(ivec2 pixel, float depth, Receiver r, float width) {
   PixelSteps s = pixelSteps(pixel, depth, r.position);
   mat4 light = view.light_clip_from_view[0];
@@ -78,12 +78,12 @@ float filtered(ivec2 pixel, float own, float width) {
   precise vec2 along = reach / length_in_pixels;
   precise float between = max(2.0 * m / float(TAPS), 1.0), half_taps = m / between;
   int taps = min(int(ceil(half_taps - 0.5)), TAPS / 2);
-  // The plane through p, in clip space: a tap's distance to it without the tap's position.
+  // The plane through p in clip space gives a tap's distance from the plane without the tap's position.
   precise vec4 plane = vec4(p.normal, -dot(p.normal, p.position)) * view.view_from_clip;
   vec4 w_row = vec4(view.view_from_clip[0][3], view.view_from_clip[1][3], view.view_from_clip[2][3], view.view_from_clip[3][3]);
   precise float off_plane = push.tolerance * (view.pixel_size.x * abs(p.position.z) + view.pixel_size.y);
-  // Pixels that a spot does not reach count as lit, which says nothing about its shadows: no tap is taken there. Beside the map
-  // of a sun, which holds all that casts, pixels are lit.
+  // Pixels outside a spot's light count as lit, which says nothing about its shadows: such taps are skipped. Pixels
+  // outside a sun's map are truly lit, since the map holds all casters.
   bool is_spot = view.light_depth_scale[0] > 0.0;
   mat4 light_from_clip = is_spot ? view.light_clip_from_view[0] * view.view_from_clip : mat4(0.0);
   precise float by_sigma = GAUSSIAN_REACH / half_taps;

@@ -1,25 +1,34 @@
 #version 460
-// A hybrid of soft shadows: what every pixel in a penumbra is worth. The papers name it as future work ([CGF] Macedo, Apolinario,
-// Aguero (2019), section 8); the choice is ours.
+// Hybrid of soft-shadow techniques: each pixel in a penumbra gets the cheapest sufficient technique. The papers name
+// such a hybrid as future work ([CGF] Macedo, Apolinario, Aguero (2019), section 8); the selection is this project's
+// own.
 //
-// Blockers are searched for and give the width of the filter, as in rbssm.comp. Where the filter's own window turns out lit or
-// in shadow, that is the pixel's visibility; the others go onto one of three lists:
-// * hard: the filter is narrower on the screen than HARD_PIXELS. Revectorized without any filter (rbsm.comp).
-// * kernel: the filter is narrower than KERNEL_TEXELS of the map, and beside the pixel there is no texel between two that differ
-//   from it. Revectorized under every tap (rbssm.comp).
-// * wide: the others. Texels are tested as they are (pcss.comp). Of bars and gaps one texel wide revectorization knows no more
-//   than the texels, and leaves them hard. But where what blocks is within THIN_DISTANCE of the receiver, they are noise of
-//   the receiver's own depth, which plain tests would spread.
+// The blocker search gives the width of the filter, as in rbssm.comp. If the filter's own window turns out to be lit or
+// in shadow, the visibility is known. Each other pixel goes onto one of three lists:
+// * hard: the filter is narrower than HARD_PIXELS on the screen. The pixel is revectorized without a filter
+//   (rbsm.comp).
+// * kernel: the filter is narrower than KERNEL_TEXELS in the map, and no bar or gap one texel wide is near. Every tap
+//   is revectorized (rbssm.comp).
+// * wide: all others. Texels are tested as they are (pcss.comp). Revectorization cannot improve bars and gaps one texel
+//   wide, and would leave them hard. But if their blockers lie within THIN_DISTANCE of the receiver, they are noise of
+//   the receiver's own depth, which plain tests would spread; these stay on the kernel list.
 #extension GL_GOOGLE_include_directive : require
 #define MAP_GOES_ON
+#include "common/receiver.glsl"
+#include "common/map_receiver.glsl"
+#include "common/soft_receiver.glsl"
+#include "common/blockers.glsl"
+#include "common/rbsm_receiver.glsl"
 #include "edge_blockers.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 #include "soft_filter.glsl"
 #include "common/pixel_steps.glsl"
 
-layout(constant_id = 1) const int SEARCH_TAPS = 9;         // by axis
-layout(constant_id = 2) const bool CLASSIFY = true;        // decide windows that are lit or in shadow all over
-layout(constant_id = 3) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker allows
+layout(constant_id = 1) const int SEARCH_TAPS = 9;         // along each axis
+layout(constant_id = 2) const bool CLASSIFY = true;        // decide windows that are entirely lit or in shadow
+layout(constant_id = 3) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
 layout(constant_id = 5) const float LEAST_WIDTH = 1.0;     // of the filter, texels
 layout(constant_id = 6) const float HARD_PIXELS = 0.5;
 layout(constant_id = 7) const float KERNEL_TEXELS = 2.0;
@@ -27,7 +36,7 @@ layout(constant_id = 8) const float THIN_DISTANCE = 16.0;
 
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or CLASSIFY
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if CLASSIFY
-layout(binding = 8) writeonly uniform image2D half_widths; // of listed pixels' filters, texels
+layout(binding = 8) writeonly uniform image2D half_widths; // of the listed pixels' filters, texels
 layout(binding = 9, scalar) buffer HardList {
   uint groups[3];
   uint count;
@@ -47,7 +56,7 @@ layout(binding = 11, scalar) buffer WideList {
   uint pixels[];
 } wide;
 
-// The first pixel of a group of 64 adds the group to the dispatch.
+// The first pixel of every 64 adds a workgroup to the dispatch.
 #define APPEND(to, pixel)                                                            \
   {                                                                                  \
     uint index = atomicAdd(to.count, 1);                                             \
@@ -55,16 +64,16 @@ layout(binding = 11, scalar) buffer WideList {
     if (index % 64 == 0 && index / 64 < MAX_TILE_GROUPS) atomicAdd(to.groups[0], 1); \
   }
 
-// Cosine below which a plane counts as lit at that angle.
+// Cosines of light angles are clamped to at least this.
 const float GRAZING = 0.05;
-// Without either, texels are tested as they are everywhere, and the windows are those of pcss.comp.
+// If false, all texels are tested as they are, and the windows are those of pcss.comp.
 bool isRevectorized() { return HARD_PIXELS > 0.0 || KERNEL_TEXELS > 0.0; }
 
-// Full width of the filter where it falls onto the receiver's plane, pixels: no narrower in any direction.
+// Full width of the filter on the receiver's plane, pixels; an upper bound over all directions.
 float widthOnScreen(ivec2 pixel, SoftReceiver r, AreaLight a, vec2 half_texels) {
   if (a.world == 0.0) return 0.0;
   Receiver s = receiverAt(pixel);
-  // World units a unit of uv.
+  // World units per unit of uv.
   precise vec2 map_width = a.world / a.uv * (a.depth_scale > 0.0 ? r.z : 1.0);
   precise vec2 width = 2.0 * half_texels / vec2(view.map_size) * map_width;
   precise float facing = max(dot(s.normal, towardsLight(s.position, 0)), GRAZING);
@@ -73,9 +82,10 @@ float widthOnScreen(ivec2 pixel, SoftReceiver r, AreaLight a, vec2 half_texels) 
   return pixels;
 }
 
-// Whether among the texel and the eight around it there is one between two, along either axis, that both differ from it.
+// Tests whether any of the point's texel and its eight neighbours is part of a thin bar or gap: the texels on both
+// sides of it, along either axis, differ from it.
 bool isThin(ShadowPoint p) {
-  // Tests of 6 x 6 texels from the one two before, a bit each.
+  // Tests of 6 x 6 texels as bits, starting two texels before the point's texel.
   uint rows[6];
   for (int j = 0; j < 6; j += 2) {
     rows[j] = rows[j + 1] = 0u;
@@ -93,7 +103,7 @@ bool isThin(ShadowPoint p) {
   return (thin & 14u) != 0u;
 }
 
-// How far blockers are from the receiver along the light, widths of a texel there.
+// Distance of the blockers from the receiver along the light, in widths of a texel there.
 float blockerDistance(SoftReceiver r, AreaLight a, float z_blocker) {
   precise float depth = a.depth_scale > 0.0 ? a.depth_offset - a.depth_scale / z_blocker : z_blocker / a.depth_offset;
   precise float texels = (r.map.depth - depth) / r.map.texel_depth;
@@ -108,7 +118,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
   precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
   int found = HSM_PENUMBRA;
   if (STEP == LIST) {
-    // With the ring around it, by which edges are known.
+    // The margin is the ring around the window, which reveals edges at its border.
     if (CLASSIFY) found = classify(hsm, blocks, r, search, 1.0);
     v = float(found);
     return found != HSM_PENUMBRA;
@@ -130,4 +140,21 @@ bool visibilityAt(ivec2 pixel, out float v) {
   else if (is_kernel) APPEND(kernel, pixel)
   else APPEND(wide, pixel)
   return true;
+}
+
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  bool inside = all(lessThan(pixel, ivec2(view.size)));
+  bool decided = inside && visibilityAt(pixel, v);
+  if (decided) imageStore(visibility, pixel, vec4(v));
+  listPixel(pixel, inside && !decided);
 }

@@ -1,27 +1,28 @@
-// Percentage-closer filtering over a window of any width: the mean of the shadow tests of a receiver's plane.
+// Percentage-closer filtering over a window of any width: the mean of shadow tests against the receiver's plane.
+// Include after common/soft_receiver.glsl.
 #ifndef EDGESHADE_SOFT_FILTER
 #define EDGESHADE_SOFT_FILTER
 #include "lib/shadow_test.glsl"
-#include "common/soft_receiver.glsl"
 
-// Half-widths of the narrowest windows, texels: that of the filter makes an edge as wide as a bilinear test, and the search
-// reaches what that one reads.
+// Half-widths of the narrowest windows, texels. The narrowest filter makes an edge as wide as a bilinear test does; the
+// narrowest search covers the texels that such a test reads.
 const float NARROWEST_FILTER = 0.5, NARROWEST_SEARCH = 1.0;
 
-// Half-width of the filter, texels. Rounding must not carry it out of what was searched and classified.
+// Half-width of the filter, texels. The limit keeps rounding from widening it beyond the window that was searched and
+// classified.
 vec2 softHalfTexels(SoftReceiver r, AreaLight a, float z_blocker, vec2 search) {
   precise vec2 half_texels = windowTexels(min(filterHalfWidth(a, r.z, z_blocker), search));
   return max(half_texels, vec2(NARROWEST_FILTER));
 }
 
-// Shadow tests of 2 x 2 texels by one gather at their common corner, where no rounding of coordinates can pick another block.
+// Shadow tests of 2 x 2 texels by one gather at their common corner, where rounding cannot select other texels.
 vec4 softTest2x2(sampler2DArray shadow_map, SoftReceiver r, ivec2 first) {
   vec4 stored = textureGather(shadow_map, vec3(vec2(first + 1) / vec2(view.map_size), 0.0));
   return vec4(lessThanEqual(min(softReference2x2(r, first), vec4(1.0)), stored));
 }
 
-// The exact mean over the window, of which each texel holds its share: what infinitely many taps would find. Every texel is
-// read once, four a gather, so it costs less than spread taps as long as the window is few texels wide.
+// The exact mean over the window, in which each texel counts by the area it covers: the limit of infinitely many taps.
+// It reads every texel once, four per gather, so in windows a few texels wide it costs less than separate taps.
 float filterBox(sampler2DArray shadow_map, SoftReceiver r, vec2 half_texels) {
   precise vec2 low = r.at - half_texels, high = r.at + half_texels;
   ivec2 first = ivec2(floor(low)), last = ivec2(floor(high));
@@ -41,8 +42,8 @@ float filterBox(sampler2DArray shadow_map, SoftReceiver r, vec2 half_texels) {
   return v;
 }
 
-// The mean of n x n taps at the centres of the window's n x n cells, each the test of the texel under it, or with `bilinear`
-// the weighted tests of the 2 x 2 texels around it.
+// The mean of n x n taps at the centres of a regular grid over the window. Each tap tests the texel under it, or with
+// `bilinear` weights the tests of the 2 x 2 texels around it.
 float filterTaps(sampler2DArray shadow_map, SoftReceiver r, vec2 half_texels, int n, bool bilinear) {
   ivec2 map_size = ivec2(view.map_size);
   precise float lit = 0.0;

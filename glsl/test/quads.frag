@@ -1,5 +1,5 @@
 #version 460
-// The rectangle's value into red, twice it into green.
+// Writes the rectangle's value to red and twice the value to green.
 layout(location = 0) flat in float value;
 layout(location = 0) out vec4 color;
 

@@ -1,5 +1,5 @@
 #version 460
-// Every triangle as it is, and again with its value negated.
+// Emits every triangle twice: as it is, and with its value negated.
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 6) out;
 layout(location = 0) flat in float value_in[];

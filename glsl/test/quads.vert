@@ -1,12 +1,12 @@
 #version 460
-// Rectangles pulled from a buffer, 6 vertices each.
+// Pulls rectangles from a buffer, 6 vertices each.
 #extension GL_EXT_scalar_block_layout : require
 
 struct Quad {
   vec4 box;     // clip space: x0, y0, x1, y1
   float depth;
   float value;
-  uint is_back; // turns the winding
+  uint is_back; // reverses the winding
 };
 
 layout(binding = 0, scalar) readonly buffer Quads { Quad quads[]; };

@@ -1,5 +1,5 @@
 #version 460
-// No target: counts the fragments of each pixel in a buffer.
+// Counts the fragments of each pixel in a buffer; there is no render target.
 #extension GL_EXT_scalar_block_layout : require
 layout(location = 0) flat in float value;
 layout(binding = 1, scalar) buffer Counts { uint counts[]; };

@@ -1,5 +1,5 @@
 #version 460
-// The stencil as numbers, with the counts of quads_count.frag on top.
+// Writes the stencil value plus 1000 times the count of quads_count.frag.
 #extension GL_EXT_scalar_block_layout : require
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) uniform usampler2D stencil;

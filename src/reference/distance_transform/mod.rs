@@ -1,5 +1,5 @@
 //! Mirror of the exact Euclidean distance transform.
 //!
-//! [`edt`] covers `edt_envelope.glsl` and `edt_pack.glsl`.
+//! [`edt`] covers `edt_envelope.glsl` and the `edt_pack*.comp` shaders.
 
 pub mod edt;

@@ -1,7 +1,6 @@
 //! Mirrors of the revectorization techniques, and the shapes on which visibility functions are studied.
 //!
-//! [`rbsm`] covers `rbsm_branches.comp`, `rbsm_view.comp`, `rbsm_function.glsl`, `rbsm_visibility.glsl`, `edge_list.glsl` and
-//! `pixel_list.glsl`.
+//! [`rbsm`] covers `rbsm_branches.comp`, `rbsm_view.comp` and `rbsm_function.glsl`.
 
 pub mod rbsm;
 pub mod revectorize;
