@@ -4,10 +4,11 @@ use super::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
 use super::edsm::border_kernel;
 use super::map_edges::MapEdges;
 use super::silhouette_view::SilhouetteView;
-use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
+use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::pixels::{PixelPass, SKIP};
 use crate::technique::common::rbsm_receiver::DEPTH_BIAS;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::common::view::ViewBuffer;
 use crate::technique::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
 use crate::{Bind, Context, Frame, ImageRef, Inputs, Result};
 use ash::vk;
@@ -93,6 +94,10 @@ shader_struct! {
     }
 }
 
+bindings! {
+    struct LookupBindings { ..pixels: PixelBindings, Keys, Segments, spill, Heads, LowerKeys, decisions }
+}
+
 struct EdsmX {
     view: ViewBuffer,
     edges: MapEdges,
@@ -123,11 +128,16 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let map = EdgeMap::new(context, edges.silhouettes(), setup.map_size, config)?;
     let (split, soft) = (u32::from(map.is_split()), u32::from(p.float("border") > 0.0));
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
-        let constants =
-            [slots, mixed_only.into(), border_kernel(p) as u32, setup.intermediates.into(), step as u32, split, soft];
-        let pipeline = context.pipeline::<EdsmXPush>("caster_edges/edsm_x.comp", &constants)?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
-        Ok(pipeline)
+        let constants = [
+            ("K", slots),
+            ("MIXED_ONLY", mixed_only.into()),
+            ("KERNEL", border_kernel(p) as u32),
+            ("VIEWED", setup.intermediates.into()),
+            ("STEP", step as u32),
+            ("SPLIT", split),
+            ("SOFT", soft),
+        ];
+        context.pipeline::<LookupBindings, EdsmXPush>("caster_edges/edsm_x.comp", &constants)
     };
     // Of a map in two buffers there is no picture.
     let ids = (setup.intermediates && !map.is_split()).then(|| EdgeIds::new(context, &map));
@@ -169,20 +179,19 @@ impl Technique for EdsmX {
             }
         }
         let view = self.view.update(frame, inputs);
-        let bind = [
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
-            Bind::Image(visibility),
-            self.lookup.list(),
-            Bind::Buffer(self.map.keys()),
-            Bind::Buffer(self.edges.segments().segments()),
-            Bind::Buffer(self.map.spill()),
-            Bind::Buffer(self.map.heads()),
-            Bind::Buffer(self.map.lower_keys()),
-            Bind::Image(&self.decisions),
-        ];
+        let bind = LookupBindings {
+            pixels: PixelBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(visibility),
+                list: self.lookup.list(),
+            },
+            Keys: Bind::Buffer(self.map.keys()),
+            Segments: Bind::Buffer(self.edges.segments().segments()),
+            spill: Bind::Buffer(self.map.spill()),
+            Heads: Bind::Buffer(self.map.heads()),
+            LowerKeys: Bind::Buffer(self.map.lower_keys()),
+            decisions: Bind::Image(&self.decisions),
+        };
         self.lookup.record(frame, ["anchors", "crossings"], &bind, bytemuck::bytes_of(&self.push), visibility)?;
         if let Some(seen) = &self.seen {
             seen.record(frame, inputs, self.edges.silhouettes())?;

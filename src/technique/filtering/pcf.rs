@@ -1,10 +1,11 @@
 //! Percentage-closer filtering.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
+use crate::technique::common::bindings::{CameraBindings, PixelBindings, ReceiverBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::receiver;
 use crate::technique::common::tiles::TileList;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::common::view::ViewBuffer;
 use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
 use crate::{Bind, Context, Frame, ImageRef, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
@@ -125,6 +126,11 @@ pub struct PcfConfig {
     pub skip: PcfSkip,
 }
 
+bindings! {
+    struct ClassifyBindings { ..camera: CameraBindings, blocks, visibility, list }
+    struct PcfBindings { ..pixels: PixelBindings, blocks }
+}
+
 /// The pass with its pipelines, and what it skips by.
 pub struct Pcf {
     filter: Arc<ComputePipeline>,
@@ -140,16 +146,16 @@ impl Pcf {
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcfConfig) -> Result<Self> {
         let PcfConfig { width, gather, skip } = config;
         let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
-        let constants = [width, gather.into(), listed.into(), bounded.into()];
-        let filter = context.pipeline::<PcfPush>("filtering/pcf.comp", &constants)?;
-        filter.check_uniform::<ViewConstants>("view")?;
+        let constants =
+            [("WIDTH", width), ("GATHER", gather.into()), ("LISTED", listed.into()), ("BOUNDED", bounded.into())];
+        let filter = context.pipeline::<PcfBindings, PcfPush>("filtering/pcf.comp", &constants)?;
         let classify = match listed {
-            true => Some(context.pipeline::<PcfPush>("filtering/pcf_classify.comp", &[width])?),
+            true => {
+                let constants = [("WIDTH", width)];
+                Some(context.pipeline::<ClassifyBindings, PcfPush>("filtering/pcf_classify.comp", &constants)?)
+            }
             false => None,
         };
-        if let Some(classify) = &classify {
-            classify.check_uniform::<ViewConstants>("view")?;
-        }
         let bounds = match skip {
             PcfSkip::Off => None,
             _ => Some(DepthBounds::new(context, map_size)?),
@@ -178,19 +184,18 @@ impl Pcf {
         if let Some(bounds) = &mut self.bounds {
             bounds.record(frame, inputs)?;
         }
-        let map = Bind::Input(&inputs.shadow_map);
+        let receiver = ReceiverBindings::new(view, inputs);
         // Without bounds the shader's binding still wants an image, which it does not read.
         let blocks = self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks()));
-        let (depth, normal) = (Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
-        let (view, list) = (Bind::Buffer(view), Bind::Buffer(self.tiles.buffer()));
+        let (visibility, list) = (Bind::Image(output), Bind::Buffer(self.tiles.buffer()));
         let push = bytemuck::bytes_of(&push);
         if let Some(classify) = &self.classify {
             self.tiles.clear(frame);
-            let bind = &[view, depth, normal, blocks, Bind::Image(output), list];
+            let bind = &ClassifyBindings { camera: receiver.camera, blocks, visibility, list };
             frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads: all })?;
         }
         let threads = if self.classify.is_some() { self.tiles.threads() } else { all };
-        let bind = &[view, depth, normal, map, Bind::Image(output), list, blocks];
+        let bind = &PcfBindings { pixels: PixelBindings { receiver, visibility, list }, blocks };
         frame.dispatch(&Pass { name: "pcf", pipeline: &self.filter, bind, push, threads })?;
         if self.classify.is_some() {
             self.tiles.count(frame);

@@ -1,9 +1,10 @@
 //! Shadow mapping.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::pixels::{Step, no_list};
 use crate::technique::common::receiver::NORMAL_OFFSET;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::common::view::ViewBuffer;
 use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
 use crate::{Bind, Context, Frame, ImageRef, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
@@ -92,8 +93,7 @@ impl Sm {
     }
 
     fn with_step(context: &Context, step: Step) -> Result<Self> {
-        let pipeline = context.pipeline::<SmPush>("filtering/sm.comp", &[0, 0, 0, 0, step as u32])?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
+        let pipeline = context.pipeline::<PixelBindings, SmPush>("filtering/sm.comp", &[("STEP", step as u32)])?;
         Ok(Self { pipeline, no_list: no_list(context)? })
     }
 
@@ -124,14 +124,11 @@ impl Sm {
         frame.dispatch(&Pass {
             name: "shadow test",
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Image(output),
+            bind: &PixelBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(output),
                 list,
-            ],
+            },
             push: bytemuck::bytes_of(&push),
             threads,
         })

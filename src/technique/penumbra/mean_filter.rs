@@ -3,12 +3,16 @@
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::nearest_edge::NearestEdge;
 use super::shared::{PenumbraPush, scratch};
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
-use crate::technique::common::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
+
+bindings! {
+    struct FilterBindings { ..camera: CameraBindings, source, target, list, pixel_widths }
+}
 
 /// The two passes and the image between them.
 pub struct MeanFilter {
@@ -24,10 +28,13 @@ impl MeanFilter {
         }
         let pass = |vertical: bool| {
             let planes = config.surfaces == SurfaceTest::Planes;
-            let constants = [planes.into(), vertical.into(), taps, config.widths.is_some().into()];
-            let pipeline = context.pipeline::<PenumbraPush>("penumbra/mean_filter.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
+            let constants = [
+                ("PLANES", planes.into()),
+                ("VERTICAL", vertical.into()),
+                ("TAPS", taps),
+                ("SOFT", config.widths.is_some().into()),
+            ];
+            context.pipeline::<FilterBindings, PenumbraPush>("penumbra/mean_filter.comp", &constants)
         };
         Ok(Self {
             passes: [pass(false)?, pass(true)?],
@@ -60,15 +67,13 @@ impl MeanFilter {
             frame.dispatch(&Pass {
                 name,
                 pipeline,
-                bind: &[
-                    Bind::Buffer(view),
-                    Bind::Input(&inputs.depth),
-                    Bind::Input(inputs.normal_or_depth()),
-                    Bind::Image(source),
-                    Bind::Image(target),
-                    Bind::Buffer(tiles.buffer()),
-                    Bind::Image(nearest.pixel_widths()),
-                ],
+                bind: &FilterBindings {
+                    camera: CameraBindings::new(view, inputs),
+                    source: Bind::Image(source),
+                    target: Bind::Image(target),
+                    list: Bind::Buffer(tiles.buffer()),
+                    pixel_widths: Bind::Image(nearest.pixel_widths()),
+                },
                 push: bytemuck::bytes_of(&push),
                 threads: tiles.threads(),
             })?;

@@ -2,11 +2,12 @@
 
 use super::rbsm_pass::check_max_distance;
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
-use crate::gpu::{Buffer, Image};
+use crate::gpu::{Buffer, Image, bindings};
+use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::pixels::PixelPass;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::common::view::ViewBuffer;
 use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
 use crate::{Bind, Context, Error, Frame, ImageRef, Inputs, Result};
 
@@ -120,6 +121,10 @@ pub struct RpcfConfig {
     pub listed: bool,
 }
 
+bindings! {
+    struct RpcfBindings { ..pixels: PixelBindings, blocks }
+}
+
 /// The pass with its pipelines, and what it skips by.
 pub struct Rpcf {
     pass: PixelPass,
@@ -137,10 +142,15 @@ impl Rpcf {
             )));
         }
         let pass = PixelPass::new(context, "rpcf pixels", extent, listed, |step| {
-            let constants = [fixed_depth.into(), max_distance, width, visibility as u32, step as u32, bounded.into()];
-            let pipeline = context.pipeline::<RbsmPush>("revectorization/rpcf.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
+            let constants = [
+                ("FIXED", fixed_depth.into()),
+                ("MAX_DISTANCE", max_distance),
+                ("w", width),
+                ("FUNCTION", visibility as u32),
+                ("STEP", step as u32),
+                ("BOUNDED", bounded.into()),
+            ];
+            context.pipeline::<RpcfBindings, RbsmPush>("revectorization/rpcf.comp", &constants)
         })?;
         let bounds = if bounded { Some(DepthBounds::new(context, map_size)?) } else { None };
         Ok(Self { pass, bounds })
@@ -163,16 +173,15 @@ impl Rpcf {
         if let Some(bounds) = &mut self.bounds {
             bounds.record(frame, inputs)?;
         }
-        let bind = &[
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
-            Bind::Image(output),
-            self.pass.list(),
+        let bind = &RpcfBindings {
+            pixels: PixelBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(output),
+                list: self.pass.list(),
+            },
             // Without bounds the shader's binding still wants an image, which it does not read.
-            self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
-        ];
+            blocks: self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
+        };
         self.pass.record(frame, ["rpcf", "rpcf edges"], bind, bytemuck::bytes_of(&push), output)
     }
 }

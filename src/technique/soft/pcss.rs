@@ -1,11 +1,11 @@
 //! Percentage-closer soft shadows.
 
-use super::classified::{self, ClassifiedPass, MeasuredFilter, SoftPush, check_taps};
+use super::classified::{self, ClassifiedPass, MeasuredFilter, SearchBindings, SoftPush, check_taps};
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::pixels::Step;
 use crate::technique::common::receiver;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::common::view::ViewBuffer;
 use crate::technique::{Info, Kind, Param, Setup, Technique, classes_view, visibility_image};
 use crate::{Context, Frame, ImageRef, Inputs, Result};
 use std::sync::Arc;
@@ -122,10 +122,15 @@ fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<Com
     let PcssConfig { search_taps, filter_taps, window, bilinear, exact_box, .. } = config;
     check_taps(search_taps, filter_taps)?;
     let narrow = window == SearchWindow::Blockers;
-    let constants = [search_taps, filter_taps, bilinear.into(), exact_box.into(), step as u32, narrow.into()];
-    let pipeline = context.pipeline::<SoftPush>("soft/pcss.comp", &constants)?;
-    pipeline.check_uniform::<ViewConstants>("view")?;
-    Ok(pipeline)
+    let constants = [
+        ("SEARCH_TAPS", search_taps),
+        ("FILTER_TAPS", filter_taps),
+        ("BILINEAR", bilinear.into()),
+        ("BOX", exact_box.into()),
+        ("STEP", step as u32),
+        ("NEAREST_BLOCKER", narrow.into()),
+    ];
+    context.pipeline::<SearchBindings, SoftPush>("soft/pcss.comp", &constants)
 }
 
 /// The filter alone, over pixels that another pass lists, as wide as it says; of the search nothing matters.

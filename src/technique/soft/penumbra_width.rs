@@ -1,11 +1,12 @@
 //! The width of an area light's penumbra at every pixel, for filters that work on an image of hard shadows.
 
-use crate::gpu::{Buffer, Image, ImageDesc, shader_struct};
+use super::classified::search_pixels;
+use crate::gpu::{Buffer, Image, ImageDesc, bindings, shader_struct};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelPass, Step};
-use crate::technique::common::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Result, Threads};
 use ash::vk;
 
@@ -34,6 +35,10 @@ pub struct WidthConfig {
     pub listed: bool,
 }
 
+bindings! {
+    struct WidthBindings { ..pixels: PixelBindings, hsm, blocks, shadows, between }
+}
+
 /// The pass with its images: 12 bytes a pixel, and what it classifies by.
 pub struct PenumbraWidth {
     pass: PixelPass,
@@ -56,10 +61,13 @@ impl PenumbraWidth {
         }
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
-            let constants = [search_taps, narrow.into(), exact_box.into(), 0, step as u32];
-            let pipeline = context.pipeline::<WidthPush>("soft/penumbra_width.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
+            let constants = [
+                ("TAPS", search_taps),
+                ("NEAREST_BLOCKER", narrow.into()),
+                ("BOX", exact_box.into()),
+                ("STEP", step as u32),
+            ];
+            context.pipeline::<WidthBindings, WidthPush>("soft/penumbra_width.comp", &constants)
         })?;
         let desc = ImageDesc::storage("penumbra width", vk::Format::R32_SFLOAT, extent);
         let desc = ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc };
@@ -113,18 +121,13 @@ impl PenumbraWidth {
     ) -> Result<()> {
         self.hsm.record(frame, inputs)?;
         self.bounds.record(frame, inputs)?;
-        let bind = &[
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::BorderlessMap(&inputs.shadow_map),
-            Bind::Image(&self.widths),
-            self.pass.list(),
-            Bind::Image(self.hsm.bounds()),
-            Bind::Image(self.bounds.blocks()),
-            Bind::Image(shadows),
-            Bind::Image(between),
-        ];
+        let bind = &WidthBindings {
+            pixels: search_pixels(view, inputs, &self.widths, self.pass.list()),
+            hsm: Bind::Image(self.hsm.bounds()),
+            blocks: Bind::Image(self.bounds.blocks()),
+            shadows: Bind::Image(shadows),
+            between: Bind::Image(between),
+        };
         let names = ["classify penumbrae", "penumbra width"];
         self.pass.record(frame, names, bind, bytemuck::bytes_of(&push), &self.widths)
     }

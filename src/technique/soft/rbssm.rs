@@ -1,11 +1,11 @@
 //! Revectorization-based soft shadow mapping.
 
-use super::classified::{self, ClassifiedPass, MeasuredFilter, check_taps};
+use super::classified::{self, ClassifiedPass, MeasuredFilter, SearchBindings, check_taps};
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::pixels::Step;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::common::view::ViewBuffer;
 use crate::technique::revectorization::rbsm_pass::check_max_distance;
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
 use crate::technique::{Info, Kind, Param, Params, Setup, Technique, classes_view, visibility_image};
@@ -174,20 +174,18 @@ fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<Co
     check_taps(search_taps, filter_taps)?;
     check_least_width(least_width)?;
     let constants = [
-        // `FIXED` of `glsl/common/rbsm_receiver.glsl` is not for this pass.
-        0,
-        max_distance,
-        search_taps,
-        filter_taps,
-        step as u32,
-        (visibility == RbssmVisibility::Improved).into(),
-        (window == SearchWindow::Blockers).into(),
-        least_width.to_bits(),
-        reuse.into(),
+        // Of `glsl/common/rbsm_receiver.glsl`, not for this pass.
+        ("FIXED", 0),
+        ("MAX_DISTANCE", max_distance),
+        ("SEARCH_TAPS", search_taps),
+        ("FILTER_TAPS", filter_taps),
+        ("STEP", step as u32),
+        ("STAR", (visibility == RbssmVisibility::Improved).into()),
+        ("NEAREST_BLOCKER", (window == SearchWindow::Blockers).into()),
+        ("LEAST_WIDTH", least_width.to_bits()),
+        ("REUSE", reuse.into()),
     ];
-    let pipeline = context.pipeline::<RbsmPush>("soft/rbssm.comp", &constants)?;
-    pipeline.check_uniform::<ViewConstants>("view")?;
-    Ok(pipeline)
+    context.pipeline::<SearchBindings, RbsmPush>("soft/rbssm.comp", &constants)
 }
 
 /// Refuses widths that are no texel's business.
