@@ -3,31 +3,27 @@
 use crate::common::{desc, renderer, shipped_scene, with_gpu};
 use ash::vk;
 use edgeshade::Error;
-use edgeshade::gpu::{Bind, Bindings, Constant, Declared, RasterState, ShaderStruct};
+use edgeshade::gpu::{Bind, Bindings, Constant, Declared, DepthState, RasterState, ShaderStruct};
+use edgeshade::scene::RenderDesc;
 use edgeshade::shaders;
 use edgeshade::technique::common::accumulate::Accumulate;
 use edgeshade::technique::common::view::ViewConstants;
-use edgeshade::technique::distance_transform::{Edt, EdtConfig, EdtMethod};
+use edgeshade::technique::distance_transform::{Bands, Edt, EdtConfig, EdtMethod};
 use edgeshade::technique::filtering::pcf::PcfPush;
 use edgeshade::technique::filtering::sm::SmPush;
-use edgeshade::technique::{ALL, Kind, ParamKind, Params};
+use edgeshade::technique::{ALL, Info, Kind, ParamKind, Params};
 use std::collections::BTreeSet;
 
-/// One technique's parameters: the defaults, and each parameter in turn at its other words or at the end of its range.
-fn variants(params: &Params, id: &str, table: &[edgeshade::technique::Param]) -> Vec<Params> {
-    let mut all = vec![params.clone()];
-    for p in table {
+/// A technique's parameters: the defaults, then each choice and switch in turn at each of its words.
+fn variants(info: &'static Info) -> Vec<Params> {
+    let mut all = vec![Params::new(info)];
+    for p in info.params {
         let words = match p.kind {
-            ParamKind::Choice(words) => words.iter().map(|w| (*w).to_owned()).collect(),
-            ParamKind::Switch => vec!["on".to_owned(), "off".to_owned()],
-            ParamKind::Float { min, .. } => vec![min.to_string()],
-            ParamKind::Int { min, .. } => vec![min.to_string()],
+            ParamKind::Choice(words) => words,
+            ParamKind::Switch => &["on", "off"],
+            ParamKind::Float { .. } | ParamKind::Int { .. } => &[],
         };
-        for word in words {
-            let mut variant = params.clone();
-            variant.set(id, p.name, &word).unwrap();
-            all.push(variant);
-        }
+        all.extend(words.iter().map(|word| Params::parse(info, [(p.name, *word)]).unwrap()));
     }
     all
 }
@@ -35,29 +31,28 @@ fn variants(params: &Params, id: &str, table: &[edgeshade::technique::Param]) ->
 #[test]
 fn every_pipeline_fits_its_shader() {
     with_gpu(|host| {
+        let context = host.context();
         for intermediates in [false, true] {
-            let desc = edgeshade::scene::RenderDesc { intermediates, ..desc([48, 32], 64) };
-            // The host's own passes too.
+            let desc = RenderDesc { intermediates, ..desc([48, 32], 64) };
+            // It makes the host's own passes too.
             let renderer = renderer(host, &shipped_scene("courtyard"), desc);
             for info in ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))) {
-                for params in variants(&Params::new(info), info.id, info.params) {
-                    let prepared = renderer.prepare(info.id, &params);
+                // Passes for intermediates have no other variants.
+                for params in variants(info).iter().take(if intermediates { 1 } else { usize::MAX }) {
+                    let prepared = renderer.prepare(info.id, params);
                     prepared.unwrap_or_else(|e| panic!("{} {:?}: {e}", info.id, params.show()));
                 }
             }
         }
-        Accumulate::new(host.context(), [8, 8]).unwrap();
+        Accumulate::new(context, [8, 8]).unwrap();
         for method in EdtMethod::ALL {
-            Edt::new(host.context(), [200, 100], EdtConfig { method, radius: Some(9), ..EdtConfig::default() })
-                .unwrap();
+            let bands = Some(Bands { rows: 4, columns: 8, pixels: 4 });
+            Edt::new(context, [200, 100], EdtConfig { method, radius: Some(9), squared: true, bands }).unwrap();
         }
         // Masks are packed by pipelines that are made when one of their kind is first recorded: `distance_transform::edt`.
-        let own = |name: &str| {
-            name.ends_with(".comp")
-                && !["test/", "example/", "distance_transform/edt_pack"].iter().any(|p| name.starts_with(p))
-        };
+        let own = |name: &str| name.ends_with(".comp") && !name.starts_with("distance_transform/edt_pack");
         let embedded: BTreeSet<_> = shaders::all().iter().map(|s| s.name.to_owned()).filter(|n| own(n)).collect();
-        assert_eq!(host.context().shaders(), embedded);
+        assert_eq!(context.shaders(), embedded);
     });
 }
 
@@ -79,8 +74,7 @@ names!(Missing: view camera_depth camera_normal visibility list);
 names!(Other: view camera_depth camera_depth_2 shadow_map visibility list);
 names!(Twice: view camera_depth camera_depth shadow_map visibility list);
 names!(Blocks: view camera_depth camera_normal blocks visibility list);
-names!(Quads: Quads);
-names!(Counts: Counts);
+names!(Copied: camera_depth);
 
 /// A view's constants under a name that is an image.
 struct NoBlock;
@@ -144,8 +138,9 @@ fn names_that_differ_from_the_shaders_are_refused() {
             c.pipeline::<Fitting, Exchanged>(sm, step).map(drop),
             &[sm, "(\"depth_bias\", 0)", "(\"depth_bias\", 4)"],
         );
-        names!(Read: stencil Counts result);
-        refused(c.pipeline::<Read, SmPush>("test/stencil.comp", &[]).map(drop), &["stencil.comp", "SmPush"]);
+        names!(Points: shadow_map Header Segments Keys Winners points);
+        let (points, constants) = ("caster_edges/sssm_points.comp", &[("KILL", 0), ("STEP", 0)]);
+        refused(c.pipeline::<Points, SmPush>(points, constants).map(drop), &[points, "SmPush", "no push constants"]);
         // Constants: none, another, one of another shader, one twice.
         refused(c.pipeline::<Fitting, SmPush>(sm, &[]).map(drop), &[sm, "constants [],", "[\"STEP\"] missing"]);
         refused(
@@ -157,14 +152,19 @@ fn names_that_differ_from_the_shaders_are_refused() {
         refused(c.pipeline::<Blocks, PcfPush>(classify, two).map(drop), &[classify, "[\"GATHER\"] unknown"]);
         let twice = &[("WIDTH", 3), ("WIDTH", 5)];
         refused(c.pipeline::<Blocks, PcfPush>(classify, twice).map(drop), &[classify, "named twice"]);
-        refused(c.pipeline::<(), ()>("filtering/no-such.comp", &[]).map(drop), &["no-such"]);
+        let text = c.pipeline::<(), ()>("filtering/no-such.comp", &[]).err().unwrap().to_string();
+        assert!(text.contains("no-such"), "{text}");
         // Of a raster pipeline.
-        let state = RasterState { name: "some quads", vertex: "test/quads.vert", ..RasterState::default() };
-        c.raster_pipeline::<Quads, ()>(&state).unwrap();
-        refused(c.raster_pipeline::<Counts, ()>(&state).map(drop), &["some quads", "[\"Counts\"] unknown"]);
-        let colors = &[vk::Format::R32_SFLOAT];
-        let constants = &[("MASKED", 1)];
-        let state = RasterState { fragment: Some("test/quads.frag"), colors, constants, ..state };
-        refused(c.raster_pipeline::<Quads, ()>(&state).map(drop), &["some quads", "[\"MASKED\"] unknown"]);
+        let state = RasterState {
+            name: "some depth",
+            vertex: "caster_edges/fullscreen.vert",
+            fragment: Some("caster_edges/depth_copy.frag"),
+            depth: Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::ALWAYS)),
+            ..RasterState::default()
+        };
+        c.raster_pipeline::<Copied, ()>(&state).unwrap();
+        refused(c.raster_pipeline::<(), ()>(&state).map(drop), &["some depth", "[\"camera_depth\"] missing"]);
+        let state = RasterState { constants: &[("MASKED", 1)], ..state };
+        refused(c.raster_pipeline::<Copied, ()>(&state).map(drop), &["some depth", "[\"MASKED\"] unknown"]);
     });
 }
