@@ -8,7 +8,7 @@ use crate::casters::Casters;
 use crate::frame::{Bound, RasterPass, Target};
 use crate::gpu::{DepthState, Image, ImageDesc, RasterPipeline, RasterState, shader_struct};
 use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK};
-use crate::technique::{Info, Kind, Param, Params, Setup, Technique};
+use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Need, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -51,7 +51,7 @@ pub(super) fn border_kernel(params: &Params) -> BorderKernel {
     }
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let (border, kernel) = (p.float("border"), border_kernel(p));
     // Of a cell that the border reaches, all four corners must know the edge: a cell's diagonal beyond it.
@@ -59,7 +59,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let config = DistanceConfig { cosine: p.word("priority") == "cosine", kill: p.on("kill"), half_width };
     let distances = EdgeDistances::new(context, INFO.id, setup.casters(INFO.id)?, setup.map_size, config)?;
     let lookup = |picture| lookup(context, picture, border, kernel);
-    edge_lookup::prepare(context, setup, &INFO, Box::new(distances), lookup)
+    edge_lookup::prepare(context, setup, Box::new(distances), lookup)
 }
 
 shader_struct! {

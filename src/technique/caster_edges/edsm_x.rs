@@ -4,13 +4,12 @@ use super::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
 use super::edsm::border_kernel;
 use super::map_edges::MapEdges;
 use super::silhouette_view::SilhouetteView;
-use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::pixels::{PixelPass, SKIP};
 use crate::technique::common::rbsm_receiver::DEPTH_BIAS;
-use crate::technique::common::view::ViewBuffer;
-use crate::technique::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Info, Kind, Need, Param, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -99,7 +98,6 @@ bindings! {
 }
 
 struct EdsmX {
-    view: ViewBuffer,
     edges: MapEdges,
     map: EdgeMap,
     lookup: PixelPass,
@@ -108,11 +106,9 @@ struct EdsmX {
     ids: Option<EdgeIds>,
     seen: Option<SilhouetteView>,
     push: EdsmXPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let casters = setup.casters(INFO.id)?;
     let slots = p.int("slots");
@@ -148,7 +144,6 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let decisions = if setup.intermediates { setup.extent } else { [1, 1] };
     let desc = ImageDesc::storage("edsm-x decisions", vk::Format::R32_SFLOAT, decisions);
     Ok(Box::new(EdsmX {
-        view: ViewBuffer::new(context.device())?,
         edges,
         map,
         lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
@@ -162,23 +157,17 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
             slack: p.float("slack"),
             half_border: 0.5 * p.float("border"),
         },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "edsm-x visibility", setup)?,
     }))
 }
 
-impl Technique for EdsmX {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
+impl Passes for EdsmX {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         if self.edges.record(frame, inputs)? {
             self.map.record(frame, inputs, self.edges.silhouettes(), self.edges.segments())?;
             if let Some(ids) = &self.ids {
                 ids.record(frame, &self.map)?;
             }
         }
-        let view = self.view.update(frame, inputs);
         let bind = LookupBindings {
             pixels: PixelBindings {
                 receiver: ReceiverBindings::new(view, inputs),
@@ -196,12 +185,7 @@ impl Technique for EdsmX {
         if let Some(seen) = &self.seen {
             seen.record(frame, inputs, self.edges.silhouettes())?;
         }
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        Ok(())
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -212,8 +196,7 @@ impl Technique for EdsmX {
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes()
-            + self.decisions.memory_bytes()
+        self.decisions.memory_bytes()
             + self.edges.memory_bytes()
             + self.map.memory_bytes()
             + self.lookup.memory_bytes()

@@ -11,7 +11,7 @@ use crate::gpu::{
     bindings, shader_struct,
 };
 use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK};
-use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Need, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -38,11 +38,11 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let by = if setup.params.word("generation") == "raster" { PointsBy::Raster } else { PointsBy::Compute };
     let (casters, kill) = (setup.casters(INFO.id)?, setup.params.on("kill"));
     let points = SilhouettePoints::new(context, INFO.id, casters, setup.map_size, by, kill)?;
-    edge_lookup::prepare(context, setup, &INFO, Box::new(points), |picture| lookup(context, picture))
+    edge_lookup::prepare(context, setup, Box::new(points), |picture| lookup(context, picture))
 }
 
 shader_struct! {

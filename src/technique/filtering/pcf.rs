@@ -5,9 +5,8 @@ use crate::technique::common::bindings::{CameraBindings, PixelBindings, Receiver
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::receiver;
 use crate::technique::common::tiles::TileList;
-use crate::technique::common::view::ViewBuffer;
-use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Frame, ImageRef, Inputs, Pass, Result, Threads};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// Narrower kernels cost less than asking whether they can be skipped (see `results/`).
@@ -48,14 +47,11 @@ pub const INFO: Info = Info {
 };
 
 struct PercentageCloser {
-    view: ViewBuffer,
     pcf: Pcf,
     push: PcfPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let width = p.int("width");
     let skip = match p.word("skip") {
@@ -66,31 +62,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     };
     let config = PcfConfig { width, gather: p.word("fetch") == "gather", skip };
     Ok(Box::new(PercentageCloser {
-        view: ViewBuffer::new(context.device())?,
         pcf: Pcf::new(context, setup.extent, setup.map_size, config)?,
         push: PcfPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "pcf visibility", setup)?,
     }))
 }
 
-impl Technique for PercentageCloser {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
-        self.pcf.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+impl Passes for PercentageCloser {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.pcf.record(frame, view, inputs, self.push, visibility)
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.pcf.memory_bytes()
+        self.pcf.memory_bytes()
     }
 }
 

@@ -4,9 +4,8 @@ use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
 use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::pixels::{Step, no_list};
 use crate::technique::common::receiver::NORMAL_OFFSET;
-use crate::technique::common::view::ViewBuffer;
-use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Frame, ImageRef, Inputs, Pass, Result, Threads};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// The registry entry.
@@ -24,43 +23,23 @@ pub const INFO: Info = Info {
 };
 
 struct ShadowMapping {
-    view: ViewBuffer,
     test: Sm,
     push: SmPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     Ok(Box::new(ShadowMapping {
-        view: ViewBuffer::new(context.device())?,
         test: Sm::new(context)?,
         push: SmPush {
             normal_offset: setup.params.float("normal_offset"),
             depth_bias: setup.params.float("depth_bias"),
         },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "sm visibility", setup)?,
     }))
 }
 
-impl Technique for ShadowMapping {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
-        self.test.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes()
+impl Passes for ShadowMapping {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.test.record(frame, view, inputs, self.push, visibility)
     }
 }
 

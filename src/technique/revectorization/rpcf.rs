@@ -7,9 +7,8 @@ use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::pixels::PixelPass;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::ViewBuffer;
-use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Error, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Error, Frame, Inputs, Result};
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -43,14 +42,11 @@ pub const INFO: Info = Info {
 };
 
 struct RevectorizedFiltering {
-    view: ViewBuffer,
     rpcf: Rpcf,
     push: RbsmPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = RpcfConfig {
         width: p.int("width"),
@@ -65,31 +61,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         listed: p.word("skip") != "off",
     };
     Ok(Box::new(RevectorizedFiltering {
-        view: ViewBuffer::new(context.device())?,
         rpcf: Rpcf::new(context, setup.extent, setup.map_size, config)?,
         push: revectorized::push(setup),
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "rpcf visibility", setup)?,
     }))
 }
 
-impl Technique for RevectorizedFiltering {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
-        self.rpcf.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+impl Passes for RevectorizedFiltering {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.rpcf.record(frame, view, inputs, self.push, visibility)
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.rpcf.memory_bytes()
+        self.rpcf.memory_bytes()
     }
 }
 

@@ -7,11 +7,10 @@ use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
 use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::ViewBuffer;
 use crate::technique::revectorization::rbsm_pass::{RbsmConfig, RbsmOfList, Revectorization};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
-use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Error, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Error, Frame, Inputs, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -81,14 +80,11 @@ pub const INFO: Info = Info {
 };
 
 struct Hybrid {
-    view: ViewBuffer,
     passes: SoftAuto,
     push: SoftPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = SoftAutoConfig {
         search_taps: p.int("search_taps"),
@@ -104,31 +100,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         classify: p.word("skip") == "auto",
     };
     Ok(Box::new(Hybrid {
-        view: ViewBuffer::new(context.device())?,
         passes: SoftAuto::new(context, setup.extent, setup.map_size, config)?,
         push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "soft-auto visibility", setup)?,
     }))
 }
 
-impl Technique for Hybrid {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
-        self.passes.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+impl Passes for Hybrid {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.passes.record(frame, view, inputs, self.push, visibility)
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.passes.memory_bytes()
+        self.passes.memory_bytes()
     }
 }
 
