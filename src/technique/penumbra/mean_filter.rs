@@ -4,9 +4,10 @@ use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::nearest_edge::NearestEdge;
 use super::shared::{PenumbraPush, scratch};
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::check_odd;
 use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -23,9 +24,7 @@ pub struct MeanFilter {
 impl MeanFilter {
     /// Allocates for a camera image; `taps` a pass, odd, 1 to 63.
     pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, taps: u32) -> Result<Self> {
-        if taps.is_multiple_of(2) || taps > 63 {
-            return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
-        }
+        check_odd("taps of the filter", taps, 63)?;
         let pass = |vertical: bool| {
             let planes = config.surfaces == SurfaceTest::Planes;
             let constants = [

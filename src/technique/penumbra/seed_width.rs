@@ -2,11 +2,12 @@
 
 use super::shared::{PenumbraPush, scratch};
 use crate::gpu::{Buffer, ComputePipeline, Constant, Image, bindings};
+use crate::technique::check_odd;
 use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::surface::SurfaceTest;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
@@ -80,7 +81,7 @@ impl SeedWidth {
     /// Allocates for a camera image and a shadow map.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a number of taps out of range; no memory.
+    /// [`crate::Error::Parameter`] for a number of taps out of range; no memory.
     pub fn new(
         context: &Context,
         extent: [u32; 2],
@@ -89,12 +90,7 @@ impl SeedWidth {
         config: WidthConfig,
     ) -> Result<Self> {
         let WidthConfig { search_taps, window, meet, metric, .. } = config;
-        if search_taps.is_multiple_of(2) || search_taps > 63 {
-            let problem = format!(
-                "{search_taps} taps along the side of the blocker search are not possible: an odd number, 1 to 63"
-            );
-            return Err(Error::Parameter(problem));
-        }
+        check_odd("taps along the side of the blocker search", search_taps, 63)?;
         let narrow = window == SearchWindow::Blockers;
         let constants = [
             ("PLANES", (surfaces == SurfaceTest::Planes).into()),

@@ -7,8 +7,8 @@ use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::pixels::PixelPass;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::{Info, Kind, Param, Passes, Setup};
-use crate::{Bind, Context, Error, Frame, Inputs, Result};
+use crate::technique::{Info, Kind, Param, Passes, Setup, check_odd};
+use crate::{Bind, Context, Frame, Inputs, Result};
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -119,11 +119,7 @@ impl Rpcf {
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RpcfConfig) -> Result<Self> {
         let RpcfConfig { width, visibility, fixed_depth, max_distance, bounded, listed } = config;
         check_max_distance(max_distance)?;
-        if width % 2 == 0 || width > 31 {
-            return Err(Error::Parameter(format!(
-                "a kernel of {width} texels is not possible: an odd number, 1 to 31"
-            )));
-        }
+        check_odd("texels along the side of the kernel", width, 31)?;
         let pass = PixelPass::new(context, "rpcf pixels", extent, listed, |step| {
             let constants = [
                 ("FIXED", fixed_depth.into()),

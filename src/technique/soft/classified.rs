@@ -3,12 +3,13 @@
 
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
 use crate::technique::Param;
+use crate::technique::check_odd;
 use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelList, PixelPass, Step};
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use std::sync::Arc;
 
 /// Parameter of the techniques that classify pixels first.
@@ -78,13 +79,8 @@ impl MapClasses {
 
 /// Refuses numbers of taps that a kernel can't have.
 pub(super) fn check_taps(search_taps: u32, filter_taps: u32) -> Result<()> {
-    for (what, taps) in [("search", search_taps), ("filter", filter_taps)] {
-        if taps % 2 == 0 || taps > 63 {
-            let problem = format!("{taps} taps along the side of the {what} are not possible: an odd number, 1 to 63");
-            return Err(Error::Parameter(problem));
-        }
-    }
-    Ok(())
+    check_odd("taps along the side of the search", search_taps, 63)?;
+    check_odd("taps along the side of the filter", filter_taps, 63)
 }
 
 /// The pass with its pipelines, and what it skips by.

@@ -2,12 +2,13 @@
 
 use super::classified::search_pixels;
 use crate::gpu::{Buffer, Image, ImageDesc, bindings, shader_struct};
+use crate::technique::check_odd;
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelPass, Step};
-use crate::{Bind, Context, Error, Frame, Inputs, Result, Threads};
+use crate::{Bind, Context, Frame, Inputs, Result, Threads};
 use ash::vk;
 
 shader_struct! {
@@ -51,14 +52,10 @@ impl PenumbraWidth {
     /// Allocates for a camera image and a shadow map.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a number of taps out of range.
+    /// [`crate::Error::Parameter`] for a number of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: WidthConfig) -> Result<Self> {
         let WidthConfig { search_taps, window, exact_box, listed } = config;
-        if search_taps.is_multiple_of(2) || search_taps > 63 {
-            let problem =
-                format!("{search_taps} taps along the side of the search are not possible: an odd number, 1 to 63");
-            return Err(Error::Parameter(problem));
-        }
+        check_odd("taps along the side of the search", search_taps, 63)?;
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
             let constants = [

@@ -2,9 +2,10 @@
 
 use super::penumbra_width::PenumbraWidth;
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
+use crate::technique::check_odd;
 use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -80,12 +81,10 @@ impl ScreenFilter {
     /// Allocates for a camera image; `listed`: only pixels that [`PenumbraWidth`] has listed are filtered.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a number of taps out of range.
+    /// [`crate::Error::Parameter`] for a number of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], config: ScreenFilterConfig, listed: bool) -> Result<Self> {
         let ScreenFilterConfig { kernel, footprint, taps, surfaces, both_bilateral } = config;
-        if taps.is_multiple_of(2) || taps > 63 {
-            return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
-        }
+        check_odd("taps of the filter", taps, 63)?;
         let pass = |second: bool| {
             let constants = [
                 ("PLANES", (surfaces == SurfaceTest::Planes).into()),
