@@ -1,5 +1,5 @@
-//! What a pipeline's shaders bind and are pushed: the layout, from reflection, so that a shader's bindings are written
-//! down once, in the shader.
+//! What a pipeline's shaders bind, are pushed and are specialized by: the layout, from reflection, so that numbers of
+//! bindings and constants stand in the shader alone; the host gives names, which are compared here.
 
 use super::{Bindings, Device, Reflection, ResourceAccess, ResourceKind, ShaderStruct};
 use crate::error::VkContext;
