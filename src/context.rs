@@ -1,11 +1,11 @@
 //! What lives as long as the caller's device: function tables, allocator, samplers, pipelines.
 
 use crate::device_features::DeviceFeatures;
-use crate::gpu::{ComputePipeline, ContextDesc, Device, RasterPipeline, RasterState, ShaderStruct};
+use crate::gpu::{Bindings, ComputePipeline, Constant, ContextDesc, Device, RasterPipeline, RasterState, ShaderStruct};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ffi::CStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -84,7 +84,7 @@ impl Requirements {
 }
 
 /// Shader and specialization constants.
-type PipelineKey = (String, Vec<u32>);
+type PipelineKey = (String, Vec<Constant>);
 
 /// The library's side of a caller's device. It creates no queue and submits nothing.
 ///
@@ -177,28 +177,49 @@ impl Context {
         self.nearest_clamped
     }
 
-    /// The compute pipeline of a shader with the given specialization constants, made once.
-    pub fn pipeline<P: ShaderStruct>(&self, shader: &str, constants: &[u32]) -> Result<Arc<ComputePipeline>> {
+    /// The compute pipeline of a shader that binds `B`, with the given specialization constants, made once.
+    ///
+    /// # Errors
+    /// As of [`ComputePipeline::new`].
+    pub fn pipeline<B: Bindings, P: ShaderStruct>(
+        &self,
+        shader: &str,
+        constants: &[Constant],
+    ) -> Result<Arc<ComputePipeline>> {
         let key = (shader.to_owned(), constants.to_vec());
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(pipeline) = pipelines.get(&key) {
+            pipeline.interface.check::<B, P>()?;
             return Ok(pipeline.clone());
         }
-        let pipeline = Arc::new(ComputePipeline::new::<P>(&self.device, shader, constants)?);
+        let pipeline = Arc::new(ComputePipeline::new::<B, P>(&self.device, shader, constants)?);
         pipelines.insert(key, pipeline.clone());
         Ok(pipeline)
     }
 
-    /// The raster pipeline of a state, made once; all its stages see the push constants `P`.
-    pub fn raster_pipeline<P: ShaderStruct>(&self, state: &RasterState<'_>) -> Result<Arc<RasterPipeline>> {
+    /// The raster pipeline of a state, made once; its stages bind `B`, and all see the push constants `P`.
+    ///
+    /// # Errors
+    /// As of [`RasterPipeline::new`].
+    pub fn raster_pipeline<B: Bindings, P: ShaderStruct>(
+        &self,
+        state: &RasterState<'_>,
+    ) -> Result<Arc<RasterPipeline>> {
         let key = format!("{state:?}");
         let mut pipelines = self.raster_pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(pipeline) = pipelines.get(&key) {
+            pipeline.interface.check::<B, P>()?;
             return Ok(pipeline.clone());
         }
-        let pipeline = Arc::new(RasterPipeline::new::<P>(&self.device, state)?);
+        let pipeline = Arc::new(RasterPipeline::new::<B, P>(&self.device, state)?);
         pipelines.insert(key, pipeline.clone());
         Ok(pipeline)
+    }
+
+    /// Shaders of the compute pipelines that were made so far.
+    pub fn shaders(&self) -> BTreeSet<String> {
+        let pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        pipelines.keys().map(|key| key.0.clone()).collect()
     }
 
     /// What the caller's device was made with.

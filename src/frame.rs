@@ -6,11 +6,11 @@ mod raster;
 #[cfg(feature = "app")]
 mod transfer;
 
-pub use bind::Bind;
+pub use crate::gpu::Bind;
 pub(crate) use raster::{Bound, Draw, RasterPass, Target};
 
 use crate::context::Context;
-use crate::gpu::{Buffer, ComputePipeline, Image, ImageRef, Recorded};
+use crate::gpu::{Bindings, Buffer, ComputePipeline, Image, ImageRef, Recorded};
 use crate::hazard::{Barrier, Hazards, Use};
 use crate::inputs::Handoff;
 use crate::timing::{Counted, Timings};
@@ -34,8 +34,8 @@ pub struct Pass<'a> {
     pub name: &'a str,
     /// What runs.
     pub pipeline: &'a ComputePipeline,
-    /// What is bound, in ascending order of the shader's bindings.
-    pub bind: &'a [Bind<'a>],
+    /// What is bound: the type that the pipeline was made with.
+    pub bind: &'a dyn Bindings,
     /// Push constants; see [`crate::gpu::ShaderStruct`].
     pub push: &'a [u8],
     /// How much runs.
@@ -208,16 +208,16 @@ impl<'a> Frame<'a> {
         #[cfg(test)]
         self.fail_in_turn(pass.name)?;
         let interface = &pass.pipeline.interface;
-        interface.check(pass.bind)?;
+        let bind = interface.bind(pass.bind)?;
         if pass.push.len() != interface.push_size as usize {
             let problem = format!("got {} bytes of push constants", pass.push.len());
             return Err(Error::Shader { shader: interface.name.clone(), problem });
         }
-        let mut uses = interface.uses(pass.bind);
+        let mut uses = interface.uses(&bind);
         if let Threads::Indirect(buffer, _) = pass.threads {
             uses.push((buffer.handle().as_raw(), INDIRECT_USE));
         }
-        self.transition(pass.bind.iter().filter_map(|b| b.owned()), vk::PipelineStageFlags2::COMPUTE_SHADER);
+        self.transition(bind.iter().filter_map(|b| b.owned()), vk::PipelineStageFlags2::COMPUTE_SHADER);
         self.hazard(&uses);
         let query = self.begin_pass(pass.name);
         let (raw, cmd) = (&self.context.device().raw, self.cmd);
@@ -225,14 +225,13 @@ impl<'a> Frame<'a> {
         // checked against the shader above.
         unsafe {
             raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::COMPUTE, pass.pipeline.handle);
-            self.push_descriptors(vk::PipelineBindPoint::COMPUTE, interface, pass.bind);
+            self.push_descriptors(vk::PipelineBindPoint::COMPUTE, interface, &bind);
             if !pass.push.is_empty() {
                 raw.cmd_push_constants(cmd, interface.layout, interface.push_stages, 0, pass.push);
             }
             match pass.threads {
                 Threads::Count(n) => {
-                    let groups: [u32; 3] =
-                        std::array::from_fn(|i| n[i].div_ceil(pass.pipeline.reflection.local_size[i]));
+                    let groups: [u32; 3] = std::array::from_fn(|i| n[i].div_ceil(pass.pipeline.local_size[i]));
                     if !groups.contains(&0) {
                         raw.cmd_dispatch(cmd, groups[0], groups[1], groups[2]);
                     }

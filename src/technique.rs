@@ -14,13 +14,15 @@ pub mod penumbra;
 pub mod revectorization;
 pub mod soft;
 
+pub(crate) use params::check_odd;
 pub use params::{Param, ParamKind, Params};
 
 use crate::casters::Casters;
 use crate::error::unknown;
-use crate::gpu::{Device, Image, ImageDesc, Recorded};
+use crate::gpu::{Buffer, Device, Image, ImageDesc, Recorded};
 use crate::{Context, Error, Frame, ImageRef, Inputs, Need, Result};
 use ash::vk;
+use common::view::ViewBuffer;
 use std::sync::Arc;
 
 /// What a technique is to be prepared for.
@@ -105,16 +107,51 @@ pub trait Technique {
     fn reset(&mut self) {}
 }
 
-/// The technique that [`prepare`] hands out, with what its recordings leave behind.
+/// The passes of one technique; [`prepare`] adds what all techniques have in common.
+pub trait Passes {
+    /// Records all passes, which write every pixel of `visibility`. The inputs are checked, `view` holds their
+    /// [constants](common::view::ViewConstants).
+    ///
+    /// # Errors
+    /// As of [`Technique::record`].
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()>;
+
+    /// As [`Technique::intermediates`].
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        vec![]
+    }
+
+    /// Bytes of device memory, without the visibility's.
+    fn memory_bytes(&self) -> u64 {
+        0
+    }
+}
+
+/// The technique that [`prepare`] hands out: its passes, and what its recordings leave behind.
 struct Prepared {
-    technique: Box<dyn Technique>,
+    info: &'static Info,
+    passes: Box<dyn Passes>,
+    view: ViewBuffer,
+    map_size: [u32; 2],
+    visibility: Image,
     left: Vec<Recorded>,
+}
+
+impl Prepared {
+    fn record_passes(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
+        inputs.check(self.info.id, self.visibility.extent(), self.map_size)?;
+        frame.begin_group(self.info.title);
+        let view = self.view.update(frame, inputs);
+        self.passes.record(frame, view, inputs, &self.visibility)?;
+        frame.end_group();
+        Ok(self.visibility.as_ref())
+    }
 }
 
 impl Technique for Prepared {
     fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
         let mark = frame.mark();
-        let result = self.technique.record(frame, inputs);
+        let result = self.record_passes(frame, inputs);
         for state in frame.since(&mark) {
             if !self.left.iter().any(|known| known.is(state)) {
                 self.left.push(state.clone());
@@ -127,15 +164,15 @@ impl Technique for Prepared {
     }
 
     fn output(&self) -> &Image {
-        self.technique.output()
+        &self.visibility
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        self.technique.intermediates()
+        self.passes.intermediates()
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.technique.memory_bytes()
+        self.visibility.memory_bytes() + self.passes.memory_bytes()
     }
 
     fn reset(&mut self) {
@@ -143,8 +180,8 @@ impl Technique for Prepared {
     }
 }
 
-/// Makes a technique, for [`prepare`] alone: it adds what all techniques have in common.
-pub type Prepare = fn(&Context, &Setup) -> Result<Box<dyn Technique>>;
+/// Makes the passes of a technique, for [`prepare`].
+pub type Prepare = fn(&Context, &Setup) -> Result<Box<dyn Passes>>;
 
 /// How a technique comes to its result.
 #[derive(Clone, Copy)]
@@ -275,7 +312,14 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
             return Err(Error::Parameter(format!("a {w}x{h} {what} is not possible: 1 to {largest} a side")));
         }
     }
-    Ok(Box::new(Prepared { technique: prepare(context, setup)?, left: vec![] }))
+    Ok(Box::new(Prepared {
+        info,
+        passes: prepare(context, setup)?,
+        view: ViewBuffer::new(context.device())?,
+        map_size: setup.map_size,
+        visibility: visibility_image(context.device(), &format!("{id} visibility"), setup)?,
+        left: vec![],
+    }))
 }
 
 fn visibility_image(device: &Arc<Device>, name: &str, setup: &Setup) -> Result<Image> {

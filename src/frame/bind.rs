@@ -1,84 +1,33 @@
-//! What is bound to a shader: checked against it, tracked for hazards, and pushed.
+//! What is bound to a shader: put into the order of its bindings, tracked for hazards, and pushed.
 
 use super::Frame;
-use crate::gpu::{Buffer, Image, ImageRef, Interface, ResourceAccess, ResourceKind, Slot};
+use crate::gpu::{Bind, Bindings, Interface, ResourceAccess, ResourceKind, Slot};
 use crate::hazard::Use;
 use crate::{Error, Result};
-use ash::vk::{self, Handle};
-
-/// Something bound to a shader.
-#[derive(Clone, Copy)]
-pub enum Bind<'a> {
-    /// An image of ours, all of its mip levels; of depth with stencil, the depth.
-    Image(&'a Image),
-    /// One mip level of an image of ours.
-    Mip(&'a Image, u32),
-    /// The stencil of an image of ours, for a `usampler2D`.
-    Stencil(&'a Image),
-    /// Somebody else's image, in the layout that it states; read only.
-    Input(&'a ImageRef),
-    /// Somebody else's shadow map, for a filter whose window may be wider than the map: outside, its border goes on.
-    BorderlessMap(&'a ImageRef),
-    /// A buffer.
-    Buffer(&'a Buffer),
-    /// Somebody else's buffer from its start, that many bytes; read only.
-    Foreign(vk::Buffer, u64),
-}
-
-impl<'a> Bind<'a> {
-    pub(super) fn owned(&self) -> Option<&'a Image> {
-        match *self {
-            Self::Image(i) | Self::Mip(i, _) | Self::Stencil(i) => Some(i),
-            Self::Input(_) | Self::BorderlessMap(_) | Self::Buffer(_) | Self::Foreign(..) => None,
-        }
-    }
-
-    fn image(&self) -> Option<ImageRef> {
-        match *self {
-            Self::Image(i) => Some(i.as_ref()),
-            Self::Mip(i, level) => Some(i.mip(level)),
-            Self::Stencil(i) => Some(i.stencil()),
-            Self::Input(i) | Self::BorderlessMap(i) => Some(*i),
-            Self::Buffer(_) | Self::Foreign(..) => None,
-        }
-    }
-
-    /// Handle and size of a buffer.
-    fn buffer(&self) -> Option<(vk::Buffer, u64)> {
-        match *self {
-            Self::Buffer(b) => Some((b.handle(), vk::WHOLE_SIZE)),
-            Self::Foreign(buffer, size) => Some((buffer, size)),
-            _ => None,
-        }
-    }
-
-    /// The handle by which hazards are tracked. Vulkan handles of different types may be equal in
-    /// theory only: they are pointers on every desktop driver, and a clash merely adds a barrier.
-    fn id(&self) -> u64 {
-        match self {
-            Self::Buffer(b) => b.handle().as_raw(),
-            Self::Foreign(b, _) => b.as_raw(),
-            _ => self.image().map_or(0, |i| i.image.as_raw()),
-        }
-    }
-}
+use ash::vk;
 
 impl Interface {
-    /// An error unless `bind` holds what the shaders declare, in ascending order of their bindings.
-    pub(super) fn check(&self, bind: &[Bind<'_>]) -> Result<()> {
-        let error = |problem: String| Err(Error::Shader { shader: self.name.clone(), problem });
-        if bind.len() != self.slots.len() {
-            let names: Vec<_> = self.slots.iter().map(|s| s.name.as_str()).collect();
-            return error(format!("{} resources were bound; it declares {names:?}", bind.len()));
+    /// What is bound to each slot.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] unless these are the names that the pipeline was made with, each with an image or a buffer as the
+    /// shader declares it.
+    pub(super) fn bind<'a>(&self, bindings: &'a dyn Bindings) -> Result<Vec<Bind<'a>>> {
+        let error = |problem: String| Error::Shader { shader: self.name.clone(), problem };
+        let mut named = Vec::with_capacity(self.slots.len());
+        bindings.add(&mut named);
+        if named.len() != self.slots.len() || self.slots.iter().any(|s| named.iter().all(|n| n.0 != s.name)) {
+            let given: Vec<_> = named.iter().map(|n| n.0).collect();
+            return Err(error(self.other_names(&given).unwrap_or_else(|| format!("a name is bound twice: {given:?}"))));
         }
-        let unfit = |(s, b): &(&Slot, &Bind<'_>)| s.kind.is_buffer() != b.buffer().is_some();
-        match self.slots.iter().zip(bind).find(unfit) {
-            None => Ok(()),
-            Some((s, _)) => error(format!("binding {} ({}) wants {:?}", s.binding, s.name, s.kind)),
-        }
+        let find = |s: &Slot| match named.iter().find(|n| n.0 == s.name) {
+            Some((_, bind)) if s.kind.is_buffer() == bind.buffer().is_some() => Ok(*bind),
+            _ => Err(error(format!("{} (binding {}) wants {:?}", s.name, s.binding, s.kind))),
+        };
+        self.slots.iter().map(find).collect()
     }
 
-    /// What the stages do with what is bound, by [`Bind::id`].
+    /// What the stages do with what is bound to the slots, by [`Bind::id`].
     pub(super) fn uses(&self, bind: &[Bind<'_>]) -> Vec<(u64, Use)> {
         let slot = |(slot, bound): (&Slot, &Bind<'_>)| {
             let id = bound.id();
@@ -111,7 +60,7 @@ fn stage_use(stage: vk::ShaderStageFlags, kind: ResourceKind, access: ResourceAc
 }
 
 impl Frame<'_> {
-    /// Pushes what fits the interface, as [`Interface::check`] has found.
+    /// Pushes what fits the interface, in the order of its slots.
     pub(super) fn push_descriptors(&self, point: vk::PipelineBindPoint, interface: &Interface, bind: &[Bind<'_>]) {
         let images: Vec<_> = (interface.slots.iter().zip(bind))
             .map(|(slot, b)| {

@@ -1,7 +1,7 @@
 //! Raster passes: dynamic rendering into images of ours.
 
 use super::{Bind, Frame, INDIRECT_USE, MEMORY};
-use crate::gpu::{Buffer, Image, Interface, RasterPipeline, has_stencil};
+use crate::gpu::{Bindings, Buffer, Image, Interface, RasterPipeline, has_stencil};
 use crate::hazard::{Barrier, Use};
 use crate::{Error, Result};
 use ash::vk::{self, Handle};
@@ -39,8 +39,8 @@ impl<'a> Target<'a> {
 pub struct Bound<'a> {
     /// The pipeline.
     pub pipeline: &'a RasterPipeline,
-    /// What is bound, in ascending order of its shaders' bindings.
-    pub bind: &'a [Bind<'a>],
+    /// What is bound: the type that the pipeline was made with.
+    pub bind: &'a dyn Bindings,
 }
 
 /// One raster pass.
@@ -89,9 +89,9 @@ const DEPTH_USE: Use = Use {
 
 impl RasterPass<'_> {
     /// Everything that the pass touches, with what it does to it.
-    fn uses(&self) -> Vec<(u64, Use)> {
+    fn uses(&self, binds: &[Vec<Bind<'_>>]) -> Vec<(u64, Use)> {
         let id = |t: &Target<'_>| t.image.as_ref().image.as_raw();
-        let bound = self.bound.iter().flat_map(|b| b.pipeline.interface.uses(b.bind));
+        let bound = self.bound.iter().zip(binds).flat_map(|(b, bind)| b.pipeline.interface.uses(bind));
         let indirect = self.indirect.iter().map(|b| (b.handle().as_raw(), INDIRECT_USE));
         let colors = self.colors.iter().map(|t| (id(t), COLOR_USE));
         let depth = self.depth.iter().map(|t| (id(t), DEPTH_USE));
@@ -99,7 +99,6 @@ impl RasterPass<'_> {
     }
 
     fn check(&self) -> Result<()> {
-        self.bound.iter().try_for_each(|b| b.pipeline.interface.check(b.bind))?;
         let other = |t: &&Target<'_>| t.image.extent() != self.extent;
         match self.colors.iter().chain(&self.depth).find(other) {
             None => Ok(()),
@@ -122,11 +121,12 @@ impl<'a> Frame<'a> {
     ) -> Result<()> {
         #[cfg(test)]
         self.fail_in_turn(pass.name)?;
+        let binds = pass.bound.iter().map(|b| b.pipeline.interface.bind(b.bind)).collect::<Result<Vec<_>>>()?;
         pass.check()?;
         self.wait_for_raster();
-        let bound = pass.bound.iter().flat_map(|b| b.bind).filter_map(|b| b.owned());
+        let bound = binds.iter().flatten().filter_map(|b| b.owned());
         self.transition(pass.colors.iter().chain(&pass.depth).map(|t| t.image).chain(bound), RASTER_STAGES);
-        self.hazard(&pass.uses());
+        self.hazard(&pass.uses(&binds));
         let query = self.begin_pass(pass.name);
         let attachment = |t: &Target<'_>| {
             vk::RenderingAttachmentInfo::default()
@@ -160,7 +160,7 @@ impl<'a> Frame<'a> {
             raw.cmd_set_cull_mode(cmd, vk::CullModeFlags::NONE);
             raw.cmd_set_front_face(cmd, vk::FrontFace::COUNTER_CLOCKWISE);
         }
-        let drawn = draw(&mut Draw { frame: self, pass, pipeline: None });
+        let drawn = draw(&mut Draw { frame: self, pass, binds: &binds, pipeline: None });
         // SAFETY: begun above.
         unsafe { raw.cmd_end_rendering(cmd) };
         self.end_pass(query);
@@ -194,6 +194,8 @@ impl<'a> Frame<'a> {
 pub struct Draw<'f, 'a> {
     frame: &'f Frame<'a>,
     pass: &'f RasterPass<'f>,
+    /// What is bound to each of [`RasterPass::bound`].
+    binds: &'f [Vec<Bind<'f>>],
     pipeline: Option<&'f RasterPipeline>,
 }
 
@@ -203,14 +205,14 @@ impl Draw<'_, '_> {
     /// # Errors
     /// [`Error::Usage`] where there is none of that index.
     pub fn bind(&mut self, index: usize) -> Result<()> {
-        let Some(bound) = self.pass.bound.get(index) else {
+        let Some((bound, bind)) = self.pass.bound.iter().zip(self.binds).nth(index) else {
             return Err(Error::Usage(format!("the pass {} has no pipeline {index}", self.pass.name)));
         };
         self.pipeline = Some(bound.pipeline);
         let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
         // SAFETY: recording inside the rendering that `Frame::raster` began.
         unsafe { raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, bound.pipeline.handle) };
-        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, &bound.pipeline.interface, bound.bind);
+        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, &bound.pipeline.interface, bind);
         self.compare(bound.pipeline.compare);
         self.bias(bound.pipeline.bias);
         Ok(())
@@ -219,10 +221,10 @@ impl Draw<'_, '_> {
     /// Binds other resources to the current pipeline: such as nothing of this frame or the one before wrote, or as stand
     /// in [`RasterPass::bound`] too, since no barrier can be placed in a pass.
     #[cfg(feature = "app")]
-    pub fn rebind(&mut self, bind: &[Bind<'_>]) -> Result<()> {
+    pub fn rebind(&mut self, bindings: &dyn Bindings) -> Result<()> {
         let interface = self.interface()?;
-        interface.check(bind)?;
-        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, interface, bind);
+        let bind = interface.bind(bindings)?;
+        self.frame.push_descriptors(vk::PipelineBindPoint::GRAPHICS, interface, &bind);
         Ok(())
     }
 

@@ -1,7 +1,7 @@
-//! What a pipeline's shaders bind and are pushed: the layout, from reflection, so that a shader's bindings are written
-//! down once, in the shader.
+//! What a pipeline's shaders bind, are pushed and are specialized by: the layout, from reflection, so that numbers of
+//! bindings and constants stand in the shader alone; the host gives names, which are compared here.
 
-use super::{Device, Reflection, ResourceAccess, ResourceKind, ShaderStruct};
+use super::{Bindings, Device, Reflection, ResourceAccess, ResourceKind, ShaderStruct};
 use crate::error::VkContext;
 use crate::shaders::Shader;
 use crate::{Error, Result};
@@ -16,6 +16,9 @@ pub(crate) struct Slot {
     pub uses: Vec<(vk::ShaderStageFlags, ResourceAccess)>,
 }
 
+/// A specialization constant: its name in the shader, and the bits of its value.
+pub type Constant = (&'static str, u32);
+
 /// What compute and raster pipelines share.
 pub(crate) struct Interface {
     pub(super) device: Arc<Device>,
@@ -25,12 +28,19 @@ pub(crate) struct Interface {
     pub slots: Vec<Slot>,
     pub push_stages: vk::ShaderStageFlags,
     pub push_size: u32,
+    /// Number and name of each specialization constant.
+    constants: Vec<(u32, String)>,
+    stages: Vec<Reflection>,
     /// For messages: a shader, or a pipeline.
     pub name: String,
 }
 
 impl Interface {
-    pub(super) fn new<P: ShaderStruct>(device: &Arc<Device>, name: &str, stages: &[Reflection]) -> Result<Self> {
+    pub(super) fn new<B: Bindings, P: ShaderStruct>(
+        device: &Arc<Device>,
+        name: &str,
+        stages: Vec<Reflection>,
+    ) -> Result<Self> {
         let mut interface = Self {
             device: device.clone(),
             set_layout: vk::DescriptorSetLayout::null(),
@@ -38,21 +48,32 @@ impl Interface {
             slots: vec![],
             push_stages: vk::ShaderStageFlags::empty(),
             push_size: size_of::<P>() as u32,
+            constants: vec![],
+            stages,
             name: name.into(),
         };
-        for stage in stages {
-            if let Some(block) = &stage.push {
-                P::check(name, block)?;
+        for stage in &interface.stages {
+            if stage.push.is_some() {
                 interface.push_stages |= stage.stage;
+            }
+            for constant in &stage.constants {
+                match interface.constants.iter().find(|c| c.0 == constant.0 || c.1 == constant.1) {
+                    Some(known) if known == constant => {}
+                    Some(known) => {
+                        let problem = format!("constant {known:?} of one stage is {constant:?} in another");
+                        return Err(Error::Shader { shader: name.into(), problem });
+                    }
+                    None => interface.constants.push(constant.clone()),
+                }
             }
             for b in &stage.bindings {
                 let used = (stage.stage, b.access);
-                match interface.slots.iter_mut().find(|s| s.binding == b.binding) {
-                    Some(known) if known.kind == b.kind => known.uses.push(used),
+                match interface.slots.iter_mut().find(|s| s.binding == b.binding || s.name == b.name) {
+                    Some(s) if (s.binding, s.kind, &s.name) == (b.binding, b.kind, &b.name) => s.uses.push(used),
                     Some(known) => {
                         let problem = format!(
-                            "binding {} is {:?} ({}) in one stage and {:?} ({}) in another",
-                            b.binding, known.kind, known.name, b.kind, b.name
+                            "{} (binding {}) is {:?} in one stage, and {} (binding {}) {:?} in another",
+                            known.name, known.binding, known.kind, b.name, b.binding, b.kind
                         );
                         return Err(Error::Shader { shader: name.into(), problem });
                     }
@@ -65,10 +86,7 @@ impl Interface {
                 }
             }
         }
-        if interface.push_stages.is_empty() != (interface.push_size == 0) {
-            let problem = "the host pushes constants that the shader does not declare, or the other way round";
-            return Err(Error::Shader { shader: name.into(), problem: problem.into() });
-        }
+        interface.check::<B, P>()?;
         interface.slots.sort_by_key(|s| s.binding);
         let bindings: Vec<_> = (interface.slots.iter())
             .map(|s| {
@@ -99,6 +117,73 @@ impl Interface {
         device.name(interface.layout, name);
         Ok(interface)
     }
+
+    /// Compares what the host declares with the shaders.
+    pub fn check<B: Bindings, P: ShaderStruct>(&self) -> Result<()> {
+        let error = |problem: String| Err(Error::Shader { shader: self.name.clone(), problem });
+        let mut declared = vec![];
+        B::declare(&mut declared);
+        let names: Vec<_> = declared.iter().map(|d| d.name).collect();
+        if let Some(problem) = self.other_names(&names) {
+            return error(problem);
+        }
+        for stage in &self.stages {
+            for binding in &stage.bindings {
+                let check = declared.iter().find(|d| d.name == binding.name).and_then(|d| d.check);
+                match (check, &binding.block) {
+                    (Some(check), Some(block)) => check(&self.name, block)?,
+                    (Some(_), None) => return error(format!("{} is no uniform block", binding.name)),
+                    (None, _) => {}
+                }
+            }
+            if let Some(block) = &stage.push {
+                P::check(&self.name, block)?;
+            }
+        }
+        if self.push_stages.is_empty() && size_of::<P>() > 0 {
+            return error(format!("the host pushes {}, it declares no push constants", std::any::type_name::<P>()));
+        }
+        Ok(())
+    }
+
+    /// How these names differ from those of the resources that the shaders declare; `None` if they do not.
+    pub fn other_names(&self, given: &[&str]) -> Option<String> {
+        let declared: Vec<_> = self.slots.iter().map(|s| s.name.as_str()).collect();
+        difference("resources", given, &declared)
+    }
+
+    /// Entries and data of specialization constants, which are all that the shaders declare.
+    pub(super) fn specialize(&self, given: &[Constant]) -> Result<(Vec<vk::SpecializationMapEntry>, Vec<u32>)> {
+        let names: Vec<_> = given.iter().map(|g| g.0).collect();
+        let declared: Vec<_> = self.constants.iter().map(|c| c.1.as_str()).collect();
+        if let Some(problem) = difference("specialization constants", &names, &declared) {
+            return Err(Error::Shader { shader: self.name.clone(), problem });
+        }
+        Ok((entries(&self.constants, given), given.iter().map(|g| g.1).collect()))
+    }
+}
+
+/// Where in the data each constant lies, which holds them in the order in which they are given.
+fn entries(declared: &[(u32, String)], given: &[Constant]) -> Vec<vk::SpecializationMapEntry> {
+    let place = |name: &str| given.iter().position(|g| g.0 == name).unwrap_or_default() as u32;
+    declared
+        .iter()
+        .map(|(id, name)| vk::SpecializationMapEntry { constant_id: *id, offset: 4 * place(name), size: 4 })
+        .collect()
+}
+
+/// Says how names that the host gives differ from those that the shader declares, whatever their order.
+fn difference(what: &str, given: &[&str], declared: &[&str]) -> Option<String> {
+    let unknown: Vec<_> = given.iter().filter(|g| !declared.contains(g)).collect();
+    let missing: Vec<_> = declared.iter().filter(|d| !given.contains(d)).collect();
+    let problem = match (unknown.is_empty(), missing.is_empty()) {
+        (true, true) if given.len() == declared.len() => return None,
+        (true, true) => "one is named twice".into(),
+        (false, true) => format!("{unknown:?} unknown"),
+        (true, false) => format!("{missing:?} missing"),
+        (false, false) => format!("{unknown:?} unknown, {missing:?} missing"),
+    };
+    Some(format!("the host gives the {what} {given:?}, the shader declares {declared:?}: {problem}"))
 }
 
 impl Drop for Interface {
@@ -137,7 +222,34 @@ impl Drop for Module<'_> {
     }
 }
 
-/// Specialization constants 0, 1, 2 ... of 32 bits each.
-pub(super) fn constant_entries(constants: &[u32]) -> Vec<vk::SpecializationMapEntry> {
-    (0..constants.len() as u32).map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 }).collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_alone_decide_which_constant_is_meant() {
+        let declared = [(0, "PLANES".to_owned()), (3, "SOFT".to_owned())];
+        for given in [[("PLANES", 7), ("SOFT", 9)], [("SOFT", 9), ("PLANES", 7)]] {
+            let values: Vec<_> = entries(&declared, &given)
+                .iter()
+                .map(|e| (e.constant_id, given[e.offset as usize / 4].1, e.size))
+                .collect();
+            assert_eq!(values, [(0, 7, 4), (3, 9, 4)]);
+        }
+    }
+
+    #[test]
+    fn other_names_are_found_whatever_their_order() {
+        let found = |given: &[&str]| difference("resources", given, &["view", "depth"]);
+        assert_eq!(found(&["depth", "view"]), None);
+        for (given, expected) in [
+            (&["view"][..], "[\"depth\"] missing"),
+            (&["view", "depth", "normal"], "[\"normal\"] unknown"),
+            (&["view", "normal"], "[\"normal\"] unknown, [\"depth\"] missing"),
+            (&["view", "depth", "view"], "one is named twice"),
+        ] {
+            let text = found(given).unwrap_or_default();
+            assert!(text.ends_with(expected) && text.contains(&format!("{given:?}")), "{text}");
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Vulkan objects with owners: images, buffers, pipelines, and what the shaders say of themselves.
 
+mod bind;
 mod buffer;
 mod device;
 mod image;
@@ -11,6 +12,8 @@ mod recorded;
 mod reflect;
 mod shader_struct;
 
+pub(crate) use bind::bindings;
+pub use bind::{Bind, Bindings, Declared};
 pub use buffer::{Buffer, BufferDesc, MemoryKind};
 pub use device::{ContextDesc, Device};
 #[cfg(feature = "app")]
@@ -18,9 +21,9 @@ pub(crate) use image::aspect;
 pub use image::{Image, ImageDesc};
 pub(crate) use image::{full_aspect, has_stencil};
 pub use image_ref::ImageRef;
+pub use interface::Constant;
 pub(crate) use interface::{Interface, Slot};
 pub use pipeline::ComputePipeline;
-use pipeline::check_uniform;
 pub use raster_pipeline::{Blend, DepthState, RasterPipeline, RasterState, StencilFace, StencilState};
 pub(crate) use recorded::Recorded;
 pub use reflect::{Binding, Block, Member, Reflection, ResourceAccess, ResourceKind};

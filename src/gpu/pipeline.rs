@@ -1,9 +1,9 @@
 //! Compute pipelines.
 
-use super::interface::{Interface, Module, constant_entries};
-use super::{Device, Reflection, ShaderStruct};
+use super::interface::{Constant, Interface, Module};
+use super::{Bindings, Device, ShaderStruct};
 use crate::error::VkContext;
-use crate::{Error, Result, shaders};
+use crate::{Result, shaders};
 use ash::vk;
 use std::sync::Arc;
 
@@ -11,21 +11,27 @@ use std::sync::Arc;
 pub struct ComputePipeline {
     pub(crate) interface: Interface,
     pub(crate) handle: vk::Pipeline,
-    pub(crate) reflection: Reflection,
-    pub(crate) shader: &'static str,
+    pub(crate) local_size: [u32; 3],
 }
 
 impl ComputePipeline {
-    /// Makes the pipeline of a shader (`filtering/sm.comp`) whose push constants are `P` (`()` for none).
+    /// Makes the pipeline of a shader (`filtering/sm.comp`) that binds `B`, whose push constants are `P` (`()` for none).
     ///
-    /// `constants` are the values of the specialization constants 0, 1, 2 ... in order.
-    pub fn new<P: ShaderStruct>(device: &Arc<Device>, shader: &str, constants: &[u32]) -> Result<Self> {
+    /// # Errors
+    /// [`crate::Error::Shader`] unless the shader declares the resources of `B`, the members of `P` and the specialization
+    /// `constants`, each by its name, and no others.
+    pub fn new<B: Bindings, P: ShaderStruct>(
+        device: &Arc<Device>,
+        shader: &str,
+        constants: &[Constant],
+    ) -> Result<Self> {
         let shader = shaders::find(shader)?;
         let (module, reflection) = Module::new(device, shader)?;
-        let interface = Interface::new::<P>(device, shader.name, std::slice::from_ref(&reflection))?;
-        let entries = constant_entries(constants);
+        let local_size = reflection.local_size;
+        let interface = Interface::new::<B, P>(device, shader.name, vec![reflection])?;
+        let (entries, values) = interface.specialize(constants)?;
         let specialization =
-            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(constants));
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&values));
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module.handle)
@@ -37,23 +43,8 @@ impl ComputePipeline {
             .map_err(|(_, e)| e)
             .context(format!("vkCreateComputePipelines({})", shader.name))?[0];
         device.name(handle, shader.name);
-        Ok(Self { interface, handle, reflection, shader: shader.name })
+        Ok(Self { interface, handle, local_size })
     }
-
-    /// Checks that the uniform block `name` of the shader is laid out like `U`.
-    pub fn check_uniform<U: ShaderStruct>(&self, name: &str) -> Result<()> {
-        check_uniform::<U>(self.shader, std::slice::from_ref(&self.reflection), name)
-    }
-}
-
-/// Checks that the uniform block `name`, wherever one of the stages has it, is laid out like `U`.
-pub(super) fn check_uniform<U: ShaderStruct>(shader: &str, stages: &[Reflection], name: &str) -> Result<()> {
-    let blocks = stages.iter().flat_map(|s| &s.bindings).filter(|b| b.name == name).filter_map(|b| b.block.as_ref());
-    let mut blocks = blocks.peekable();
-    if blocks.peek().is_none() {
-        return Err(Error::Shader { shader: shader.into(), problem: format!("has no uniform block named {name}") });
-    }
-    blocks.try_for_each(|block| U::check(shader, block))
 }
 
 impl Drop for ComputePipeline {

@@ -1,7 +1,7 @@
 //! Raster pipelines for dynamic rendering.
 
-use super::interface::{Interface, Module, constant_entries};
-use super::{Device, Reflection, ResourceAccess, ShaderStruct};
+use super::interface::{Constant, Interface, Module};
+use super::{Bindings, Device, Reflection, ResourceAccess, ShaderStruct};
 use crate::error::VkContext;
 use crate::{Error, Result, shaders};
 use ash::vk;
@@ -41,8 +41,8 @@ pub struct RasterState<'a> {
     pub bias: [f32; 2],
     /// Clamp depth to the view's range instead of clipping (needs [`crate::DeviceFeatures::depth_clamp`]).
     pub depth_clamp: bool,
-    /// Specialization constants 0, 1, 2 ... of all stages.
-    pub constants: &'a [u32],
+    /// Specialization constants of all stages, by name.
+    pub constants: &'a [Constant],
 }
 
 impl Default for RasterState<'_> {
@@ -172,17 +172,17 @@ fn format_bytes(format: vk::Format) -> u32 {
 pub struct RasterPipeline {
     pub(crate) interface: Interface,
     pub(crate) handle: vk::Pipeline,
-    reflections: Vec<Reflection>,
     pub(crate) compare: vk::CompareOp,
     pub(crate) bias: [f32; 2],
 }
 
 impl RasterPipeline {
-    /// Makes the pipeline; all stages see the push constants `P`.
+    /// Makes the pipeline; its stages bind `B`, and see the push constants `P`.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] for a state that the caller's device was not made for, beside those of shaders and driver.
-    pub fn new<P: ShaderStruct>(device: &Arc<Device>, state: &RasterState<'_>) -> Result<Self> {
+    /// [`Error::Shader`] unless the stages together declare these and the state's constants, each by its name, and no
+    /// others; [`Error::NoDevice`] for a state that the caller's device was not made for, beside those of shaders and driver.
+    pub fn new<B: Bindings, P: ShaderStruct>(device: &Arc<Device>, state: &RasterState<'_>) -> Result<Self> {
         let mut modules = vec![];
         let mut reflections = vec![];
         for shader in [Some(state.vertex), state.geometry, state.fragment].into_iter().flatten() {
@@ -191,10 +191,10 @@ impl RasterPipeline {
             reflections.push(reflection);
         }
         check(device, state, &reflections)?;
-        let interface = Interface::new::<P>(device, state.name, &reflections)?;
-        let entries = constant_entries(state.constants);
+        let interface = Interface::new::<B, P>(device, state.name, reflections)?;
+        let (entries, values) = interface.specialize(state.constants)?;
         let specialization =
-            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(state.constants));
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&values));
         let stages: Vec<_> = modules
             .iter()
             .map(|(stage, m)| {
@@ -275,12 +275,7 @@ impl RasterPipeline {
             .context(format!("vkCreateGraphicsPipelines({})", state.name))?[0];
         device.name(handle, state.name);
         let compare = state.depth.map_or(vk::CompareOp::ALWAYS, |d| d.compare);
-        Ok(Self { interface, handle, reflections, compare, bias: state.bias })
-    }
-
-    /// Checks that the uniform block `name` of the shaders is laid out like `U`.
-    pub fn check_uniform<U: ShaderStruct>(&self, name: &str) -> Result<()> {
-        super::check_uniform::<U>(&self.interface.name, &self.reflections, name)
+        Ok(Self { interface, handle, compare, bias: state.bias })
     }
 }
 

@@ -1,4 +1,5 @@
-//! What a SPIR-V module says of itself: bindings with their access, push constants, workgroup size.
+//! What a SPIR-V module says of itself: bindings with their access, push and specialization constants,
+//! workgroup size.
 //!
 //! Only what this project's shaders use is understood: descriptor set 0, at most one push-constant
 //! block, plain (not specialised) workgroup sizes. Anything else is an error at pipeline creation.
@@ -18,6 +19,8 @@ pub struct Reflection {
     pub bindings: Vec<Binding>,
     /// The push-constant block.
     pub push: Option<Block>,
+    /// Number and name of each specialization constant, in ascending order.
+    pub constants: Vec<(u32, String)>,
 }
 
 /// One binding of set 0.
@@ -129,6 +132,7 @@ mod op {
 }
 
 mod decoration {
+    pub const SPEC_ID: u32 = 1;
     pub const BLOCK: u32 = 2;
     pub const NON_WRITABLE: u32 = 24;
     pub const NON_READABLE: u32 = 25;
@@ -232,7 +236,11 @@ impl Reflection {
         if local_size.contains(&0) {
             return Err(error("has a specialised workgroup size, which is not supported"));
         }
-        let mut out = Self { stage, local_size, bindings: vec![], push: None };
+        let mut out = Self { stage, local_size, bindings: vec![], push: None, constants: vec![] };
+        for (&(id, _), &number) in m.decorations.iter().filter(|(key, _)| key.1 == decoration::SPEC_ID) {
+            out.constants.push((number, m.names.get(&id).cloned().unwrap_or_default()));
+        }
+        out.constants.sort();
         for &(variable, pointer, class) in &m.variables {
             let Some(&(_, ty)) = m.pointers.get(&pointer) else { continue };
             if class == class::PUSH_CONSTANT {

@@ -3,7 +3,7 @@
 use super::cull::{DrawList, GpuInstance};
 use super::gpu_scene::{GpuScene, MaterialPush};
 use crate::frame::{Bound, Draw, RasterPass, Target};
-use crate::gpu::{Buffer, BufferDesc, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState};
+use crate::gpu::{Buffer, BufferDesc, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState, bindings};
 use crate::host::Host;
 use crate::{Bind, Error, Frame, Result};
 use ash::vk;
@@ -96,6 +96,11 @@ impl InstanceBuffer {
     }
 }
 
+bindings! {
+    struct OpaqueBindings { Instances }
+    struct MaterialBindings { Instances, base_color_texture }
+}
+
 const POSITION: (u32, vk::Format) = (0, vk::Format::R32G32B32_SFLOAT);
 const UV: (u32, vk::Format) = (1, vk::Format::R32G32_SFLOAT);
 const COLOR: (u32, vk::Format) = (2, vk::Format::R32G32B32A32_SFLOAT);
@@ -125,8 +130,8 @@ impl ShadowMap {
         Ok(Self {
             depth: Image::new(device, &desc)?,
             instances: InstanceBuffer::new(host, "shadow-map instances", instances)?,
-            opaque: RasterPipeline::new::<()>(device, &state)?,
-            masked: RasterPipeline::new::<MaterialPush>(device, &masked)?,
+            opaque: RasterPipeline::new::<OpaqueBindings, ()>(device, &state)?,
+            masked: RasterPipeline::new::<MaterialBindings, MaterialPush>(device, &masked)?,
             faces: options.faces,
         })
     }
@@ -146,10 +151,9 @@ impl ShadowMap {
             CasterFaces::Back => vk::CullModeFlags::FRONT,
         };
         let (instances, white) = (Bind::Buffer(&self.instances.buffer), scene.white().as_ref());
-        let bound = [
-            Bound { pipeline: &self.opaque, bind: &[instances] },
-            Bound { pipeline: &self.masked, bind: &[instances, Bind::Input(&white)] },
-        ];
+        let opaque = OpaqueBindings { Instances: instances };
+        let masked = MaterialBindings { Instances: instances, base_color_texture: Bind::Input(&white) };
+        let bound = [Bound { pipeline: &self.opaque, bind: &opaque }, Bound { pipeline: &self.masked, bind: &masked }];
         let pass = RasterPass {
             name: "shadow map",
             extent: self.depth.extent(),
@@ -187,10 +191,10 @@ impl GBuffer {
                 attributes: &[POSITION, UV, COLOR, NORMAL],
                 colors: &colors,
                 depth: Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::GREATER)),
-                constants: &[is_masked.into()],
+                constants: &[("MASKED", is_masked.into())],
                 ..RasterState::default()
             };
-            RasterPipeline::new::<MaterialPush>(device, &state)
+            RasterPipeline::new::<MaterialBindings, MaterialPush>(device, &state)
         };
         Ok(Self {
             depth: target("camera depth", vk::Format::D32_SFLOAT)?,
@@ -217,7 +221,10 @@ impl GBuffer {
         ];
         let cull = |double_sided| if double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };
         let white = scene.white().as_ref();
-        let bind = [Bind::Buffer(&self.instances.buffer), Bind::Input(&white)];
+        let bind = MaterialBindings {
+            Instances: Bind::Buffer(&self.instances.buffer),
+            base_color_texture: Bind::Input(&white),
+        };
         let pass = RasterPass {
             name: "g-buffer",
             extent: self.depth.extent(),
@@ -271,7 +278,10 @@ fn draw_all(
         if bound != Some(texture) {
             if with_material {
                 let image = scene.textures[material.texture].as_ref();
-                draw.rebind(&[Bind::Buffer(instances), Bind::Input(&image)])?;
+                draw.rebind(&MaterialBindings {
+                    Instances: Bind::Buffer(instances),
+                    base_color_texture: Bind::Input(&image),
+                })?;
             }
             bound = Some(texture);
         }

@@ -1,9 +1,10 @@
 //! Picture: light, shadow, albedo and sky.
 
 use super::{GBuffer, Light, LightShape, Scene};
-use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::host::Host;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
+use crate::technique::common::bindings::CameraBindings;
+use crate::technique::common::view::ViewBuffer;
 use crate::{Bind, Frame, ImageRef, Inputs, NormalEncoding, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
@@ -54,6 +55,10 @@ impl ShadePush {
     }
 }
 
+bindings! {
+    struct ShadeBindings { ..camera: CameraBindings, albedo, visibility, picture }
+}
+
 /// Shading pass with its picture.
 pub struct Shade {
     pipeline: Arc<ComputePipeline>,
@@ -66,8 +71,7 @@ impl Shade {
     /// Allocates the pass for a scene and a light.
     pub fn new(host: &Host, size: [u32; 2], scene: &Scene, light: &Light, options: &ShadeOptions) -> Result<Self> {
         let context = host.context();
-        let pipeline = context.pipeline::<ShadePush>("common/shade.comp", &[])?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
+        let pipeline = context.pipeline::<ShadeBindings, ShadePush>("common/shade.comp", &[])?;
         let desc = ImageDesc::storage("picture", vk::Format::R8G8B8A8_UNORM, size);
         Ok(Self {
             pipeline,
@@ -92,14 +96,12 @@ impl Shade {
         frame.dispatch(&Pass {
             name: "shade",
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(&shading.0),
-                Bind::Image(&gbuffer.albedo),
-                Bind::Input(visibility),
-                Bind::Image(&self.picture),
-            ],
+            bind: &ShadeBindings {
+                camera: CameraBindings::new(view, &inputs),
+                albedo: Bind::Image(&gbuffer.albedo),
+                visibility: Bind::Input(visibility),
+                picture: Bind::Image(&self.picture),
+            },
             push: bytemuck::bytes_of(&self.push),
             threads: Threads::Count([width, height, 1]),
         })

@@ -1,7 +1,7 @@
 use super::*;
 use crate::gpu::{
     Blend, BufferDesc, DepthState, ImageDesc, MemoryKind, RasterState, ShaderStruct, StencilFace, StencilState,
-    shader_struct,
+    bindings, shader_struct,
 };
 use crate::host::{Host, HostDesc};
 use crate::timing::{Statistics, Timings};
@@ -44,6 +44,14 @@ shader_struct! {
     }
 }
 
+bindings! {
+    struct QuadBindings { Quads }
+    struct CountBindings { ..quads: QuadBindings, Counts }
+    // Not in the order of the shader's bindings: names alone decide.
+    struct ReadBindings { result, Counts, stencil }
+    struct OtherBindings { Counts, Quads, stencil }
+}
+
 fn with_host(test: impl FnOnce(&Host)) {
     let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
     let messages = host.messages().clone();
@@ -77,8 +85,8 @@ fn image(host: &Host, name: &str, format: vk::Format) -> Image {
     Image::new(host.context().device(), &ImageDesc::attachment(name, format, SIZE)).unwrap()
 }
 
-fn pipeline<P: ShaderStruct>(host: &Host, state: RasterState<'_>) -> Arc<RasterPipeline> {
-    host.context().raster_pipeline::<P>(&RasterState { vertex: "test/quads.vert", ..state }).unwrap()
+fn pipeline<B: Bindings, P: ShaderStruct>(host: &Host, state: RasterState<'_>) -> Arc<RasterPipeline> {
+    host.context().raster_pipeline::<B, P>(&RasterState { vertex: "test/quads.vert", ..state }).unwrap()
 }
 
 /// Writes the quads' values into an `R32_SFLOAT` target.
@@ -89,7 +97,7 @@ fn value_pipeline(host: &Host) -> Arc<RasterPipeline> {
         colors: &[vk::Format::R32_SFLOAT],
         ..RasterState::default()
     };
-    pipeline::<()>(host, state)
+    pipeline::<QuadBindings, ()>(host, state)
 }
 
 /// Quads in a buffer, written in the frame itself: the vertex shader must wait for it.
@@ -112,16 +120,16 @@ fn stencil_counts_and_fragments_store() {
             depth: Some(DepthState { format: FORMAT, compare: vk::CompareOp::LESS, write: false }),
             ..RasterState::default()
         };
-        let volumes = pipeline::<()>(host, RasterState { stencil: Some(stencil), ..state.clone() });
+        let volumes = pipeline::<QuadBindings, ()>(host, RasterState { stencil: Some(stencil), ..state.clone() });
         let solid = RasterState {
             name: "solid",
             depth: Some(DepthState::new(FORMAT, vk::CompareOp::LESS)),
             ..RasterState::default()
         };
-        let solid = pipeline::<()>(host, solid);
+        let solid = pipeline::<QuadBindings, ()>(host, solid);
         let counting = RasterState { name: "count", fragment: Some("test/quads_count.frag"), ..RasterState::default() };
-        let counting = pipeline::<WidthPush>(host, counting);
-        let read = host.context().pipeline::<()>("test/stencil.comp", &[]).unwrap();
+        let counting = pipeline::<CountBindings, WidthPush>(host, counting);
+        let read = host.context().pipeline::<ReadBindings, ()>("test/stencil.comp", &[]).unwrap();
 
         let depth = image(host, "depth with stencil", FORMAT);
         let result =
@@ -145,7 +153,7 @@ fn stencil_counts_and_fragments_store() {
             run(host, |frame| {
                 write_quads(frame, &quads, &list);
                 frame.fill("clear counts", &counts, 0);
-                let bind = [Bind::Buffer(&quads)];
+                let bind = QuadBindings { Quads: Bind::Buffer(&quads) };
                 let pass = RasterPass {
                     name: "z-fail",
                     extent: SIZE,
@@ -161,7 +169,10 @@ fn stencil_counts_and_fragments_store() {
                     draw.draw(12..42, 0..1)
                 };
                 frame.raster(&pass, draw).unwrap();
-                let bind = [Bind::Buffer(&quads), Bind::Buffer(&counts)];
+                let bind = CountBindings {
+                    quads: QuadBindings { Quads: Bind::Buffer(&quads) },
+                    Counts: Bind::Buffer(&counts),
+                };
                 let pass = RasterPass {
                     name: "count",
                     extent: SIZE,
@@ -176,7 +187,11 @@ fn stencil_counts_and_fragments_store() {
                     draw.draw(42..48, 0..2)
                 };
                 frame.raster(&pass, draw).unwrap();
-                let bind = [Bind::Stencil(&depth), Bind::Buffer(&counts), Bind::Image(&result)];
+                let bind = ReadBindings {
+                    result: Bind::Image(&result),
+                    Counts: Bind::Buffer(&counts),
+                    stencil: Bind::Stencil(&depth),
+                };
                 let [x, y] = SIZE;
                 let threads = Threads::Count([x, y, 1]);
                 frame.dispatch(&Pass { name: "read", pipeline: &read, bind: &bind, push: &[], threads }).unwrap();
@@ -225,12 +240,12 @@ fn blending_masks_scissor_and_indirect_draws() {
                 write_mask: mask,
                 ..RasterState::default()
             };
-            let pipeline = pipeline::<()>(host, state);
+            let pipeline = pipeline::<QuadBindings, ()>(host, state);
             run(host, |frame| {
                 write_quads(frame, &quads, &list);
                 // The second command draws the second quad alone.
                 frame.update(&commands, bytemuck::cast_slice(&[12u32, 1, 0, 0, 6, 1, 6, 0]));
-                let bind = [Bind::Buffer(&quads)];
+                let bind = QuadBindings { Quads: Bind::Buffer(&quads) };
                 let mut pass = RasterPass {
                     name: "blended",
                     extent: SIZE,
@@ -304,7 +319,7 @@ fn frames_wait_for_the_draws_of_those_before() {
                 // SAFETY: as above; the frames of one command buffer follow one another.
                 let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
                 write_quads(&mut frame, &quads, &[Quad { value: value as f32, ..Quad::WHOLE }]);
-                let bind = [Bind::Buffer(&quads)];
+                let bind = QuadBindings { Quads: Bind::Buffer(&quads) };
                 let pass = RasterPass {
                     name: "one quad",
                     extent: SIZE,
@@ -336,7 +351,7 @@ fn statistics_count_what_passes_do() {
             Image::new(host.context().device(), &ImageDesc::storage("result", vk::Format::R32_UINT, SIZE)).unwrap();
         let quads = buffer(host, "quads", 7 * 2);
         let counts = buffer(host, "counts", PIXELS);
-        let read = host.context().pipeline::<()>("test/stencil.comp", &[]).unwrap();
+        let read = host.context().pipeline::<ReadBindings, ()>("test/stencil.comp", &[]).unwrap();
         let pipeline = value_pipeline(host);
         let mut timings = Timings::with_statistics(host.context(), host.queue_family(), 1).unwrap();
         // The second quad lies outside the view: nothing of it is left after clipping.
@@ -347,7 +362,7 @@ fn statistics_count_what_passes_do() {
                 let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), Some(&mut timings)) };
                 write_quads(&mut frame, &quads, &list);
                 frame.fill("clear counts", &counts, 0);
-                let bind = [Bind::Buffer(&quads)];
+                let bind = QuadBindings { Quads: Bind::Buffer(&quads) };
                 let pass = RasterPass {
                     name: "two quads",
                     extent: SIZE,
@@ -361,7 +376,11 @@ fn statistics_count_what_passes_do() {
                 let bound = [Bound { pipeline: &pipeline, bind: &bind }];
                 let pass = RasterPass { depth: None, bound: &bound, ..pass };
                 frame.raster(&pass, |draw| draw.bind(0).and_then(|()| draw.draw(0..12, 0..1)))?;
-                let bind = [Bind::Stencil(&depth), Bind::Buffer(&counts), Bind::Image(&result)];
+                let bind = ReadBindings {
+                    result: Bind::Image(&result),
+                    Counts: Bind::Buffer(&counts),
+                    stencil: Bind::Stencil(&depth),
+                };
                 let threads = Threads::Count([SIZE[0] - 1, SIZE[1] - 7, 1]);
                 frame.dispatch(&Pass { name: "read", pipeline: &read, bind: &bind, push: &[], threads })?;
                 frame.end();
@@ -410,7 +429,8 @@ fn what_the_device_was_not_made_for_is_refused() {
         }
         .unwrap();
         let state = RasterState { name: "asked for", vertex: "test/quads.vert", ..RasterState::default() };
-        let refused = |state: &RasterState<'_>| bare.raster_pipeline::<()>(state).err().unwrap().to_string();
+        let refused =
+            |state: &RasterState<'_>| bare.raster_pipeline::<QuadBindings, ()>(state).err().unwrap().to_string();
         for (state, feature) in [
             (RasterState { geometry: Some("test/quads.geom"), ..state.clone() }, "geometryShader"),
             (RasterState { depth_clamp: true, ..state.clone() }, "depthClamp"),
@@ -419,7 +439,7 @@ fn what_the_device_was_not_made_for_is_refused() {
             let text = refused(&state);
             assert!(text.contains(feature) && text.contains("asked for"), "{text}");
         }
-        assert!(bare.raster_pipeline::<()>(&state).is_ok());
+        assert!(bare.raster_pipeline::<QuadBindings, ()>(&state).is_ok());
         assert!(Timings::with_statistics(&bare, 0, 1).err().unwrap().to_string().contains("pipelineStatisticsQuery"));
         // Wrong uses of stages and stencil, whatever the device.
         let text = refused(&RasterState { geometry: Some("test/quads.frag"), ..state.clone() });
@@ -439,7 +459,7 @@ fn wrong_passes_are_refused() {
         let pipeline = value_pipeline(host);
         run(host, |frame| {
             let colors = [Target::color(&target, [0.0; 4])];
-            let bind = [Bind::Buffer(&quads)];
+            let bind = QuadBindings { Quads: Bind::Buffer(&quads) };
             let bound = [Bound { pipeline: &pipeline, bind: &bind }];
             let pass =
                 RasterPass { name: "p", extent: SIZE, colors: &colors, depth: None, bound: &bound, indirect: &[] };
@@ -447,11 +467,18 @@ fn wrong_passes_are_refused() {
                 frame.raster(pass, |d| draw(d)).unwrap_err().to_string()
             };
             assert!(refused(&RasterPass { extent: [8, 8], ..pass }, &|_| Ok(())).contains("[8, 8]"));
-            let unbound = [Bound { pipeline: &pipeline, bind: &[] }];
-            assert!(refused(&RasterPass { bound: &unbound, ..pass }, &|_| Ok(())).contains("0 resources"));
-            let wrong = [Bind::Image(&target)];
-            let wrong = [Bound { pipeline: &pipeline, bind: &wrong }];
-            assert!(refused(&RasterPass { bound: &wrong, ..pass }, &|_| Ok(())).contains("StorageBuffer"));
+            let [quads_bind, target_bind] = [Bind::Buffer(&quads), Bind::Image(&target)];
+            let other = OtherBindings { Counts: quads_bind, Quads: quads_bind, stencil: target_bind };
+            let wrong: [(&dyn Bindings, _); 3] = [
+                (&(), "[\"Quads\"] missing"),
+                (&other, "[\"Counts\", \"stencil\"] unknown"),
+                (&QuadBindings { Quads: target_bind }, "StorageBuffer"),
+            ];
+            for (bind, expected) in wrong {
+                let bound = [Bound { pipeline: &pipeline, bind }];
+                let text = refused(&RasterPass { bound: &bound, ..pass }, &|_| Ok(()));
+                assert!(text.contains(expected), "{text}");
+            }
             assert!(refused(&pass, &|d| d.bind(1)).contains("no pipeline 1"));
             assert!(refused(&pass, &|d| d.draw(0..3, 0..1)).contains("without a pipeline"));
             let indirect = |d: &mut Draw<'_, '_>| d.bind(0).and_then(|()| d.indirect(&quads, 0));

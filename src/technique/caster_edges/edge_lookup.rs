@@ -2,11 +2,10 @@
 //! stands still.
 
 use super::map_lookup::MapLookup;
-use crate::gpu::{Image, ImageDesc};
+use crate::gpu::{Buffer, Image, ImageDesc};
 use crate::technique::common::rbsm_receiver::{RbsmPush, push};
-use crate::technique::common::view::ViewBuffer;
-use crate::technique::{Info, Param, Setup, Technique, visibility_image};
-use crate::{Context, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Param, Passes, Setup};
+use crate::{Context, Frame, Inputs, Result};
 use ash::vk;
 
 pub(super) const KILL: Param =
@@ -26,28 +25,21 @@ pub(super) trait HeldMap {
 }
 
 struct EdgeLookup {
-    info: &'static Info,
-    view: ViewBuffer,
     held: Box<dyn HeldMap>,
     lookup: MapLookup,
     picture: Option<(MapLookup, Image)>,
     push: RbsmPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
 /// Makes a technique over such a map; `lookup` makes the lookup that draws a picture of it, or the visibility.
 pub(super) fn prepare(
     context: &Context,
     setup: &Setup,
-    info: &'static Info,
     held: Box<dyn HeldMap>,
     lookup: impl Fn(bool) -> Result<MapLookup>,
-) -> Result<Box<dyn Technique>> {
+) -> Result<Box<dyn Passes>> {
     let picture = ImageDesc::storage(held.name(), vk::Format::R8G8B8A8_UNORM, setup.extent);
     Ok(Box::new(EdgeLookup {
-        info,
-        view: ViewBuffer::new(context.device())?,
         lookup: lookup(false)?,
         picture: match setup.intermediates {
             true => Some((lookup(true)?, Image::new(context.device(), &picture)?)),
@@ -55,18 +47,12 @@ pub(super) fn prepare(
         },
         held,
         push: push(setup),
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), &format!("{} visibility", info.id), setup)?,
     }))
 }
 
-impl Technique for EdgeLookup {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(self.info.title);
+impl Passes for EdgeLookup {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         self.held.record(frame, inputs)?;
-        let view = self.view.update(frame, inputs);
         let map = self.held.image();
         self.lookup.record(frame, view, inputs, self.push, map, visibility)?;
         if let Some((lookup, image)) = &self.picture {
@@ -74,12 +60,7 @@ impl Technique for EdgeLookup {
             lookup.record(frame, view, inputs, self.push, map, image)?;
             frame.mark_passes("");
         }
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        Ok(())
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -88,6 +69,6 @@ impl Technique for EdgeLookup {
 
     fn memory_bytes(&self) -> u64 {
         let picture = self.picture.as_ref().map_or(0, |(_, image)| image.memory_bytes());
-        self.visibility.memory_bytes() + self.held.memory_bytes() + picture
+        self.held.memory_bytes() + picture
     }
 }

@@ -8,7 +8,8 @@ use super::edge_segments::EdgeSegments;
 use super::silhouettes::{COUNT, QUADS, Silhouettes, WALKS};
 use crate::frame::{Bound, RasterPass};
 use crate::gpu::{
-    Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState, shader_struct,
+    Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState, bindings,
+    shader_struct,
 };
 use crate::timing::Counted;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
@@ -30,6 +31,12 @@ shader_struct! {
         slots: u32,
         reach: f32,
     }
+}
+
+bindings! {
+    struct MapBindings { shadow_map, Segments, Keys, spill, Heads, LowerKeys }
+    struct WalkBindings { ..map: MapBindings, Header }
+    struct IdsBindings { Keys, picture }
 }
 
 /// What of the pass is fixed at its making.
@@ -121,10 +128,11 @@ impl EdgeMap {
             | vk::BufferUsageFlags::TRANSFER_SRC;
         let buffer =
             |name, size| Buffer::new(context.device(), &BufferDesc { name, size, usage, memory: MemoryKind::Gpu });
-        let constants = [config.slots, config.kill.into(), config.spill, split.into()];
+        let constants =
+            [("K", config.slots), ("KILL", config.kill.into()), ("SPILL", config.spill), ("SPLIT", split.into())];
         let writer = match config.generation {
             Generation::Compute => {
-                Writer::Walk(context.pipeline::<EdgeMapPush>("caster_edges/edge_map.comp", &constants)?)
+                Writer::Walk(context.pipeline::<WalkBindings, EdgeMapPush>("caster_edges/edge_map.comp", &constants)?)
             }
             Generation::Raster => {
                 let features = context.features();
@@ -133,7 +141,7 @@ impl EdgeMap {
                                    (dynamicRendering, fragmentStoresAndAtomics); this device was made without";
                     return Err(Error::NoDevice(problem.into()));
                 }
-                Writer::Quads(context.raster_pipeline::<EdgeMapPush>(&RasterState {
+                Writer::Quads(context.raster_pipeline::<MapBindings, EdgeMapPush>(&RasterState {
                     name: "edge ids",
                     vertex: "caster_edges/edge_map.vert",
                     fragment: Some("caster_edges/edge_map.frag"),
@@ -174,22 +182,21 @@ impl EdgeMap {
         frame.fill("edge ids, chains cleared", &self.heads, u32::MAX);
         frame.update(&self.spill, &[0; SPILL_HEADER as usize]);
         let push = EdgeMapPush { map_size: self.map_size.map(|n| n as i32), reach: self.config.reach };
-        let map = [
-            Bind::Input(&inputs.shadow_map),
-            Bind::Buffer(segments.segments()),
-            Bind::Buffer(&self.keys),
-            Bind::Buffer(&self.spill),
-            Bind::Buffer(&self.heads),
-            Bind::Buffer(self.lower_keys()),
-        ];
+        let map = MapBindings {
+            shadow_map: Bind::Input(&inputs.shadow_map),
+            Segments: Bind::Buffer(segments.segments()),
+            Keys: Bind::Buffer(&self.keys),
+            spill: Bind::Buffer(&self.spill),
+            Heads: Bind::Buffer(&self.heads),
+            LowerKeys: Bind::Buffer(self.lower_keys()),
+        };
         let header = silhouettes.header();
         match &self.writer {
             Writer::Walk(pipeline) => {
-                let [a, b, c, d, e, f] = map;
                 frame.dispatch(&Pass {
                     name: "edge ids",
                     pipeline,
-                    bind: &[a, b, c, d, e, f, Bind::Buffer(header)],
+                    bind: &WalkBindings { map, Header: Bind::Buffer(header) },
                     push: bytemuck::bytes_of(&push),
                     threads: Threads::Indirect(header, WALKS),
                 })?;
@@ -266,7 +273,7 @@ impl EdgeIds {
     pub fn new(context: &Context, map: &EdgeMap) -> Result<Self> {
         let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, cells_of(map.map_size));
         Ok(Self {
-            pipeline: context.pipeline::<EdgeIdsPush>("caster_edges/edge_ids.comp", &[])?,
+            pipeline: context.pipeline::<IdsBindings, EdgeIdsPush>("caster_edges/edge_ids.comp", &[])?,
             image: Image::new(context.device(), &desc)?,
         })
     }
@@ -279,7 +286,7 @@ impl EdgeIds {
         frame.dispatch(&Pass {
             name: "edge ids, shown",
             pipeline: &self.pipeline,
-            bind: &[Bind::Buffer(&map.keys), Bind::Image(&self.image)],
+            bind: &IdsBindings { Keys: Bind::Buffer(&map.keys), picture: Bind::Image(&self.image) },
             push: bytemuck::bytes_of(&push),
             threads: Threads::Count([width, height, 1]),
         })

@@ -1,7 +1,7 @@
 //! Silhouette edges as segments in the plane of the shadow map.
 
 use super::silhouettes::Silhouettes;
-use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, shader_struct};
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, bindings, shader_struct};
 use crate::view::LightView;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
 use ash::vk;
@@ -20,6 +20,10 @@ shader_struct! {
         mirrored: f32,
         stride: u32,
     }
+}
+
+bindings! {
+    struct SegmentsBindings { Positions, Lights, Header, Silhouettes, Segments, Triangles }
 }
 
 /// The pass with its list: one segment for each edge of [`Silhouettes`].
@@ -48,7 +52,7 @@ impl EdgeSegments {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
         let desc = BufferDesc { name: "segments of edges", size, usage, memory: MemoryKind::Gpu };
         Ok(Self {
-            pipeline: context.pipeline::<EdgeSegmentsPush>("caster_edges/edge_segments.comp", &[])?,
+            pipeline: context.pipeline::<SegmentsBindings, EdgeSegmentsPush>("caster_edges/edge_segments.comp", &[])?,
             segments: Buffer::new(context.device(), &desc)?,
         })
     }
@@ -82,14 +86,14 @@ impl EdgeSegments {
         frame.dispatch(&Pass {
             name: "segments of edges",
             pipeline: &self.pipeline,
-            bind: &[
-                casters.positions(),
-                Bind::Buffer(silhouettes.lights()),
-                Bind::Buffer(silhouettes.header()),
-                Bind::Buffer(silhouettes.edges()),
-                Bind::Buffer(&self.segments),
-                Bind::Buffer(&casters.triangles),
-            ],
+            bind: &SegmentsBindings {
+                Positions: casters.positions(),
+                Lights: Bind::Buffer(silhouettes.lights()),
+                Header: Bind::Buffer(silhouettes.header()),
+                Silhouettes: Bind::Buffer(silhouettes.edges()),
+                Segments: Bind::Buffer(&self.segments),
+                Triangles: Bind::Buffer(&casters.triangles),
+            },
             push: bytemuck::bytes_of(&push),
             threads: silhouettes.threads(),
         })

@@ -1,14 +1,14 @@
 //! Edge distance shadow mapping.
 
 use super::edge_lookup::{self, HeldMap, KILL};
-use super::map_edges::MapEdges;
-use super::map_lookup::MapLookup;
+use super::map_edges::{MapEdges, SegmentBindings};
+use super::map_lookup::{Held, MapLookup};
 use super::silhouettes::QUADS;
 use crate::casters::Casters;
 use crate::frame::{Bound, RasterPass, Target};
 use crate::gpu::{DepthState, Image, ImageDesc, RasterPipeline, RasterState, shader_struct};
 use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK};
-use crate::technique::{Info, Kind, Param, Params, Setup, Technique};
+use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Need, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -51,7 +51,7 @@ pub(super) fn border_kernel(params: &Params) -> BorderKernel {
     }
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let (border, kernel) = (p.float("border"), border_kernel(p));
     // Of a cell that the border reaches, all four corners must know the edge: a cell's diagonal beyond it.
@@ -59,7 +59,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let config = DistanceConfig { cosine: p.word("priority") == "cosine", kill: p.on("kill"), half_width };
     let distances = EdgeDistances::new(context, INFO.id, setup.casters(INFO.id)?, setup.map_size, config)?;
     let lookup = |picture| lookup(context, picture, border, kernel);
-    edge_lookup::prepare(context, setup, &INFO, Box::new(distances), lookup)
+    edge_lookup::prepare(context, setup, Box::new(distances), lookup)
 }
 
 shader_struct! {
@@ -106,13 +106,13 @@ impl EdgeDistances {
         let target = |name, format| Image::new(context.device(), &ImageDesc::attachment(name, format, map_size));
         Ok(Self {
             edges: MapEdges::new(context, technique, casters, config.half_width + 2.0)?,
-            pipeline: context.raster_pipeline::<EdgeQuadPush>(&RasterState {
+            pipeline: context.raster_pipeline::<SegmentBindings, EdgeQuadPush>(&RasterState {
                 name: "edge distances",
                 vertex: "caster_edges/edsm.vert",
                 fragment: Some("caster_edges/edsm.frag"),
                 colors: &[format],
                 depth: Some(DepthState::new(depth, vk::CompareOp::LESS)),
-                constants: &[config.cosine.into(), config.kill.into()],
+                constants: &[("COSINE", config.cosine.into()), ("KILL", config.kill.into())],
                 ..RasterState::default()
             })?,
             distances: target("edge distances", format)?,
@@ -129,7 +129,10 @@ impl EdgeDistances {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
         }
-        let bind = [Bind::Buffer(self.edges.segments().segments()), Bind::Input(&inputs.shadow_map)];
+        let bind = SegmentBindings {
+            Segments: Bind::Buffer(self.edges.segments().segments()),
+            shadow_map: Bind::Input(&inputs.shadow_map),
+        };
         let header = self.edges.silhouettes().header();
         let pass = RasterPass {
             name: "edge distances",
@@ -197,6 +200,6 @@ pub enum BorderKernel {
 /// The lookup: of the visibility, or with `picture` of a picture of the distances over it. `border` is the width of soft
 /// borders in texels; 0 for hard ones.
 pub fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
-    let constants = [0, picture.into(), (0.5 * border).to_bits(), kernel as u32];
-    MapLookup::new(context, "edge distance lookup", "caster_edges/edsm.comp", &constants)
+    let constants = [("PICTURE", picture.into()), ("BORDER_BITS", (0.5 * border).to_bits()), ("KERNEL", kernel as u32)];
+    MapLookup::new(context, Held::Distances, &constants)
 }

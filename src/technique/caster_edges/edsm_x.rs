@@ -4,12 +4,12 @@ use super::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
 use super::edsm::border_kernel;
 use super::map_edges::MapEdges;
 use super::silhouette_view::SilhouetteView;
-use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
+use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::pixels::{PixelPass, SKIP};
 use crate::technique::common::rbsm_receiver::DEPTH_BIAS;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
-use crate::technique::{Info, Kind, Need, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Info, Kind, Need, Param, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -93,8 +93,11 @@ shader_struct! {
     }
 }
 
+bindings! {
+    struct LookupBindings { ..pixels: PixelBindings, Keys, Segments, spill, Heads, LowerKeys, decisions }
+}
+
 struct EdsmX {
-    view: ViewBuffer,
     edges: MapEdges,
     map: EdgeMap,
     lookup: PixelPass,
@@ -103,11 +106,9 @@ struct EdsmX {
     ids: Option<EdgeIds>,
     seen: Option<SilhouetteView>,
     push: EdsmXPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let casters = setup.casters(INFO.id)?;
     let slots = p.int("slots");
@@ -123,11 +124,16 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let map = EdgeMap::new(context, edges.silhouettes(), setup.map_size, config)?;
     let (split, soft) = (u32::from(map.is_split()), u32::from(p.float("border") > 0.0));
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
-        let constants =
-            [slots, mixed_only.into(), border_kernel(p) as u32, setup.intermediates.into(), step as u32, split, soft];
-        let pipeline = context.pipeline::<EdsmXPush>("caster_edges/edsm_x.comp", &constants)?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
-        Ok(pipeline)
+        let constants = [
+            ("K", slots),
+            ("MIXED_ONLY", mixed_only.into()),
+            ("KERNEL", border_kernel(p) as u32),
+            ("VIEWED", setup.intermediates.into()),
+            ("STEP", step as u32),
+            ("SPLIT", split),
+            ("SOFT", soft),
+        ];
+        context.pipeline::<LookupBindings, EdsmXPush>("caster_edges/edsm_x.comp", &constants)
     };
     // Of a map in two buffers there is no picture.
     let ids = (setup.intermediates && !map.is_split()).then(|| EdgeIds::new(context, &map));
@@ -138,7 +144,6 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let decisions = if setup.intermediates { setup.extent } else { [1, 1] };
     let desc = ImageDesc::storage("edsm-x decisions", vk::Format::R32_SFLOAT, decisions);
     Ok(Box::new(EdsmX {
-        view: ViewBuffer::new(context.device())?,
         edges,
         map,
         lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
@@ -152,47 +157,35 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
             slack: p.float("slack"),
             half_border: 0.5 * p.float("border"),
         },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "edsm-x visibility", setup)?,
     }))
 }
 
-impl Technique for EdsmX {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
+impl Passes for EdsmX {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         if self.edges.record(frame, inputs)? {
             self.map.record(frame, inputs, self.edges.silhouettes(), self.edges.segments())?;
             if let Some(ids) = &self.ids {
                 ids.record(frame, &self.map)?;
             }
         }
-        let view = self.view.update(frame, inputs);
-        let bind = [
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
-            Bind::Image(visibility),
-            self.lookup.list(),
-            Bind::Buffer(self.map.keys()),
-            Bind::Buffer(self.edges.segments().segments()),
-            Bind::Buffer(self.map.spill()),
-            Bind::Buffer(self.map.heads()),
-            Bind::Buffer(self.map.lower_keys()),
-            Bind::Image(&self.decisions),
-        ];
+        let bind = LookupBindings {
+            pixels: PixelBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(visibility),
+                list: self.lookup.list(),
+            },
+            Keys: Bind::Buffer(self.map.keys()),
+            Segments: Bind::Buffer(self.edges.segments().segments()),
+            spill: Bind::Buffer(self.map.spill()),
+            Heads: Bind::Buffer(self.map.heads()),
+            LowerKeys: Bind::Buffer(self.map.lower_keys()),
+            decisions: Bind::Image(&self.decisions),
+        };
         self.lookup.record(frame, ["anchors", "crossings"], &bind, bytemuck::bytes_of(&self.push), visibility)?;
         if let Some(seen) = &self.seen {
             seen.record(frame, inputs, self.edges.silhouettes())?;
         }
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        Ok(())
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -203,8 +196,7 @@ impl Technique for EdsmX {
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes()
-            + self.decisions.memory_bytes()
+        self.decisions.memory_bytes()
             + self.edges.memory_bytes()
             + self.map.memory_bytes()
             + self.lookup.memory_bytes()

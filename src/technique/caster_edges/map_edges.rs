@@ -4,8 +4,14 @@
 use super::edge_segments::EdgeSegments;
 use super::silhouettes::Silhouettes;
 use crate::casters::Casters;
+use crate::gpu::bindings;
 use crate::{Context, Frame, Inputs, Result};
 use std::sync::Arc;
+
+bindings! {
+    /// What a raster pass over the segments binds.
+    pub(super) struct SegmentBindings { Segments, shadow_map }
+}
 
 /// The passes with their lists.
 pub struct MapEdges {

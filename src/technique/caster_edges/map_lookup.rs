@@ -1,23 +1,38 @@
 //! The lookup of the techniques that hold something of the casters' edges in a map of the shadow map's size.
 
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Bindings, Buffer, ComputePipeline, Constant, Image, bindings};
+use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::ViewConstants;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
+bindings! {
+    struct DistanceBindings { ..receiver: ReceiverBindings, visibility, distances }
+    struct PointBindings { ..receiver: ReceiverBindings, visibility, points }
+}
+
+/// What the map holds.
+#[derive(Clone, Copy)]
+pub(super) enum Held {
+    Distances,
+    Points,
+}
+
 /// The pass: a pixel by the shadow tests around its point, and by what the map holds there.
 pub struct MapLookup {
-    name: &'static str,
+    held: Held,
     pipeline: Arc<ComputePipeline>,
 }
 
 impl MapLookup {
-    /// Makes the pipeline of one technique's shader.
-    pub(super) fn new(context: &Context, name: &'static str, shader: &'static str, constants: &[u32]) -> Result<Self> {
-        let pipeline = context.pipeline::<RbsmPush>(shader, constants)?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
-        Ok(Self { name, pipeline })
+    /// Makes the pipeline; `FIXED` of `glsl/common/rbsm_receiver.glsl` is not for this pass.
+    pub(super) fn new(context: &Context, held: Held, constants: &[Constant]) -> Result<Self> {
+        let constants = &[&[("FIXED", 0)], constants].concat();
+        let pipeline = match held {
+            Held::Distances => context.pipeline::<DistanceBindings, RbsmPush>("caster_edges/edsm.comp", constants)?,
+            Held::Points => context.pipeline::<PointBindings, RbsmPush>("caster_edges/sssm.comp", constants)?,
+        };
+        Ok(Self { held, pipeline })
     }
 
     /// Writes every pixel of `output`.
@@ -31,17 +46,15 @@ impl MapLookup {
         output: &Image,
     ) -> Result<()> {
         let [width, height] = output.extent();
+        let (receiver, visibility, map) = (ReceiverBindings::new(view, inputs), Bind::Image(output), Bind::Image(map));
+        let (name, bind): (_, &dyn Bindings) = match self.held {
+            Held::Distances => ("edge distance lookup", &DistanceBindings { receiver, visibility, distances: map }),
+            Held::Points => ("silhouette lookup", &PointBindings { receiver, visibility, points: map }),
+        };
         frame.dispatch(&Pass {
-            name: self.name,
+            name,
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Image(output),
-                Bind::Image(map),
-            ],
+            bind,
             push: bytemuck::bytes_of(&push),
             threads: Threads::Count([width, height, 1]),
         })

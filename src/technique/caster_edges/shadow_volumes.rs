@@ -2,11 +2,10 @@
 
 use super::silhouette_view::SilhouetteView;
 use super::volumes::{Counting, Path, Settings, ShadowVolumes};
-use crate::gpu::{Image, ImageDesc};
+use crate::gpu::{Buffer, Image, ImageDesc};
 use crate::technique::common::receiver::NORMAL_OFFSET;
-use crate::technique::common::view::ViewBuffer;
-use crate::technique::{Info, Kind, OutputFormat, Param, Setup, Technique, visibility_image};
-use crate::{Context, Frame, ImageRef, Inputs, Need, Result};
+use crate::technique::{Info, Kind, OutputFormat, Param, Passes, Setup};
+use crate::{Context, Frame, Inputs, Need, Result};
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -50,15 +49,12 @@ pub const INFO: Info = Info {
 };
 
 struct Volumes {
-    view: ViewBuffer,
     volumes: ShadowVolumes,
-    map_size: [u32; 2],
-    visibility: Image,
     count: Option<Image>,
     seen: Option<SilhouetteView>,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let casters = setup.casters(INFO.id)?;
     let p = &setup.params;
     let settings = Settings {
@@ -76,32 +72,17 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     });
     let volumes = ShadowVolumes::new(context, casters, setup.extent, settings, setup.intermediates)?;
     let seen = setup.intermediates.then(|| SilhouetteView::new(context, volumes.silhouettes(), setup.extent));
-    Ok(Box::new(Volumes {
-        view: ViewBuffer::new(context.device())?,
-        volumes,
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "shadow-volumes visibility", setup)?,
-        count: count.transpose()?,
-        seen: seen.transpose()?,
-    }))
+    Ok(Box::new(Volumes { volumes, count: count.transpose()?, seen: seen.transpose()? }))
 }
 
-impl Technique for Volumes {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        inputs.check(INFO.id, self.visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
+impl Passes for Volumes {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         self.volumes.record(frame, inputs, INFO.id)?;
-        self.volumes.resolve(frame, view, inputs, &self.visibility, self.count.as_ref())?;
+        self.volumes.resolve(frame, view, inputs, visibility, self.count.as_ref())?;
         if let Some(seen) = &self.seen {
             seen.record(frame, inputs, self.volumes.silhouettes())?;
         }
-        frame.end_group();
-        Ok(self.visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        Ok(())
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -111,7 +92,6 @@ impl Technique for Volumes {
 
     fn memory_bytes(&self) -> u64 {
         self.volumes.memory_bytes()
-            + self.visibility.memory_bytes()
             + self.count.as_ref().map_or(0, Image::memory_bytes)
             + self.seen.as_ref().map_or(0, SilhouetteView::memory_bytes)
     }

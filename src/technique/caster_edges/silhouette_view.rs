@@ -3,7 +3,9 @@
 use super::silhouettes::{QUADS, Silhouettes};
 use super::volumes::VolumeCamera;
 use crate::frame::{Bound, RasterPass, Target};
-use crate::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState, shader_struct};
+use crate::gpu::{
+    Buffer, BufferDesc, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState, bindings, shader_struct,
+};
 use crate::technique::common::view::depth_error;
 use crate::view::DepthRange;
 use crate::{Bind, Context, Frame, Inputs, Result};
@@ -18,6 +20,10 @@ shader_struct! {
         far_depth: f32,
         depth_error: f32,
     }
+}
+
+bindings! {
+    struct ViewBindings { Positions, Cameras, Silhouettes, camera_depth }
 }
 
 /// The pass with its image: RGBA8, sRGB values, alpha 0 where there is no edge. Folds are yellow, rims of open surfaces
@@ -41,7 +47,7 @@ impl SilhouetteView {
             memory: MemoryKind::Gpu,
         };
         Ok(Self {
-            pipeline: context.raster_pipeline::<SilhouetteViewPush>(&RasterState {
+            pipeline: context.raster_pipeline::<ViewBindings, SilhouetteViewPush>(&RasterState {
                 name: "silhouettes, seen",
                 vertex: "caster_edges/silhouette.vert",
                 fragment: Some("caster_edges/silhouette.frag"),
@@ -61,12 +67,12 @@ impl SilhouetteView {
         if !cameras.is_empty() {
             frame.update(&self.cameras, bytemuck::cast_slice(&cameras));
         }
-        let bind = [
-            silhouettes.casters().positions(),
-            Bind::Buffer(&self.cameras),
-            Bind::Buffer(silhouettes.edges()),
-            Bind::Input(&inputs.depth),
-        ];
+        let bind = ViewBindings {
+            Positions: silhouettes.casters().positions(),
+            Cameras: Bind::Buffer(&self.cameras),
+            Silhouettes: Bind::Buffer(silhouettes.edges()),
+            camera_depth: Bind::Input(&inputs.depth),
+        };
         let header = silhouettes.header();
         let pass = RasterPass {
             name: "silhouettes, seen",

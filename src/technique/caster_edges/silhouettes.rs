@@ -1,7 +1,7 @@
 //! Which triangles face the light, and the edges where a shadow may end.
 
 use crate::casters::{CHUNK, Casters};
-use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, shader_struct};
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, bindings, shader_struct};
 use crate::technique::common::kept::Kept;
 use crate::technique::common::view::map_view;
 use crate::view::{LightKind, LightView};
@@ -20,6 +20,12 @@ pub(crate) const WALKS: u64 = 13 * 4;
 pub(crate) const QUADS: u64 = 9 * 4;
 /// Bytes of an edge in the list.
 const EDGE: u64 = 20;
+
+bindings! {
+    struct FacingBindings { Positions, Triangles, Chunks, Instances, Lights, Facing }
+    struct EdgesBindings { Edges, Fans, Chunks, Instances, Lights, Facing, Offsets, Header, Silhouettes }
+    struct OffsetsBindings { Offsets, Header }
+}
 
 /// So many workgroups of [`CHUNK`] threads, numbered by `chunkIndex` of `glsl/caster_edges/casters.glsl`: along x up to its
 /// `MAX_GROUPS_X`, then along y.
@@ -110,12 +116,14 @@ impl Silhouettes {
         let none = vk::BufferUsageFlags::empty();
         let update = vk::BufferUsageFlags::TRANSFER_DST;
         let edges_step = |write: bool| {
-            context.pipeline::<CasterPush>("caster_edges/silhouette_edges.comp", &[write.into(), shells.into()])
+            let constants = [("WRITE", write.into()), ("SHELLS", shells.into())];
+            context.pipeline::<EdgesBindings, CasterPush>("caster_edges/silhouette_edges.comp", &constants)
         };
         Ok(Self {
-            facing_bits: context.pipeline::<CasterPush>("caster_edges/facing.comp", &[])?,
+            facing_bits: context.pipeline::<FacingBindings, CasterPush>("caster_edges/facing.comp", &[])?,
             count: edges_step(false)?,
-            offsets_scan: context.pipeline::<CasterPush>("caster_edges/silhouette_offsets.comp", &[])?,
+            offsets_scan: context
+                .pipeline::<OffsetsBindings, CasterPush>("caster_edges/silhouette_offsets.comp", &[])?,
             write: edges_step(true)?,
             lights: buffer("casters' lights", u64::from(counts.instances) * size_of::<CasterLight>() as u64, update)?,
             facing: buffer("facing bits", u64::from(counts.triangle_chunks) * 8, none)?,
@@ -156,14 +164,14 @@ impl Silhouettes {
             frame.dispatch(&Pass {
                 name: "facing",
                 pipeline: &self.facing_bits,
-                bind: &[
-                    c.positions(),
-                    Bind::Buffer(&c.triangles),
-                    Bind::Buffer(&c.triangle_chunks),
-                    Bind::Buffer(&c.instances),
-                    lights,
-                    Bind::Buffer(&self.facing),
-                ],
+                bind: &FacingBindings {
+                    Positions: c.positions(),
+                    Triangles: Bind::Buffer(&c.triangles),
+                    Chunks: Bind::Buffer(&c.triangle_chunks),
+                    Instances: Bind::Buffer(&c.instances),
+                    Lights: lights,
+                    Facing: Bind::Buffer(&self.facing),
+                },
                 push: bytemuck::bytes_of(&push(counts.triangle_chunks)),
                 threads: chunks(counts.triangle_chunks),
             })?;
@@ -172,17 +180,17 @@ impl Silhouettes {
             frame.dispatch(&Pass {
                 name,
                 pipeline,
-                bind: &[
-                    Bind::Buffer(&c.edges),
-                    Bind::Buffer(&c.fans),
-                    Bind::Buffer(&c.edge_chunks),
-                    Bind::Buffer(&c.instances),
-                    lights,
-                    Bind::Buffer(&self.facing),
-                    Bind::Buffer(&self.offsets),
-                    Bind::Buffer(&self.header),
-                    Bind::Buffer(&self.edges),
-                ],
+                bind: &EdgesBindings {
+                    Edges: Bind::Buffer(&c.edges),
+                    Fans: Bind::Buffer(&c.fans),
+                    Chunks: Bind::Buffer(&c.edge_chunks),
+                    Instances: Bind::Buffer(&c.instances),
+                    Lights: lights,
+                    Facing: Bind::Buffer(&self.facing),
+                    Offsets: Bind::Buffer(&self.offsets),
+                    Header: Bind::Buffer(&self.header),
+                    Silhouettes: Bind::Buffer(&self.edges),
+                },
                 push: bytemuck::bytes_of(&push(counts.edge_chunks)),
                 threads: chunks(counts.edge_chunks),
             })
@@ -191,7 +199,7 @@ impl Silhouettes {
         frame.dispatch(&Pass {
             name: "silhouettes, offsets",
             pipeline: &self.offsets_scan,
-            bind: &[Bind::Buffer(&self.offsets), Bind::Buffer(&self.header)],
+            bind: &OffsetsBindings { Offsets: Bind::Buffer(&self.offsets), Header: Bind::Buffer(&self.header) },
             push: bytemuck::bytes_of(&push(counts.edge_chunks)),
             threads: Threads::Count([256, 1, 1]),
         })?;

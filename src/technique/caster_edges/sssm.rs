@@ -1,17 +1,17 @@
 //! Shadow silhouette maps.
 
 use super::edge_lookup::{self, HeldMap, KILL};
-use super::map_edges::MapEdges;
-use super::map_lookup::MapLookup;
+use super::map_edges::{MapEdges, SegmentBindings};
+use super::map_lookup::{Held, MapLookup};
 use super::silhouettes::{QUADS, chunks};
 use crate::casters::{CHUNK, Casters};
 use crate::frame::{Bound, RasterPass, Target};
 use crate::gpu::{
     Buffer, BufferDesc, ComputePipeline, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState,
-    shader_struct,
+    bindings, shader_struct,
 };
 use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK};
-use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Need, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -38,11 +38,11 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let by = if setup.params.word("generation") == "raster" { PointsBy::Raster } else { PointsBy::Compute };
     let (casters, kill) = (setup.casters(INFO.id)?, setup.params.on("kill"));
     let points = SilhouettePoints::new(context, INFO.id, casters, setup.map_size, by, kill)?;
-    edge_lookup::prepare(context, setup, &INFO, Box::new(points), |picture| lookup(context, picture))
+    edge_lookup::prepare(context, setup, Box::new(points), |picture| lookup(context, picture))
 }
 
 shader_struct! {
@@ -50,6 +50,10 @@ shader_struct! {
     pub struct MapSizePush {
         map_size: [u32; 2],
     }
+}
+
+bindings! {
+    struct PointsBindings { shadow_map, Header, Segments, Keys, Winners, points }
 }
 
 /// How the points are made; the map is the same.
@@ -97,7 +101,10 @@ impl SilhouettePoints {
             let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
             Buffer::new(device, &BufferDesc { name, size: 4 * cells, usage, memory: MemoryKind::Gpu })
         };
-        let step = |step: u32| context.pipeline::<()>("caster_edges/sssm_points.comp", &[step, kill.into()]);
+        let step = |step: u32| {
+            let constants = [("STEP", step), ("KILL", kill.into())];
+            context.pipeline::<PointsBindings, ()>("caster_edges/sssm_points.comp", &constants)
+        };
         let format = vk::Format::R32_UINT;
         let maker = match by {
             PointsBy::Compute => Maker::Compute {
@@ -106,13 +113,13 @@ impl SilhouettePoints {
                 winners: buffer("silhouette winners")?,
             },
             PointsBy::Raster => Maker::Raster {
-                pipeline: context.raster_pipeline::<MapSizePush>(&RasterState {
+                pipeline: context.raster_pipeline::<SegmentBindings, MapSizePush>(&RasterState {
                     name: "silhouette points",
                     vertex: "caster_edges/sssm.vert",
                     fragment: Some("caster_edges/sssm.frag"),
                     colors: &[format],
                     depth: Some(DepthState::new(vk::Format::D32_SFLOAT, vk::CompareOp::LESS)),
-                    constants: &[kill.into()],
+                    constants: &[("KILL", kill.into())],
                     ..RasterState::default()
                 })?,
                 keys: Image::new(device, &ImageDesc::attachment("silhouette keys", vk::Format::D32_SFLOAT, map_size))?,
@@ -144,14 +151,14 @@ impl SilhouettePoints {
             Maker::Compute { steps, keys, winners } => {
                 frame.fill("clear silhouette keys", keys, u32::MAX);
                 frame.fill("clear silhouette winners", winners, u32::MAX);
-                let bind = [
-                    Bind::Input(&inputs.shadow_map),
-                    Bind::Buffer(header),
-                    Bind::Buffer(segments),
-                    Bind::Buffer(keys),
-                    Bind::Buffer(winners),
-                    Bind::Image(&self.points),
-                ];
+                let bind = PointsBindings {
+                    shadow_map: Bind::Input(&inputs.shadow_map),
+                    Header: Bind::Buffer(header),
+                    Segments: Bind::Buffer(segments),
+                    Keys: Bind::Buffer(keys),
+                    Winners: Bind::Buffer(winners),
+                    points: Bind::Image(&self.points),
+                };
                 for (name, pipeline, threads) in [
                     ("silhouette keys", &steps[0], silhouettes.threads()),
                     ("silhouette winners", &steps[1], silhouettes.threads()),
@@ -163,7 +170,8 @@ impl SilhouettePoints {
             }
             Maker::Raster { pipeline, keys } => {
                 let empty = vk::ClearValue { color: vk::ClearColorValue { uint32: [MIDDLE; 4] } };
-                let bind = [Bind::Buffer(segments), Bind::Input(&inputs.shadow_map)];
+                let bind =
+                    SegmentBindings { Segments: Bind::Buffer(segments), shadow_map: Bind::Input(&inputs.shadow_map) };
                 let pass = RasterPass {
                     name: "silhouette points",
                     extent: self.points.extent(),
@@ -221,5 +229,5 @@ impl HeldMap for SilhouettePoints {
 
 /// The lookup: of the visibility, or with `picture` of a picture of the points over it.
 pub fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
-    MapLookup::new(context, "silhouette lookup", "caster_edges/sssm.comp", &[0, picture.into()])
+    MapLookup::new(context, Held::Points, &[("PICTURE", picture.into())])
 }

@@ -6,9 +6,10 @@ use crate::casters::Casters;
 use crate::frame::{Bound, Draw, RasterPass, Target};
 use crate::gpu::{
     Blend, Buffer, BufferDesc, ComputePipeline, DepthState, Image, ImageDesc, MemoryKind, RasterPipeline, RasterState,
-    StencilFace, StencilState, shader_struct,
+    StencilFace, StencilState, bindings, shader_struct,
 };
-use crate::technique::common::view::{ViewConstants, depth_error};
+use crate::technique::common::bindings::ReceiverBindings;
+use crate::technique::common::view::depth_error;
 use crate::view::{CameraView, DepthRange};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
@@ -56,6 +57,18 @@ shader_struct! {
     pub struct ShadowVolumesPush {
         normal_offset: f32,
     }
+}
+
+bindings! {
+    struct DrawsBindings { Instances, Offsets, Header, Cameras, Draws }
+    struct CopyBindings { camera_depth }
+
+    /// What every draw of volumes binds.
+    struct VolumeBindings { Positions, Lights, Cameras }
+    struct TriangleBindings { ..volumes: VolumeBindings, Triangles, Chunks, Instances, Facing }
+    struct NeighbourBindings { ..triangles: TriangleBindings, Neighbours }
+    struct EdgeBindings { ..volumes: VolumeBindings, Silhouettes }
+    struct ResolveBindings { ..receiver: ReceiverBindings, stencil, blended, visibility, count_image }
 }
 
 /// What counts the volumes.
@@ -168,14 +181,14 @@ impl ShadowVolumes {
         };
         let caps = |name, bias| {
             let state = RasterState { name, vertex: "caster_edges/volume_cap.vert", bias, ..state.clone() };
-            context.raster_pipeline::<VolumePush>(&state)
+            context.raster_pipeline::<TriangleBindings, VolumePush>(&state)
         };
         let bias = if settings.cap_bias > 0.0 { [CAP_STEPS, settings.cap_bias] } else { [0.0; 2] };
         let (sides, far) = match settings.path {
             Path::Compute => {
                 let side =
                     RasterState { name: "volume sides", vertex: "caster_edges/volume_side.vert", ..state.clone() };
-                (context.raster_pipeline::<VolumePush>(&side)?, Some(caps("volume far caps", [0.0; 2])?))
+                (context.raster_pipeline::<EdgeBindings, VolumePush>(&side)?, Some(caps("volume far caps", [0.0; 2])?))
             }
             Path::Geometry => {
                 let state = RasterState {
@@ -184,7 +197,7 @@ impl ShadowVolumes {
                     geometry: Some("caster_edges/volume.geom"),
                     ..state.clone()
                 };
-                (context.raster_pipeline::<VolumePush>(&state)?, None)
+                (context.raster_pipeline::<NeighbourBindings, VolumePush>(&state)?, None)
             }
         };
         let copy = RasterState {
@@ -195,11 +208,10 @@ impl ShadowVolumes {
             ..RasterState::default()
         };
         let masked = settings.masked && casters.masked();
-        let resolve = context.pipeline::<ShadowVolumesPush>(
+        let resolve = context.pipeline::<ResolveBindings, ShadowVolumesPush>(
             "caster_edges/shadow_volumes.comp",
-            &[blended.into(), masked.into(), keep_count.into()],
+            &[("BLENDED", blended.into()), ("MASKED", masked.into()), ("KEEP_COUNT", keep_count.into())],
         )?;
-        resolve.check_uniform::<ViewConstants>("view")?;
         let instances = u64::from(casters.counts().instances.max(1));
         let buffer = |name, size, usage| {
             let usage = usage | vk::BufferUsageFlags::STORAGE_BUFFER;
@@ -209,11 +221,14 @@ impl ShadowVolumes {
             casters: casters.clone(),
             // Weights are multiplicities; a closed mesh that is counted by shells takes each of its edges once.
             silhouettes: Silhouettes::new(context, casters, false)?,
-            copy: context.raster_pipeline::<()>(&copy)?,
+            copy: context.raster_pipeline::<CopyBindings, ()>(&copy)?,
             near: caps("volume near caps", bias)?,
             sides,
             far,
-            ranges: context.pipeline::<VolumeDrawsPush>("caster_edges/volume_draws.comp", &[blended.into()])?,
+            ranges: context.pipeline::<DrawsBindings, VolumeDrawsPush>(
+                "caster_edges/volume_draws.comp",
+                &[("BLENDED", blended.into())],
+            )?,
             resolve,
             cameras: buffer(
                 "casters' cameras",
@@ -281,13 +296,13 @@ impl ShadowVolumes {
         frame.dispatch(&Pass {
             name: "volume draws",
             pipeline: &self.ranges,
-            bind: &[
-                Bind::Buffer(&self.casters.instances),
-                Bind::Buffer(self.silhouettes.offsets()),
-                Bind::Buffer(self.silhouettes.header()),
-                Bind::Buffer(&self.cameras),
-                Bind::Buffer(&self.draws),
-            ],
+            bind: &DrawsBindings {
+                Instances: Bind::Buffer(&self.casters.instances),
+                Offsets: Bind::Buffer(self.silhouettes.offsets()),
+                Header: Bind::Buffer(self.silhouettes.header()),
+                Cameras: Bind::Buffer(&self.cameras),
+                Draws: Bind::Buffer(&self.draws),
+            },
             push: bytemuck::bytes_of(&push),
             threads: Threads::Count([counts.instances, 1, 1]),
         })
@@ -299,7 +314,7 @@ impl ShadowVolumes {
             extent: self.extent,
             colors: &[],
             depth: Some(Target::depth(&self.stencil, 0.0)),
-            bound: &[Bound { pipeline: &self.copy, bind: &[Bind::Input(&inputs.depth)] }],
+            bound: &[Bound { pipeline: &self.copy, bind: &CopyBindings { camera_depth: Bind::Input(&inputs.depth) } }],
             indirect: &[],
         };
         frame.raster(&pass, |draw| {
@@ -339,25 +354,27 @@ impl ShadowVolumes {
 
     fn draw(&self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, visible: &[Visible]) -> Result<()> {
         let c = &*self.casters;
-        let (lights, cameras) = (Bind::Buffer(self.silhouettes.lights()), Bind::Buffer(&self.cameras));
-        let triangles = [
-            c.positions(),
-            lights,
-            cameras,
-            Bind::Buffer(&c.triangles),
-            Bind::Buffer(&c.triangle_chunks),
-            Bind::Buffer(&c.instances),
-            Bind::Buffer(self.silhouettes.facing()),
-            Bind::Buffer(&c.neighbours),
-        ];
-        let edges = [c.positions(), lights, cameras, Bind::Buffer(self.silhouettes.edges())];
-        let mut bound = vec![Bound { pipeline: &self.near, bind: &triangles[..7] }];
+        let volumes = VolumeBindings {
+            Positions: c.positions(),
+            Lights: Bind::Buffer(self.silhouettes.lights()),
+            Cameras: Bind::Buffer(&self.cameras),
+        };
+        let triangles = TriangleBindings {
+            volumes,
+            Triangles: Bind::Buffer(&c.triangles),
+            Chunks: Bind::Buffer(&c.triangle_chunks),
+            Instances: Bind::Buffer(&c.instances),
+            Facing: Bind::Buffer(self.silhouettes.facing()),
+        };
+        let neighbours = NeighbourBindings { triangles, Neighbours: Bind::Buffer(&c.neighbours) };
+        let edges = EdgeBindings { volumes, Silhouettes: Bind::Buffer(self.silhouettes.edges()) };
+        let mut bound = vec![Bound { pipeline: &self.near, bind: &triangles }];
         match &self.far {
             Some(far) => {
                 bound.push(Bound { pipeline: &self.sides, bind: &edges });
-                bound.push(Bound { pipeline: far, bind: &triangles[..7] });
+                bound.push(Bound { pipeline: far, bind: &triangles });
             }
-            None => bound.push(Bound { pipeline: &self.sides, bind: &triangles }),
+            None => bound.push(Bound { pipeline: &self.sides, bind: &neighbours }),
         }
         let colors: Vec<_> = self.blended.iter().map(|b| Target::color(b, [0.0; 4])).collect();
         let pass = RasterPass {
@@ -440,16 +457,13 @@ impl ShadowVolumes {
         frame.dispatch(&Pass {
             name: "visibility from counts",
             pipeline: &self.resolve,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Stencil(&self.stencil),
-                Bind::Image(self.blended.as_ref().unwrap_or(&self.stencil)),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Image(output),
-                Bind::Image(count.unwrap_or(output)),
-            ],
+            bind: &ResolveBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                stencil: Bind::Stencil(&self.stencil),
+                blended: Bind::Image(self.blended.as_ref().unwrap_or(&self.stencil)),
+                visibility: Bind::Image(output),
+                count_image: Bind::Image(count.unwrap_or(output)),
+            },
             push: bytemuck::bytes_of(&push),
             threads: Threads::Count([width, height, 1]),
         })

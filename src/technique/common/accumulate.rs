@@ -1,6 +1,6 @@
 //! The average of many hard shadows: the papers' own ground truth.
 
-use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::{Bind, Context, Frame, ImageRef, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
@@ -14,6 +14,10 @@ shader_struct! {
     }
 }
 
+bindings! {
+    struct AccumulateBindings { sample_visibility, lit_count, visibility }
+}
+
 /// The pass with its counter image.
 pub struct Accumulate {
     pipeline: Arc<ComputePipeline>,
@@ -24,7 +28,7 @@ impl Accumulate {
     /// Allocates for a camera image.
     pub fn new(context: &Context, extent: [u32; 2]) -> Result<Self> {
         Ok(Self {
-            pipeline: context.pipeline::<AccumulatePush>("common/accumulate.comp", &[])?,
+            pipeline: context.pipeline::<AccumulateBindings, AccumulatePush>("common/accumulate.comp", &[])?,
             lit_count: Image::new(context.device(), &ImageDesc::storage("lit count", vk::Format::R32_UINT, extent))?,
         })
     }
@@ -42,7 +46,11 @@ impl Accumulate {
         frame.dispatch(&Pass {
             name: "accumulate",
             pipeline: &self.pipeline,
-            bind: &[Bind::Input(sample), Bind::Image(&self.lit_count), Bind::Image(output)],
+            bind: &AccumulateBindings {
+                sample_visibility: Bind::Input(sample),
+                lit_count: Bind::Image(&self.lit_count),
+                visibility: Bind::Image(output),
+            },
             push: bytemuck::bytes_of(&AccumulatePush { size, index, count }),
             threads: Threads::Count([size[0], size[1], 1]),
         })

@@ -1,7 +1,7 @@
 //! Bounds of the depths in blocks of 8, 16, 32 and 64 shadow-map texels, each around a slope of its own.
 
 use super::kept::Kept;
-use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
@@ -15,6 +15,10 @@ shader_struct! {
         map_size: [i32; 2],
         layer: i32,
     }
+}
+
+bindings! {
+    struct DepthBoundsBindings { shadow_map, blocks_8, blocks_16, blocks_32, blocks_64 }
 }
 
 /// The pass, its image, and what the image was made from.
@@ -34,7 +38,7 @@ impl DepthBounds {
             ..ImageDesc::storage("shadow-map depth bounds", vk::Format::R32G32B32A32_SFLOAT, extent)
         };
         Ok(Self {
-            pipeline: context.pipeline::<DepthBoundsPush>("common/depth_bounds.comp", &[])?,
+            pipeline: context.pipeline::<DepthBoundsBindings, DepthBoundsPush>("common/depth_bounds.comp", &[])?,
             blocks: Image::new(context.device(), &desc)?,
             kept: Kept::default(),
         })
@@ -55,13 +59,13 @@ impl DepthBounds {
         frame.dispatch(&Pass {
             name: "depth bounds",
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Input(&inputs.shadow_map),
-                Bind::Mip(&self.blocks, 0),
-                Bind::Mip(&self.blocks, 1),
-                Bind::Mip(&self.blocks, 2),
-                Bind::Mip(&self.blocks, 3),
-            ],
+            bind: &DepthBoundsBindings {
+                shadow_map: Bind::Input(&inputs.shadow_map),
+                blocks_8: Bind::Mip(&self.blocks, 0),
+                blocks_16: Bind::Mip(&self.blocks, 1),
+                blocks_32: Bind::Mip(&self.blocks, 2),
+                blocks_64: Bind::Mip(&self.blocks, 3),
+            },
             push: bytemuck::bytes_of(&DepthBoundsPush {
                 map_size: inputs.shadow_map.extent.map(|n| n as i32),
                 layer: 0,

@@ -1,7 +1,7 @@
 //! Hierarchical shadow map: smallest and largest depth of blocks of 2, 4, 8 ... texels, up to the whole map.
 
 use super::kept::Kept;
-use crate::gpu::{ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
@@ -18,6 +18,10 @@ shader_struct! {
         layer: i32,
         levels: i32,
     }
+}
+
+bindings! {
+    struct HsmBindings { shadow_map, finer, level_0, level_1, level_2, level_3, level_4 }
 }
 
 /// The pass, its image, and what the image was made from.
@@ -45,7 +49,9 @@ impl Hsm {
             mips: levels,
             ..ImageDesc::storage("hierarchical shadow map", vk::Format::R32G32_SFLOAT, extent)
         };
-        let pipeline = |from_map: bool| context.pipeline::<HsmPush>("common/hsm.comp", &[from_map.into()]);
+        let pipeline = |from_map: bool| {
+            context.pipeline::<HsmBindings, HsmPush>("common/hsm.comp", &[("FROM_MAP", from_map.into())])
+        };
         Ok(Self {
             from_map: pipeline(true)?,
             from_finer: if levels > AT_ONCE { Some(pipeline(false)?) } else { None },
@@ -88,7 +94,15 @@ impl Hsm {
             frame.dispatch(&Pass {
                 name: &name,
                 pipeline,
-                bind: &[Bind::Input(map), finer, level(0), level(1), level(2), level(3), level(4)],
+                bind: &HsmBindings {
+                    shadow_map: Bind::Input(map),
+                    finer,
+                    level_0: level(0),
+                    level_1: level(1),
+                    level_2: level(2),
+                    level_3: level(3),
+                    level_4: level(4),
+                },
                 push: bytemuck::bytes_of(&HsmPush {
                     map_size: map.extent.map(|n| n as i32),
                     layer: 0,

@@ -1,6 +1,7 @@
 //! What several rooms use: views of camera and light, receivers, tiles and lists of pixels, bounds of the shadow map's depths.
 
 pub mod accumulate;
+pub(crate) mod bindings;
 pub mod blocker_search;
 pub mod depth_bounds;
 pub mod hsm;

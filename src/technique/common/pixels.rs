@@ -2,7 +2,7 @@
 //! thread with work. Or in one, that works on every pixel where it finds it: the same image.
 
 use super::tiles::{TILE, indirect_list};
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Bindings, Buffer, ComputePipeline, Image};
 use crate::technique::Param;
 use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
 use std::sync::Arc;
@@ -152,7 +152,7 @@ impl PixelPass {
         &self,
         frame: &mut Frame<'_>,
         name: &str,
-        bind: &[Bind<'_>],
+        bind: &dyn Bindings,
         push: &[u8],
         output: &Image,
     ) -> Result<()> {
@@ -169,7 +169,7 @@ impl PixelPass {
         &self,
         frame: &mut Frame<'_>,
         names: [&str; 2],
-        bind: &[Bind<'_>],
+        bind: &dyn Bindings,
         push: &[u8],
         output: &Image,
     ) -> Result<()> {

@@ -1,13 +1,20 @@
 //! The rows to the next seed above and below every block of 32 rows, column by column, and which columns have any.
 
 use super::{EdtPush, storage};
-use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
 use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
 /// A column's word of a block, and how far the next seeds are.
 const FORMAT: vk::Format = vk::Format::R32G32_UINT;
+
+bindings! {
+    struct JoinBindings { SeedBits, columns }
+
+    /// What the passes over rows begin with: `edt_envelope.glsl`.
+    pub(super) struct ColumnsBindings { columns, Live }
+}
 
 /// The two passes with their buffers.
 pub(super) struct Columns {
@@ -26,8 +33,8 @@ impl Columns {
         let blocks = height.div_ceil(32);
         let row_bands = row_bands.clamp(1, blocks);
         Ok(Self {
-            join: context.pipeline::<EdtPush>("distance_transform/edt_columns.comp", &[])?,
-            live: context.pipeline::<EdtPush>("distance_transform/edt_live.comp", &[])?,
+            join: context.pipeline::<JoinBindings, EdtPush>("distance_transform/edt_columns.comp", &[])?,
+            live: context.pipeline::<ColumnsBindings, EdtPush>("distance_transform/edt_live.comp", &[])?,
             push: EdtPush { span: blocks.div_ceil(row_bands), ..push },
             row_bands,
             columns: Image::new(context.device(), &ImageDesc::storage("edt columns", FORMAT, [width, blocks]))?,
@@ -41,22 +48,21 @@ impl Columns {
         frame.dispatch(&Pass {
             name: "edt columns",
             pipeline: &self.join,
-            bind: &[Bind::Buffer(seed_bits), Bind::Image(&self.columns)],
+            bind: &JoinBindings { SeedBits: Bind::Buffer(seed_bits), columns: Bind::Image(&self.columns) },
             push,
             threads: Threads::Count([width, self.row_bands, 1]),
         })?;
         frame.dispatch(&Pass {
             name: "edt live columns",
             pipeline: &self.live,
-            bind: &[Bind::Image(&self.columns), Bind::Buffer(&self.bits)],
+            bind: &self.bind(),
             push,
             threads: Threads::Count([width.div_ceil(32), height.div_ceil(32), 1]),
         })
     }
 
-    /// For binding to `edt_envelope.glsl`.
-    pub fn bind(&self) -> [Bind<'_>; 2] {
-        [Bind::Image(&self.columns), Bind::Buffer(&self.bits)]
+    pub fn bind(&self) -> ColumnsBindings<'_> {
+        ColumnsBindings { columns: Bind::Image(&self.columns), Live: Bind::Buffer(&self.bits) }
     }
 
     pub fn memory_bytes(&self) -> u64 {

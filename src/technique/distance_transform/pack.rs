@@ -1,10 +1,15 @@
 //! From a mask to the bits of its seeds.
 
 use super::EdtPush;
-use crate::gpu::{Buffer, ComputePipeline};
+use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::{Bind, Error, Frame, ImageRef, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
+
+bindings! {
+    struct ImageBindings { mask, SeedBits }
+    struct BytesBindings { Mask, SeedBits }
+}
 
 /// The pipelines, made at their first use: one for each kind of mask.
 #[derive(Default)]
@@ -38,12 +43,12 @@ impl Pack {
         };
         let pipeline = match slot {
             Some(pipeline) => pipeline,
-            None => slot.insert(frame.context().pipeline::<EdtPush>(shader, &[])?),
+            None => slot.insert(frame.context().pipeline::<ImageBindings, EdtPush>(shader, &[])?),
         };
         frame.dispatch(&Pass {
             name: "edt pack",
             pipeline,
-            bind: &[Bind::Input(mask), Bind::Buffer(seed_bits)],
+            bind: &ImageBindings { mask: Bind::Input(mask), SeedBits: Bind::Buffer(seed_bits) },
             push: bytemuck::bytes_of(&EdtPush { size: extent, ..EdtPush::default() }),
             threads: Threads::Count([extent[0], extent[1].div_ceil(32), 1]),
         })
@@ -63,12 +68,15 @@ impl Pack {
         }
         let pipeline = match &mut self.bytes {
             Some(pipeline) => pipeline,
-            slot => slot.insert(frame.context().pipeline::<EdtPush>("distance_transform/edt_pack_bytes.comp", &[])?),
+            slot => {
+                let shader = "distance_transform/edt_pack_bytes.comp";
+                slot.insert(frame.context().pipeline::<BytesBindings, EdtPush>(shader, &[])?)
+            }
         };
         frame.dispatch(&Pass {
             name: "edt pack",
             pipeline,
-            bind: &[Bind::Buffer(mask), Bind::Buffer(seed_bits)],
+            bind: &BytesBindings { Mask: Bind::Buffer(mask), SeedBits: Bind::Buffer(seed_bits) },
             push: bytemuck::bytes_of(&EdtPush { size: extent, ..EdtPush::default() }),
             threads: Threads::Count([extent[0].div_ceil(4), extent[1].div_ceil(32), 1]),
         })

@@ -1,8 +1,8 @@
 //! `pba`: the Parallel Banding Algorithm.
 
-use super::columns::Columns;
+use super::columns::{Columns, ColumnsBindings};
 use super::{EdtPush, Output, storage};
-use crate::gpu::{Buffer, ComputePipeline};
+use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
@@ -29,6 +29,12 @@ impl Bands {
     }
 }
 
+bindings! {
+    struct SitesBindings { Sites, Bands }
+    struct BandsBindings { ..columns: ColumnsBindings, ..sites: SitesBindings, }
+    struct ColorBindings { ..sites: SitesBindings, labels, squared_distances }
+}
+
 pub(super) struct Pba {
     columns: Columns,
     bands: Arc<ComputePipeline>,
@@ -49,13 +55,13 @@ impl Pba {
         let push = EdtPush { span, bands: width.div_ceil(span), ..push };
         let merge = match push.bands {
             1 => None,
-            _ => Some(context.pipeline::<EdtPush>("distance_transform/edt_pba_merge.comp", &[])?),
+            _ => Some(context.pipeline::<SitesBindings, EdtPush>("distance_transform/edt_pba_merge.comp", &[])?),
         };
         Ok(Self {
             columns: Columns::new(context, push, bands.rows)?,
-            bands: context.pipeline::<EdtPush>("distance_transform/edt_pba_bands.comp", &[])?,
+            bands: context.pipeline::<BandsBindings, EdtPush>("distance_transform/edt_pba_bands.comp", &[])?,
             merge,
-            color: context.pipeline::<EdtPush>("distance_transform/edt_pba_color.comp", &[])?,
+            color: context.pipeline::<ColorBindings, EdtPush>("distance_transform/edt_pba_color.comp", &[])?,
             push,
             pixel_bands: bands.pixels.clamp(1, width),
             sites: storage(context, "edt sites", pixels, 8)?,
@@ -66,12 +72,11 @@ impl Pba {
     pub fn record(&self, frame: &mut Frame<'_>, seed_bits: &Buffer, output: &Output<'_>) -> Result<()> {
         self.columns.record(frame, seed_bits)?;
         let [width, height] = self.push.size;
-        let [columns, live] = self.columns.bind();
-        let (sites, ranges) = (Bind::Buffer(&self.sites), Bind::Buffer(&self.ranges));
+        let sites = SitesBindings { Sites: Bind::Buffer(&self.sites), Bands: Bind::Buffer(&self.ranges) };
         frame.dispatch(&Pass {
             name: "edt bands",
             pipeline: &self.bands,
-            bind: &[columns, live, sites, ranges],
+            bind: &BandsBindings { columns: self.columns.bind(), sites },
             push: bytemuck::bytes_of(&self.push),
             threads: Threads::Count([height, self.push.bands, 1]),
         })?;
@@ -81,7 +86,7 @@ impl Pba {
                 frame.dispatch(&Pass {
                     name: &format!("edt merge, {} bands each", 2 * merge),
                     pipeline,
-                    bind: &[sites, ranges],
+                    bind: &sites,
                     push: bytemuck::bytes_of(&EdtPush { merge, ..self.push }),
                     threads: Threads::Count([height, self.push.bands.div_ceil(2 * merge), 1]),
                 })?;
@@ -91,7 +96,11 @@ impl Pba {
         frame.dispatch(&Pass {
             name: "edt color",
             pipeline: &self.color,
-            bind: &[sites, ranges, Bind::Image(output.labels), Bind::Image(output.squared)],
+            bind: &ColorBindings {
+                sites,
+                labels: Bind::Image(output.labels),
+                squared_distances: Bind::Image(output.squared),
+            },
             push: bytemuck::bytes_of(&EdtPush { span, ..self.push }),
             threads: Threads::Count([height, width.div_ceil(span), 1]),
         })

@@ -1,8 +1,8 @@
 //! `bounded-row`: the lower envelope of every row, in segments under a radius.
 
-use super::columns::Columns;
+use super::columns::{Columns, ColumnsBindings};
 use super::{EdtPush, NO_SEED, Output, UNBOUNDED, storage};
-use crate::gpu::{Buffer, ComputePipeline};
+use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
@@ -15,6 +15,10 @@ const SEGMENT: u32 = 128;
 const MOST_OWN_SITES: u32 = 8192;
 /// Columns that a thread of a CPU driver goes over at most, if a row has no more.
 const ROUNDS: u32 = 18_000;
+
+bindings! {
+    struct RowBindings { ..columns: ColumnsBindings, Sites, Labels, SquaredDistances, Active }
+}
 
 pub(super) struct Row {
     columns: Columns,
@@ -52,7 +56,8 @@ impl Row {
         let padded = u64::from(width.next_multiple_of(4)) * u64::from(height);
         Ok(Self {
             columns: Columns::new(context, push, if is_cpu { 1 } else { height.div_ceil(256) })?,
-            pipeline: context.pipeline::<EdtPush>("distance_transform/edt_row.comp", &[own_sites])?,
+            pipeline: context
+                .pipeline::<RowBindings, EdtPush>("distance_transform/edt_row.comp", &[("OWN_SITES", own_sites)])?,
             push: EdtPush { span, ..push },
             groups,
             items: width.div_ceil(span) * height,
@@ -75,19 +80,17 @@ impl Row {
                 frame.fill("edt clear squared distances", squared, NO_SEED);
             }
         }
-        let [columns, live] = self.columns.bind();
         frame.dispatch(&Pass {
             name: "edt rows",
             pipeline: &self.pipeline,
-            bind: &[
-                columns,
-                live,
-                Bind::Buffer(&self.sites),
-                Bind::Buffer(&self.labels),
+            bind: &RowBindings {
+                columns: self.columns.bind(),
+                Sites: Bind::Buffer(&self.sites),
+                Labels: Bind::Buffer(&self.labels),
                 // Without squared distances the shader's binding still wants a buffer.
-                Bind::Buffer(self.squared.as_ref().unwrap_or(&self.labels)),
-                Bind::Buffer(&self.active),
-            ],
+                SquaredDistances: Bind::Buffer(self.squared.as_ref().unwrap_or(&self.labels)),
+                Active: Bind::Buffer(&self.active),
+            },
             push: bytemuck::bytes_of(&self.push),
             threads: Threads::Count([self.groups * ROWS, 1, 1]),
         })?;

@@ -1,7 +1,7 @@
 //! `bounded-tile`: one dispatch, a workgroup a tile.
 
 use super::{EdtPush, Output, storage};
-use crate::gpu::{Buffer, ComputePipeline};
+use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
@@ -11,6 +11,10 @@ pub const MAX_RADIUS: u32 = 64;
 const TILE: u32 = 32;
 /// Threads of the workgroup of `edt_tile.comp`.
 const THREADS: u32 = 128;
+
+bindings! {
+    struct TileBindings { SeedBits, labels, squared_distances, Active }
+}
 
 pub(super) struct Tile {
     pipeline: Arc<ComputePipeline>,
@@ -27,7 +31,7 @@ impl Tile {
             )));
         }
         Ok(Self {
-            pipeline: context.pipeline::<EdtPush>("distance_transform/edt_tile.comp", &[])?,
+            pipeline: context.pipeline::<TileBindings, EdtPush>("distance_transform/edt_tile.comp", &[])?,
             push,
             active: storage(context, "edt active tiles", 1, 4)?,
         })
@@ -39,12 +43,12 @@ impl Tile {
         frame.dispatch(&Pass {
             name: "edt tiles",
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(seed_bits),
-                Bind::Image(output.labels),
-                Bind::Image(output.squared),
-                Bind::Buffer(&self.active),
-            ],
+            bind: &TileBindings {
+                SeedBits: Bind::Buffer(seed_bits),
+                labels: Bind::Image(output.labels),
+                squared_distances: Bind::Image(output.squared),
+                Active: Bind::Buffer(&self.active),
+            },
             push: bytemuck::bytes_of(&self.push),
             threads: Threads::Count([tiles[0] * THREADS, tiles[1], 1]),
         })?;

@@ -1,12 +1,12 @@
 //! Percentage-closer filtering.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
+use crate::technique::common::bindings::{CameraBindings, PixelBindings, ReceiverBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::receiver;
 use crate::technique::common::tiles::TileList;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
-use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Frame, ImageRef, Inputs, Pass, Result, Threads};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// Narrower kernels cost less than asking whether they can be skipped (see `results/`).
@@ -47,14 +47,11 @@ pub const INFO: Info = Info {
 };
 
 struct PercentageCloser {
-    view: ViewBuffer,
     pcf: Pcf,
     push: PcfPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let width = p.int("width");
     let skip = match p.word("skip") {
@@ -65,31 +62,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     };
     let config = PcfConfig { width, gather: p.word("fetch") == "gather", skip };
     Ok(Box::new(PercentageCloser {
-        view: ViewBuffer::new(context.device())?,
         pcf: Pcf::new(context, setup.extent, setup.map_size, config)?,
         push: PcfPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "pcf visibility", setup)?,
     }))
 }
 
-impl Technique for PercentageCloser {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
-        self.pcf.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+impl Passes for PercentageCloser {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.pcf.record(frame, view, inputs, self.push, visibility)
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.pcf.memory_bytes()
+        self.pcf.memory_bytes()
     }
 }
 
@@ -125,6 +109,11 @@ pub struct PcfConfig {
     pub skip: PcfSkip,
 }
 
+bindings! {
+    struct ClassifyBindings { ..camera: CameraBindings, blocks, visibility, list }
+    struct PcfBindings { ..pixels: PixelBindings, blocks }
+}
+
 /// The pass with its pipelines, and what it skips by.
 pub struct Pcf {
     filter: Arc<ComputePipeline>,
@@ -140,16 +129,16 @@ impl Pcf {
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcfConfig) -> Result<Self> {
         let PcfConfig { width, gather, skip } = config;
         let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
-        let constants = [width, gather.into(), listed.into(), bounded.into()];
-        let filter = context.pipeline::<PcfPush>("filtering/pcf.comp", &constants)?;
-        filter.check_uniform::<ViewConstants>("view")?;
+        let constants =
+            [("WIDTH", width), ("GATHER", gather.into()), ("LISTED", listed.into()), ("BOUNDED", bounded.into())];
+        let filter = context.pipeline::<PcfBindings, PcfPush>("filtering/pcf.comp", &constants)?;
         let classify = match listed {
-            true => Some(context.pipeline::<PcfPush>("filtering/pcf_classify.comp", &[width])?),
+            true => {
+                let constants = [("WIDTH", width)];
+                Some(context.pipeline::<ClassifyBindings, PcfPush>("filtering/pcf_classify.comp", &constants)?)
+            }
             false => None,
         };
-        if let Some(classify) = &classify {
-            classify.check_uniform::<ViewConstants>("view")?;
-        }
         let bounds = match skip {
             PcfSkip::Off => None,
             _ => Some(DepthBounds::new(context, map_size)?),
@@ -178,19 +167,18 @@ impl Pcf {
         if let Some(bounds) = &mut self.bounds {
             bounds.record(frame, inputs)?;
         }
-        let map = Bind::Input(&inputs.shadow_map);
+        let receiver = ReceiverBindings::new(view, inputs);
         // Without bounds the shader's binding still wants an image, which it does not read.
         let blocks = self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks()));
-        let (depth, normal) = (Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
-        let (view, list) = (Bind::Buffer(view), Bind::Buffer(self.tiles.buffer()));
+        let (visibility, list) = (Bind::Image(output), Bind::Buffer(self.tiles.buffer()));
         let push = bytemuck::bytes_of(&push);
         if let Some(classify) = &self.classify {
             self.tiles.clear(frame);
-            let bind = &[view, depth, normal, blocks, Bind::Image(output), list];
+            let bind = &ClassifyBindings { camera: receiver.camera, blocks, visibility, list };
             frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads: all })?;
         }
         let threads = if self.classify.is_some() { self.tiles.threads() } else { all };
-        let bind = &[view, depth, normal, map, Bind::Image(output), list, blocks];
+        let bind = &PcfBindings { pixels: PixelBindings { receiver, visibility, list }, blocks };
         frame.dispatch(&Pass { name: "pcf", pipeline: &self.filter, bind, push, threads })?;
         if self.classify.is_some() {
             self.tiles.count(frame);

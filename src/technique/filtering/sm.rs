@@ -1,11 +1,11 @@
 //! Shadow mapping.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::pixels::{Step, no_list};
 use crate::technique::common::receiver::NORMAL_OFFSET;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
-use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Frame, ImageRef, Inputs, Pass, Result, Threads};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// The registry entry.
@@ -23,43 +23,23 @@ pub const INFO: Info = Info {
 };
 
 struct ShadowMapping {
-    view: ViewBuffer,
     test: Sm,
     push: SmPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     Ok(Box::new(ShadowMapping {
-        view: ViewBuffer::new(context.device())?,
         test: Sm::new(context)?,
         push: SmPush {
             normal_offset: setup.params.float("normal_offset"),
             depth_bias: setup.params.float("depth_bias"),
         },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "sm visibility", setup)?,
     }))
 }
 
-impl Technique for ShadowMapping {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
-        self.test.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes()
+impl Passes for ShadowMapping {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.test.record(frame, view, inputs, self.push, visibility)
     }
 }
 
@@ -92,8 +72,7 @@ impl Sm {
     }
 
     fn with_step(context: &Context, step: Step) -> Result<Self> {
-        let pipeline = context.pipeline::<SmPush>("filtering/sm.comp", &[0, 0, 0, 0, step as u32])?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
+        let pipeline = context.pipeline::<PixelBindings, SmPush>("filtering/sm.comp", &[("STEP", step as u32)])?;
         Ok(Self { pipeline, no_list: no_list(context)? })
     }
 
@@ -124,14 +103,11 @@ impl Sm {
         frame.dispatch(&Pass {
             name: "shadow test",
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Image(output),
+            bind: &PixelBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(output),
                 list,
-            ],
+            },
             push: bytemuck::bytes_of(&push),
             threads,
         })

@@ -1,14 +1,18 @@
 //! Where between two pixels a hard shadow ends.
 
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::ViewConstants;
 use crate::technique::revectorization::rbsm_pass::{RbsmConfig, check_max_distance};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// Bisections of the way from a pixel to the next: the edge is found to a sixteenth of it.
 pub const STEPS: u32 = 3;
+
+bindings! {
+    struct PlaceBindings { ..receiver: ReceiverBindings, list, seeds, SeedBits }
+}
 
 /// The pass: it asks the function of the hard shadows again, at points between pixels.
 pub struct EdgePlace {
@@ -23,10 +27,9 @@ impl EdgePlace {
     pub fn new(context: &Context, hard: RbsmConfig) -> Result<Self> {
         check_max_distance(hard.max_distance)?;
         let [function, quality] = hard.revectorization.constants();
-        let constants = [hard.fixed_depth.into(), hard.max_distance, function, quality, STEPS];
-        let pipeline = context.pipeline::<RbsmPush>("penumbra/edge_place.comp", &constants)?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
-        Ok(Self { pipeline })
+        let fixed = ("FIXED", hard.fixed_depth.into());
+        let constants = [fixed, ("MAX_DISTANCE", hard.max_distance), function, quality, ("STEPS", STEPS)];
+        Ok(Self { pipeline: context.pipeline::<PlaceBindings, RbsmPush>("penumbra/edge_place.comp", &constants)? })
     }
 
     /// Moves the seeds' points from half-way between pixels to the edge.
@@ -41,15 +44,12 @@ impl EdgePlace {
         frame.dispatch(&Pass {
             name: "places of edges",
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Buffer(pixels),
-                Bind::Image(seeds),
-                Bind::Buffer(bits),
-            ],
+            bind: &PlaceBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                list: Bind::Buffer(pixels),
+                seeds: Bind::Image(seeds),
+                SeedBits: Bind::Buffer(bits),
+            },
             push: bytemuck::bytes_of(&push),
             threads: Threads::Indirect(pixels, 0),
         })

@@ -3,11 +3,11 @@
 use super::edge_place::EdgePlace;
 use super::seed_width::{SeedWidth, Seeds, WidthConfig};
 use super::shared::{PenumbraPush, scratch};
-use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, shader_struct};
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, bindings, shader_struct};
+use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::surface::SurfaceTest;
 use crate::technique::common::tiles::{TILE, TileList, indirect_list};
-use crate::technique::common::view::ViewConstants;
 use crate::technique::revectorization::rbsm_pass::RbsmConfig;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
@@ -24,6 +24,14 @@ shader_struct! {
     pub struct MarkedTilesPush {
         tiles: [u32; 2],
     }
+}
+
+bindings! {
+    /// Hard shadows, and a list: of tiles with an edge, or of pixels at one.
+    struct HardBindings { ..camera: CameraBindings, hard, list }
+    struct PixelsBindings { ..hard: HardBindings, pixels }
+    struct SeedsBindings { ..hard: HardBindings, seeds, SeedBits, Marks }
+    struct MarkedTilesBindings { Marks, list, BlockGroups, QuadGroups }
 }
 
 /// Where the edge runs that a pixel is a seed of.
@@ -80,13 +88,9 @@ impl EdgeSeeds {
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: EdgeConfig) -> Result<Self> {
         let device = context.device();
         let EdgeConfig { surfaces, any_surface, points, skip, widths, filtered: _ } = config;
-        let at_pixels = matches!(points, EdgePoints::Pixels);
-        let constants = [surfaces == SurfaceTest::Planes, any_surface, at_pixels, widths.is_some()].map(u32::from);
-        let pipeline = |shader: &str, constants: &[u32]| {
-            let pipeline = context.pipeline::<PenumbraPush>(shader, constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
-        };
+        let planes = ("PLANES", (surfaces == SurfaceTest::Planes).into());
+        let at_pixels = ("AT_PIXELS", matches!(points, EdgePoints::Pixels).into());
+        let (any_surface, soft) = (("ANY_SURFACE", any_surface.into()), ("SOFT", widths.is_some().into()));
         let pixels = u64::from(extent[0]) * u64::from(extent[1]);
         let most = (u64::from(device.limits.max_storage_buffer_range) - PIXEL_HEADER) / 4;
         if pixels > most {
@@ -100,9 +104,13 @@ impl EdgeSeeds {
         let (name, size, memory) = ("tiles near an edge, marked", 8 * blocks[0] * blocks[1], MemoryKind::Gpu);
         let format = vk::Format::R32G32B32A32_UINT;
         Ok(Self {
-            detect: pipeline("penumbra/edge_tiles.comp", &constants[..1])?,
-            pixels: pipeline("penumbra/edge_pixels.comp", &constants[..3])?,
-            find: pipeline("penumbra/edge_seeds.comp", &constants)?,
+            detect: context.pipeline::<HardBindings, PenumbraPush>("penumbra/edge_tiles.comp", &[planes])?,
+            pixels: context
+                .pipeline::<PixelsBindings, PenumbraPush>("penumbra/edge_pixels.comp", &[planes, at_pixels])?,
+            find: context.pipeline::<SeedsBindings, PenumbraPush>(
+                "penumbra/edge_seeds.comp",
+                &[planes, any_surface, at_pixels, soft],
+            )?,
             place: match points {
                 EdgePoints::Traced(hard) => Some(EdgePlace::new(context, hard)?),
                 _ => None,
@@ -112,7 +120,10 @@ impl EdgeSeeds {
                 None => None,
             },
             no_widths: scratch(context, "no penumbra widths", vk::Format::R32G32_SFLOAT, extent, false)?,
-            list: context.pipeline::<MarkedTilesPush>("penumbra/marked_tiles.comp", &[(!skip).into()])?,
+            list: context.pipeline::<MarkedTilesBindings, MarkedTilesPush>(
+                "penumbra/marked_tiles.comp",
+                &[("ALL", (!skip).into())],
+            )?,
             edges: TileList::new(device, "tiles with an edge", extent)?,
             edge_pixels: indirect_list(device, "pixels at an edge", PIXEL_HEADER, pixels)?,
             seeds: Image::new(device, &ImageDesc::storage("shadow-edge seeds", format, extent))?,
@@ -168,35 +179,34 @@ impl EdgeSeeds {
     ) -> Result<()> {
         let tiles = hard.extent().map(|n| n.div_ceil(TILE));
         let threads = Threads::Count([tiles[0], tiles[1], 1]);
-        let (view, depth, normal) =
-            (Bind::Buffer(view_buffer), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
-        let (hard, edges, marks) = (Bind::Image(hard), Bind::Buffer(self.edges.buffer()), Bind::Buffer(&self.marks));
+        let (camera, hard) = (CameraBindings::new(view_buffer, inputs), Bind::Image(hard));
+        let at_tiles = HardBindings { camera, hard, list: Bind::Buffer(self.edges.buffer()) };
+        let at_pixels = HardBindings { list: Bind::Buffer(&self.edge_pixels), ..at_tiles };
+        let marks = Bind::Buffer(&self.marks);
         let widths_push = push;
         let push = bytemuck::bytes_of(&push);
         self.edges.clear(frame);
-        frame.dispatch(&Pass {
-            name: "tiles with an edge",
-            pipeline: &self.detect,
-            bind: &[view, depth, normal, hard, edges],
-            push,
-            threads,
-        })?;
+        frame.dispatch(&Pass { name: "tiles with an edge", pipeline: &self.detect, bind: &at_tiles, push, threads })?;
         frame.update(&self.edge_pixels, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
         frame.dispatch(&Pass {
             name: "pixels at an edge",
             pipeline: &self.pixels,
-            bind: &[view, depth, normal, hard, edges, Bind::Buffer(&self.edge_pixels)],
+            bind: &PixelsBindings { hard: at_tiles, pixels: Bind::Buffer(&self.edge_pixels) },
             push,
             threads: self.edges.threads(),
         })?;
         self.edges.count(frame);
         frame.fill("clear marks", &self.marks, 0);
         frame.fill("clear seeds", seed_bits, 0);
-        let (seeds, bits) = (Bind::Image(&self.seeds), Bind::Buffer(seed_bits));
         frame.dispatch(&Pass {
             name: "shadow-edge seeds",
             pipeline: &self.find,
-            bind: &[view, depth, normal, hard, Bind::Buffer(&self.edge_pixels), seeds, bits, marks],
+            bind: &SeedsBindings {
+                hard: at_pixels,
+                seeds: Bind::Image(&self.seeds),
+                SeedBits: Bind::Buffer(seed_bits),
+                Marks: marks,
+            },
             push,
             threads: Threads::Indirect(&self.edge_pixels, 0),
         })?;
@@ -220,12 +230,12 @@ impl EdgeSeeds {
         frame.dispatch(&Pass {
             name: "tiles near an edge",
             pipeline: &self.list,
-            bind: &[
-                marks,
-                Bind::Buffer(self.tiles.buffer()),
-                Bind::Buffer(&self.block_groups),
-                Bind::Buffer(&self.quad_groups),
-            ],
+            bind: &MarkedTilesBindings {
+                Marks: marks,
+                list: Bind::Buffer(self.tiles.buffer()),
+                BlockGroups: Bind::Buffer(&self.block_groups),
+                QuadGroups: Bind::Buffer(&self.quad_groups),
+            },
             push: bytemuck::bytes_of(&MarkedTilesPush { tiles }),
             threads,
         })

@@ -12,5 +12,5 @@ pub const INFO: Info = Info {
     summary: "Penumbrae of a fixed width in the world, from each pixel's distance to the revectorized shadow edge.",
     params: euclidean::PARAMS,
     needs: &[],
-    kind: Kind::RealTime(|context, setup| euclidean::prepare(context, setup, &INFO, Revectorization::Silhouette)),
+    kind: Kind::RealTime(|context, setup| euclidean::prepare(context, setup, Revectorization::Silhouette)),
 };

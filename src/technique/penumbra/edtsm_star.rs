@@ -12,5 +12,5 @@ pub const INFO: Info = Info {
     summary: "Penumbrae of a fixed width in the world, from each pixel's distance to the edge that RBSM* draws.",
     params: euclidean::PARAMS,
     needs: &[],
-    kind: Kind::RealTime(|context, setup| euclidean::prepare(context, setup, &INFO, Revectorization::Star)),
+    kind: Kind::RealTime(|context, setup| euclidean::prepare(context, setup, Revectorization::Star)),
 };

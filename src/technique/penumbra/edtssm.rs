@@ -14,5 +14,5 @@ pub const INFO: Info = Info {
     summary: "Penumbrae of an area light: blockers are searched at the revectorized shadow edges alone, the rest is distances.",
     params: PARAMS,
     needs: &[],
-    kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, &INFO, Revectorization::Silhouette)),
+    kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, Revectorization::Silhouette)),
 };

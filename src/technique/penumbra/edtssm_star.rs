@@ -14,5 +14,5 @@ pub const INFO: Info = Info {
     summary: "The same over the edges that RBSM* draws, with distances taken along the light as the penumbrae's widths are.",
     params: PARAMS,
     needs: &[],
-    kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, &INFO, Revectorization::Star)),
+    kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, Revectorization::Star)),
 };

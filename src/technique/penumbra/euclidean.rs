@@ -7,16 +7,15 @@ use super::mean_filter::MeanFilter;
 use super::nearest_edge::{Nearest, NearestEdge, Viewed};
 use super::seed_width::{Meet, Metric, WidthConfig};
 use super::shared::PenumbraPush;
-use crate::gpu::Image;
+use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search;
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::surface::SurfaceTest;
-use crate::technique::common::view::ViewBuffer;
 use crate::technique::distance_transform::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
 use crate::technique::revectorization::rbsm_pass::{Rbsm, Revectorization};
 use crate::technique::revectorization::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
-use crate::technique::{Info, PENUMBRA, Param, Setup, Technique, visibility_image};
-use crate::{Context, Frame, ImageRef, Inputs, Result};
+use crate::technique::{PENUMBRA, Param, Passes, Setup};
+use crate::{Context, Frame, Inputs, Result};
 
 /// The filter blurs penumbrae of one width more than it smooths them: without it their error against traced ones is smaller
 /// on nearly all scenes.
@@ -155,8 +154,6 @@ enum Penumbrae {
 }
 
 struct Euclidean {
-    info: &'static Info,
-    view: ViewBuffer,
     hard: Rbsm,
     seeds: EdgeSeeds,
     edt: Edt,
@@ -168,28 +165,20 @@ struct Euclidean {
     /// As a share of the penumbra's.
     filter_width: f64,
     tolerance: f32,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
 /// Makes a technique with penumbrae of one width over the given hard shadows.
-pub(super) fn prepare(
-    context: &Context,
-    setup: &Setup,
-    info: &'static Info,
-    revectorization: Revectorization,
-) -> Result<Box<dyn Technique>> {
+pub(super) fn prepare(context: &Context, setup: &Setup, revectorization: Revectorization) -> Result<Box<dyn Passes>> {
     let penumbrae = Penumbrae::Fixed(setup.params.get("penumbra"));
-    prepare_either(context, setup, info, revectorization, (penumbrae, None))
+    prepare_either(context, setup, revectorization, (penumbrae, None))
 }
 
 /// Makes a technique with penumbrae of an area light over the given hard shadows.
 pub(super) fn prepare_soft(
     context: &Context,
     setup: &Setup,
-    info: &'static Info,
     revectorization: Revectorization,
-) -> Result<Box<dyn Technique>> {
+) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = WidthConfig {
         search_taps: p.int("search_taps"),
@@ -199,16 +188,15 @@ pub(super) fn prepare_soft(
         line_taps: p.int("line_taps"),
     };
     let penumbrae = Penumbrae::OfLight { beta: p.float("beta") };
-    prepare_either(context, setup, info, revectorization, (penumbrae, Some(config)))
+    prepare_either(context, setup, revectorization, (penumbrae, Some(config)))
 }
 
 fn prepare_either(
     context: &Context,
     setup: &Setup,
-    info: &'static Info,
     revectorization: Revectorization,
     (penumbrae, widths): (Penumbrae, Option<WidthConfig>),
-) -> Result<Box<dyn Technique>> {
+) -> Result<Box<dyn Passes>> {
     let (p, extent) = (&setup.params, setup.extent);
     // To be looked at, all tiles have to be there.
     let skip = p.word("skip") != "off" && !setup.intermediates;
@@ -239,8 +227,6 @@ fn prepare_either(
         given => given,
     };
     Ok(Box::new(Euclidean {
-        info,
-        view: ViewBuffer::new(context.device())?,
         hard: Rbsm::new(context, extent, hard)?,
         seeds: EdgeSeeds::new(context, extent, setup.map_size, edges)?,
         edt: Edt::new(context, extent, edt)?,
@@ -250,15 +236,11 @@ fn prepare_either(
         penumbrae,
         filter_width: p.get("filter_width"),
         tolerance,
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "penumbra visibility", setup)?,
     }))
 }
 
-impl Technique for Euclidean {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
+impl Passes for Euclidean {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         // Where widths differ, each is the unit of its own penumbra.
         let (penumbra, beta) = match self.penumbrae {
             Penumbrae::Fixed(width) => (penumbra_width(width, &inputs.light[0]), 0.0),
@@ -273,8 +255,6 @@ impl Technique for Euclidean {
             normal_offset: self.push.normal_offset,
             depth_bias: self.push.depth_bias,
         };
-        frame.begin_group(self.info.title);
-        let view = self.view.update(frame, inputs);
         self.hard.record(frame, view, inputs, self.push, visibility)?;
         self.seeds.record(frame, view, inputs, (push, self.push), (visibility, self.edt.seed_bits()))?;
         self.edt.record_packed(frame)?;
@@ -282,12 +262,7 @@ impl Technique for Euclidean {
         if let Some(filter) = &self.filter {
             filter.record(frame, view, inputs, push, (&self.seeds, &self.nearest), visibility)?;
         }
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        Ok(())
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -305,6 +280,6 @@ impl Technique for Euclidean {
             self.nearest.memory_bytes(),
             self.filter.as_ref().map_or(0, MeanFilter::memory_bytes),
         ];
-        self.visibility.memory_bytes() + passes.iter().sum::<u64>()
+        passes.iter().sum::<u64>()
     }
 }

@@ -3,12 +3,17 @@
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::nearest_edge::NearestEdge;
 use super::shared::{PenumbraPush, scratch};
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::check_odd;
+use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
-use crate::technique::common::view::ViewConstants;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
+
+bindings! {
+    struct FilterBindings { ..camera: CameraBindings, source, target, list, pixel_widths }
+}
 
 /// The two passes and the image between them.
 pub struct MeanFilter {
@@ -19,15 +24,16 @@ pub struct MeanFilter {
 impl MeanFilter {
     /// Allocates for a camera image; `taps` a pass, odd, 1 to 63.
     pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, taps: u32) -> Result<Self> {
-        if taps.is_multiple_of(2) || taps > 63 {
-            return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
-        }
+        check_odd("taps of the filter", taps, 63)?;
         let pass = |vertical: bool| {
             let planes = config.surfaces == SurfaceTest::Planes;
-            let constants = [planes.into(), vertical.into(), taps, config.widths.is_some().into()];
-            let pipeline = context.pipeline::<PenumbraPush>("penumbra/mean_filter.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
+            let constants = [
+                ("PLANES", planes.into()),
+                ("VERTICAL", vertical.into()),
+                ("TAPS", taps),
+                ("SOFT", config.widths.is_some().into()),
+            ];
+            context.pipeline::<FilterBindings, PenumbraPush>("penumbra/mean_filter.comp", &constants)
         };
         Ok(Self {
             passes: [pass(false)?, pass(true)?],
@@ -60,15 +66,13 @@ impl MeanFilter {
             frame.dispatch(&Pass {
                 name,
                 pipeline,
-                bind: &[
-                    Bind::Buffer(view),
-                    Bind::Input(&inputs.depth),
-                    Bind::Input(inputs.normal_or_depth()),
-                    Bind::Image(source),
-                    Bind::Image(target),
-                    Bind::Buffer(tiles.buffer()),
-                    Bind::Image(nearest.pixel_widths()),
-                ],
+                bind: &FilterBindings {
+                    camera: CameraBindings::new(view, inputs),
+                    source: Bind::Image(source),
+                    target: Bind::Image(target),
+                    list: Bind::Buffer(tiles.buffer()),
+                    pixel_widths: Bind::Image(nearest.pixel_widths()),
+                },
                 push: bytemuck::bytes_of(&push),
                 threads: tiles.threads(),
             })?;

@@ -3,10 +3,10 @@
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::seed_width::WidthConfig;
 use super::shared::{PenumbraPush, scratch};
-use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
+use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
 use crate::technique::common::tiles::TileList;
-use crate::technique::common::view::ViewConstants;
 use crate::technique::distance_transform::NO_SEED;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use ash::vk;
@@ -26,6 +26,25 @@ const BLOCK: u32 = 4;
 const QUAD: u32 = 2;
 /// Blocks between neighbours, a pass each.
 const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
+
+bindings! {
+    /// What a search for the nearest edge works on.
+    struct SearchBindings { ..camera: CameraBindings, seeds, labels, list, widths }
+    struct BlockBindings { ..search: SearchBindings, relaxed_labels }
+    struct QuadBindings { ..search: SearchBindings, block_labels, quad_labels }
+    struct EdgeBindings {
+        ..search: SearchBindings,
+        quad_labels,
+        hard,
+        intensity,
+        filter_list,
+        distances,
+        nearest_labels,
+        seed_mask,
+        pixel_widths,
+        visibility,
+    }
+}
 
 /// The passes with their images: about 9 bytes a pixel.
 pub struct NearestEdge {
@@ -75,35 +94,44 @@ impl NearestEdge {
         nearest: Nearest,
         viewed: bool,
     ) -> Result<Self> {
-        let (planes, world) = (u32::from(config.surfaces == SurfaceTest::Planes), nearest == Nearest::World);
-        let pipeline = |shader: &str, constants: &[u32]| {
-            let pipeline = context.pipeline::<PenumbraPush>(shader, constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
+        let world = nearest == Nearest::World;
+        let planes = ("PLANES", (config.surfaces == SurfaceTest::Planes).into());
+        let [soft, meet, metric] = WidthConfig::constants(config.widths);
+        let block = |first: bool| {
+            let constants = [planes, ("FIRST", first.into()), soft, meet, metric];
+            context.pipeline::<BlockBindings, PenumbraPush>("penumbra/nearest_block.comp", &constants)
         };
-        let [soft, meet, metric, line_taps] = WidthConfig::constants(config.widths);
-        let block =
-            |first: bool| pipeline("penumbra/nearest_block.comp", &[planes, first.into(), 0, soft, meet, metric]);
+        let edge_constants = [
+            planes,
+            ("WORLD", world.into()),
+            ("VIEWED", viewed.into()),
+            soft,
+            meet,
+            metric,
+            ("LINE_TAPS", config.widths.map_or(0, |w| w.line_taps)),
+            ("FILTERED", config.filtered.into()),
+        ];
+        let is_soft = config.widths.is_some();
         let labels_of_blocks = |side| {
             let extent = if world { extent.map(|n| n.div_ceil(side)) } else { [1, 1] };
             let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
             Image::new(context.device(), &ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
         };
-        let seed_format = if soft == 1 { vk::Format::R32G32_SFLOAT } else { vk::Format::R8_UNORM };
+        let seed_format = if is_soft { vk::Format::R32G32_SFLOAT } else { vk::Format::R8_UNORM };
         let image = |name, format, wanted| scratch(context, name, format, extent, wanted);
         Ok(Self {
             coarse: match nearest {
                 Nearest::World => Some(Coarse {
                     first: block(true)?,
                     others: block(false)?,
-                    quads: pipeline("penumbra/nearest_quad.comp", &[planes, 0, 0, soft, meet, metric])?,
+                    quads: context.pipeline::<QuadBindings, PenumbraPush>(
+                        "penumbra/nearest_quad.comp",
+                        &[planes, soft, meet, metric],
+                    )?,
                 }),
                 Nearest::Pixel => None,
             },
-            finish: pipeline(
-                "penumbra/nearest_edge.comp",
-                &[planes, world.into(), viewed.into(), soft, meet, metric, line_taps, config.filtered.into()],
-            )?,
+            finish: context.pipeline::<EdgeBindings, PenumbraPush>("penumbra/nearest_edge.comp", &edge_constants)?,
             block_labels: [labels_of_blocks(BLOCK)?, labels_of_blocks(BLOCK)?],
             quad_labels: labels_of_blocks(QUAD)?,
             intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, config.filtered || viewed)?,
@@ -112,8 +140,8 @@ impl NearestEdge {
             distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
             labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
             seed_mask: image("seeds", seed_format, viewed)?,
-            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, soft == 1)?,
-            soft: soft == 1,
+            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, is_soft)?,
+            soft: is_soft,
         })
     }
 
@@ -158,10 +186,13 @@ impl NearestEdge {
         push: PenumbraPush,
         (seeds, labels, hard): (&EdgeSeeds, &Image, &Image),
     ) -> Result<()> {
-        let (view, depth, normal) =
-            (Bind::Buffer(view), Bind::Input(&inputs.depth), Bind::Input(inputs.normal_or_depth()));
-        let widths = Bind::Image(seeds.widths());
-        let (seed_image, list) = (Bind::Image(seeds.seeds()), Bind::Buffer(seeds.tiles().buffer()));
+        let search = SearchBindings {
+            camera: CameraBindings::new(view, inputs),
+            seeds: Bind::Image(seeds.seeds()),
+            labels: Bind::Image(labels),
+            list: Bind::Buffer(seeds.tiles().buffer()),
+            widths: Bind::Image(seeds.widths()),
+        };
         let [mut after, mut before] = [&self.block_labels[0], &self.block_labels[1]];
         if let Some(Coarse { first, others, quads }) = &self.coarse {
             // Blocks in tiles that are not listed have no edge in reach.
@@ -176,17 +207,23 @@ impl NearestEdge {
                 frame.dispatch(&Pass {
                     name: &format!("nearest edge of blocks, step {step}"),
                     pipeline,
-                    bind: &[view, depth, normal, seed_image, Bind::Image(from), Bind::Image(after), list, widths],
+                    bind: &BlockBindings {
+                        search: SearchBindings { labels: Bind::Image(from), ..search },
+                        relaxed_labels: Bind::Image(after),
+                    },
                     push: bytemuck::bytes_of(&PenumbraPush { step, ..push }),
                     threads: seeds.block_threads(),
                 })?;
                 (before, after) = (after, before);
             }
-            let (labels, blocks, out) = (Bind::Image(labels), Bind::Image(before), Bind::Image(&self.quad_labels));
             frame.dispatch(&Pass {
                 name: "nearest edge of quads",
                 pipeline: quads,
-                bind: &[view, depth, normal, seed_image, labels, blocks, list, out, widths],
+                bind: &QuadBindings {
+                    search,
+                    block_labels: Bind::Image(before),
+                    quad_labels: Bind::Image(&self.quad_labels),
+                },
                 push: bytemuck::bytes_of(&push),
                 threads: seeds.quad_threads(),
             })?;
@@ -195,24 +232,18 @@ impl NearestEdge {
         frame.dispatch(&Pass {
             name: "nearest edge",
             pipeline: &self.finish,
-            bind: &[
-                view,
-                depth,
-                normal,
-                seed_image,
-                Bind::Image(labels),
-                Bind::Image(&self.quad_labels),
-                list,
-                Bind::Image(hard),
-                Bind::Image(&self.intensity),
-                Bind::Buffer(self.tiles.buffer()),
-                Bind::Image(&self.distances),
-                Bind::Image(&self.labels),
-                Bind::Image(&self.seed_mask),
-                widths,
-                Bind::Image(&self.pixel_widths),
-                Bind::Image(hard),
-            ],
+            bind: &EdgeBindings {
+                search,
+                quad_labels: Bind::Image(&self.quad_labels),
+                hard: Bind::Image(hard),
+                intensity: Bind::Image(&self.intensity),
+                filter_list: Bind::Buffer(self.tiles.buffer()),
+                distances: Bind::Image(&self.distances),
+                nearest_labels: Bind::Image(&self.labels),
+                seed_mask: Bind::Image(&self.seed_mask),
+                pixel_widths: Bind::Image(&self.pixel_widths),
+                visibility: Bind::Image(hard),
+            },
             push: bytemuck::bytes_of(&push),
             threads: seeds.tiles().threads(),
         })?;

@@ -1,12 +1,13 @@
 //! The penumbra width of every shadow-edge seed: a blocker search at these pixels alone.
 
 use super::shared::{PenumbraPush, scratch};
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Buffer, ComputePipeline, Constant, Image, bindings};
+use crate::technique::check_odd;
+use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::surface::SurfaceTest;
-use crate::technique::common::view::ViewConstants;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
@@ -46,11 +47,19 @@ pub struct WidthConfig {
 }
 
 impl WidthConfig {
-    /// Specialization constants of `glsl/penumbra/nearest_edge.glsl` from `SOFT` on, and `LINE_TAPS`.
-    pub(crate) fn constants(config: Option<Self>) -> [u32; 4] {
-        config
-            .map_or([0; 4], |c| [1, (c.meet == Meet::Nearest).into(), (c.metric == Metric::Light).into(), c.line_taps])
+    /// Specialization constants of `glsl/penumbra/nearest_edge.glsl`.
+    pub(crate) fn constants(config: Option<Self>) -> [Constant; 3] {
+        let is = |what: fn(Self) -> bool| config.is_some_and(what).into();
+        [
+            ("SOFT", is(|_| true)),
+            ("MEET_NEAREST", is(|c| c.meet == Meet::Nearest)),
+            ("ALONG_LIGHT", is(|c| c.metric == Metric::Light)),
+        ]
     }
+}
+
+bindings! {
+    struct WidthBindings { ..receiver: ReceiverBindings, list, seeds, SeedBits, Marks, widths, hsm }
 }
 
 /// The pass with its image: 8 bytes a pixel.
@@ -72,7 +81,7 @@ impl SeedWidth {
     /// Allocates for a camera image and a shadow map.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a number of taps out of range; no memory.
+    /// [`crate::Error::Parameter`] for a number of taps out of range; no memory.
     pub fn new(
         context: &Context,
         extent: [u32; 2],
@@ -81,24 +90,17 @@ impl SeedWidth {
         config: WidthConfig,
     ) -> Result<Self> {
         let WidthConfig { search_taps, window, meet, metric, .. } = config;
-        if search_taps.is_multiple_of(2) || search_taps > 63 {
-            let problem = format!(
-                "{search_taps} taps along the side of the blocker search are not possible: an odd number, 1 to 63"
-            );
-            return Err(Error::Parameter(problem));
-        }
+        check_odd("taps along the side of the blocker search", search_taps, 63)?;
         let narrow = window == SearchWindow::Blockers;
         let constants = [
-            (surfaces == SurfaceTest::Planes).into(),
-            search_taps,
-            narrow.into(),
-            (metric == Metric::Light).into(),
-            (meet == Meet::Nearest).into(),
+            ("PLANES", (surfaces == SurfaceTest::Planes).into()),
+            ("SEARCH_TAPS", search_taps),
+            ("NEAREST_BLOCKER", narrow.into()),
+            ("ALONG_LIGHT", (metric == Metric::Light).into()),
+            ("KEEP_CONTACTS", (meet == Meet::Nearest).into()),
         ];
-        let pipeline = context.pipeline::<PenumbraPush>("penumbra/seed_width.comp", &constants)?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
         Ok(Self {
-            pipeline,
+            pipeline: context.pipeline::<WidthBindings, PenumbraPush>("penumbra/seed_width.comp", &constants)?,
             hsm: if narrow { Some(Hsm::new(context, map_size)?) } else { None },
             widths: scratch(context, "penumbra widths at seeds", vk::Format::R32G32_SFLOAT, extent, true)?,
         })
@@ -131,19 +133,16 @@ impl SeedWidth {
         frame.dispatch(&Pass {
             name: "penumbra widths",
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::BorderlessMap(&inputs.shadow_map),
-                Bind::Buffer(seeds.pixels),
-                Bind::Image(seeds.seeds),
-                Bind::Buffer(seeds.bits),
-                Bind::Buffer(seeds.marks),
-                Bind::Image(&self.widths),
+            bind: &WidthBindings {
+                receiver: ReceiverBindings::borderless(view, inputs),
+                list: Bind::Buffer(seeds.pixels),
+                seeds: Bind::Image(seeds.seeds),
+                SeedBits: Bind::Buffer(seeds.bits),
+                Marks: Bind::Buffer(seeds.marks),
+                widths: Bind::Image(&self.widths),
                 // What the shader does not read, its binding still wants.
-                self.hsm.as_ref().map_or(Bind::Input(&inputs.depth), |h| Bind::Image(h.bounds())),
-            ],
+                hsm: self.hsm.as_ref().map_or(Bind::Input(&inputs.depth), |h| Bind::Image(h.bounds())),
+            },
             push: bytemuck::bytes_of(push),
             threads: Threads::Indirect(seeds.pixels, 0),
         })

@@ -12,5 +12,5 @@ pub const INFO: Info = Info {
     summary: "Silhouette recovery: straightens the stairs of the shadow map's edges by growing the shadow.",
     params: &[RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
     needs: &[],
-    kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, &INFO, Revectorization::Silhouette)),
+    kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, Revectorization::Silhouette)),
 };

@@ -2,7 +2,7 @@
 
 use super::rbsm_pass::{Branches, Revectorization};
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SKIP, SLACK};
-use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Context, Result};
 
 /// The registry entry.
@@ -23,10 +23,10 @@ const VARIANT: Param = Param::choice(
     "12 branches for the image of rbsm, or 31 for that of rbsm-filtered",
 );
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let variant = match setup.params.word("variant") {
         "silhouette" => Branches::Silhouette,
         _ => Branches::Filtered,
     };
-    revectorized::prepare(context, setup, &INFO, Revectorization::Branches(variant))
+    revectorized::prepare(context, setup, Revectorization::Branches(variant))
 }

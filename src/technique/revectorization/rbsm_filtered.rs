@@ -12,5 +12,5 @@ pub const INFO: Info = Info {
     summary: "A ramp across every step of an edge, on both of its sides: anti-aliased edges about a texel wide.",
     params: &[RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
     needs: &[],
-    kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, &INFO, Revectorization::Filtered)),
+    kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, Revectorization::Filtered)),
 };

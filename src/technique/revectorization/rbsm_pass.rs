@@ -1,9 +1,9 @@
 //! Revectorized visibility: every pixel by its texel's neighbourhood, those at an edge by the edge's shape.
 
-use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::gpu::{Buffer, ComputePipeline, Constant, Image};
+use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::pixels::{PixelPass, Step};
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::ViewConstants;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
@@ -44,15 +44,16 @@ pub enum ProfileQuality {
 }
 
 impl Revectorization {
-    /// Specialization constants `FUNCTION` and `QUALITY`.
-    pub(crate) fn constants(self) -> [u32; 2] {
-        match self {
-            Self::Silhouette => [0, 0],
-            Self::Filtered => [1, 0],
-            Self::Star => [2, 0],
-            Self::Profile(quality) => [3, quality as u32],
-            Self::Branches(variant) => [variant as u32, 0],
-        }
+    /// Specialization constants of the shaders that ask one of these functions.
+    pub(crate) fn constants(self) -> [Constant; 2] {
+        let (function, quality) = match self {
+            Self::Silhouette => (0, 0),
+            Self::Filtered => (1, 0),
+            Self::Star => (2, 0),
+            Self::Profile(quality) => (3, quality as u32),
+            Self::Branches(variant) => (variant as u32, 0),
+        };
+        [("FUNCTION", function), ("QUALITY", quality)]
     }
 
     fn shader(self) -> &'static str {
@@ -87,10 +88,12 @@ pub(crate) fn check_max_distance(max_distance: u32) -> Result<()> {
 fn pipeline(context: &Context, config: RbsmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
     check_max_distance(config.max_distance)?;
     let [function, quality] = config.revectorization.constants();
-    let constants = [config.fixed_depth.into(), config.max_distance, function, quality, step as u32];
-    let pipeline = context.pipeline::<RbsmPush>(config.revectorization.shader(), &constants)?;
-    pipeline.check_uniform::<ViewConstants>("view")?;
-    Ok(pipeline)
+    let fixed = ("FIXED", config.fixed_depth.into());
+    let mut constants = vec![fixed, ("MAX_DISTANCE", config.max_distance), function, ("STEP", step as u32)];
+    if !matches!(config.revectorization, Revectorization::Branches(_)) {
+        constants.push(quality);
+    }
+    context.pipeline::<PixelBindings, RbsmPush>(config.revectorization.shader(), &constants)
 }
 
 /// The pass over the pixels of a list that another pass makes.
@@ -117,14 +120,11 @@ impl RbsmOfList {
         frame.dispatch(&Pass {
             name: "revectorize penumbrae",
             pipeline: &self.pipeline,
-            bind: &[
-                Bind::Buffer(view),
-                Bind::Input(&inputs.depth),
-                Bind::Input(inputs.normal_or_depth()),
-                Bind::Input(&inputs.shadow_map),
-                Bind::Image(output),
+            bind: &PixelBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(output),
                 list,
-            ],
+            },
             push: bytemuck::bytes_of(&push),
             threads,
         })
@@ -158,14 +158,11 @@ impl Rbsm {
         push: RbsmPush,
         output: &Image,
     ) -> Result<()> {
-        let bind = &[
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
-            Bind::Image(output),
-            self.pass.list(),
-        ];
+        let bind = &PixelBindings {
+            receiver: ReceiverBindings::new(view, inputs),
+            visibility: Bind::Image(output),
+            list: self.pass.list(),
+        };
         self.pass.record(frame, ["revectorize", "revectorize edges"], bind, bytemuck::bytes_of(&push), output)
     }
 }

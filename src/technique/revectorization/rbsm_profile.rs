@@ -2,7 +2,7 @@
 
 use super::rbsm_pass::{ProfileQuality, Revectorization};
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SKIP, SLACK};
-use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Context, Result};
 
 /// The registry entry.
@@ -32,6 +32,6 @@ pub(super) fn quality(setup: &Setup) -> ProfileQuality {
     }
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
-    revectorized::prepare(context, setup, &INFO, Revectorization::Profile(quality(setup)))
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
+    revectorized::prepare(context, setup, Revectorization::Profile(quality(setup)))
 }

@@ -12,5 +12,5 @@ pub const INFO: Info = Info {
     summary: "Lines that meet in the middle of every step: straight edges where the map has stairs, without growing the shadow.",
     params: &[RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
     needs: &[],
-    kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, &INFO, Revectorization::Star)),
+    kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, Revectorization::Star)),
 };

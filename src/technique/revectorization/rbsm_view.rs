@@ -1,9 +1,9 @@
 //! What the RBSM family finds on its way, as pictures.
 
 use super::rbsm_pass::{RbsmConfig, Revectorization, check_max_distance};
-use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
+use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::ViewConstants;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
@@ -16,6 +16,10 @@ use std::sync::Arc;
 /// * `ends`: 1 where the run ends at an edge end, -1 where it steps out of the edge or its end was not reached.
 /// * `profile-height`: the edge profile's height over each side of the texel, texels.
 pub const NAMES: [&str; 4] = ["discontinuity", "runs", "ends", "profile-height"];
+
+bindings! {
+    struct ViewBindings { ..receiver: ReceiverBindings, discontinuity, runs, ends, height }
+}
 
 /// The pass with its images.
 pub struct RbsmView {
@@ -31,9 +35,9 @@ impl RbsmView {
             Revectorization::Profile(quality) => quality as u32,
             _ => 0,
         };
-        let constants = [config.fixed_depth.into(), config.max_distance, quality];
-        let pipeline = context.pipeline::<RbsmPush>("revectorization/rbsm_view.comp", &constants)?;
-        pipeline.check_uniform::<ViewConstants>("view")?;
+        let constants =
+            [("FIXED", config.fixed_depth.into()), ("MAX_DISTANCE", config.max_distance), ("QUALITY", quality)];
+        let pipeline = context.pipeline::<ViewBindings, RbsmPush>("revectorization/rbsm_view.comp", &constants)?;
         let image =
             |name| Image::new(context.device(), &ImageDesc::storage(name, vk::Format::R32G32B32A32_SFLOAT, extent));
         let [d, r, e, h] = NAMES;
@@ -52,20 +56,14 @@ impl RbsmView {
 
     /// Fills the images.
     pub fn record(&self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, push: RbsmPush) -> Result<()> {
-        let [width, height] = self.images[0].extent();
-        let mut bind = vec![
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
-        ];
-        bind.extend(self.images.iter().map(Bind::Image));
+        let [columns, rows] = self.images[0].extent();
+        let [discontinuity, runs, ends, height] = self.images.each_ref().map(Bind::Image);
         frame.dispatch(&Pass {
             name: "intermediates",
             pipeline: &self.pipeline,
-            bind: &bind,
+            bind: &ViewBindings { receiver: ReceiverBindings::new(view, inputs), discontinuity, runs, ends, height },
             push: bytemuck::bytes_of(&push),
-            threads: Threads::Count([width, height, 1]),
+            threads: Threads::Count([columns, rows, 1]),
         })
     }
 }

@@ -2,11 +2,10 @@
 
 use super::rbsm_pass::{Rbsm, RbsmConfig, Revectorization};
 use super::rbsm_view::RbsmView;
-use crate::gpu::Image;
+use crate::gpu::{Buffer, Image};
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::ViewBuffer;
-use crate::technique::{Info, Param, Setup, Technique, visibility_image};
-use crate::{Context, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Param, Passes, Setup};
+use crate::{Context, Frame, Inputs, Result};
 
 pub(crate) use crate::technique::common::pixels::SKIP;
 pub(crate) use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK, push};
@@ -28,53 +27,31 @@ pub(crate) fn config(setup: &Setup, revectorization: Revectorization, listed: bo
 }
 
 struct Revectorized {
-    info: &'static Info,
-    view: ViewBuffer,
     rbsm: Rbsm,
     intermediates: Option<RbsmView>,
     push: RbsmPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
 /// Makes a technique that is the one pass.
-pub(super) fn prepare(
-    context: &Context,
-    setup: &Setup,
-    info: &'static Info,
-    revectorization: Revectorization,
-) -> Result<Box<dyn Technique>> {
+pub(super) fn prepare(context: &Context, setup: &Setup, revectorization: Revectorization) -> Result<Box<dyn Passes>> {
     let config = config(setup, revectorization, setup.params.word("skip") != "off");
     Ok(Box::new(Revectorized {
-        info,
-        view: ViewBuffer::new(context.device())?,
         rbsm: Rbsm::new(context, setup.extent, config)?,
         intermediates: match setup.intermediates {
             true => Some(RbsmView::new(context, setup.extent, config)?),
             false => None,
         },
         push: push(setup),
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "revectorized visibility", setup)?,
     }))
 }
 
-impl Technique for Revectorized {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(self.info.title);
-        let view = self.view.update(frame, inputs);
+impl Passes for Revectorized {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         self.rbsm.record(frame, view, inputs, self.push, visibility)?;
         if let Some(pass) = &self.intermediates {
             pass.record(frame, view, inputs, self.push)?;
         }
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        Ok(())
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -83,6 +60,6 @@ impl Technique for Revectorized {
 
     fn memory_bytes(&self) -> u64 {
         let intermediates = self.intermediates.as_ref().map_or(0, RbsmView::memory_bytes);
-        self.visibility.memory_bytes() + self.rbsm.memory_bytes() + intermediates
+        self.rbsm.memory_bytes() + intermediates
     }
 }

@@ -2,13 +2,13 @@
 
 use super::rbsm_pass::check_max_distance;
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
-use crate::gpu::{Buffer, Image};
+use crate::gpu::{Buffer, Image, bindings};
+use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::pixels::PixelPass;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
-use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Error, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Info, Kind, Param, Passes, Setup, check_odd};
+use crate::{Bind, Context, Frame, Inputs, Result};
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -42,14 +42,11 @@ pub const INFO: Info = Info {
 };
 
 struct RevectorizedFiltering {
-    view: ViewBuffer,
     rpcf: Rpcf,
     push: RbsmPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = RpcfConfig {
         width: p.int("width"),
@@ -64,31 +61,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         listed: p.word("skip") != "off",
     };
     Ok(Box::new(RevectorizedFiltering {
-        view: ViewBuffer::new(context.device())?,
         rpcf: Rpcf::new(context, setup.extent, setup.map_size, config)?,
         push: revectorized::push(setup),
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "rpcf visibility", setup)?,
     }))
 }
 
-impl Technique for RevectorizedFiltering {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
-        self.rpcf.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+impl Passes for RevectorizedFiltering {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.rpcf.record(frame, view, inputs, self.push, visibility)
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.rpcf.memory_bytes()
+        self.rpcf.memory_bytes()
     }
 }
 
@@ -120,6 +104,10 @@ pub struct RpcfConfig {
     pub listed: bool,
 }
 
+bindings! {
+    struct RpcfBindings { ..pixels: PixelBindings, blocks }
+}
+
 /// The pass with its pipelines, and what it skips by.
 pub struct Rpcf {
     pass: PixelPass,
@@ -131,16 +119,17 @@ impl Rpcf {
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RpcfConfig) -> Result<Self> {
         let RpcfConfig { width, visibility, fixed_depth, max_distance, bounded, listed } = config;
         check_max_distance(max_distance)?;
-        if width % 2 == 0 || width > 31 {
-            return Err(Error::Parameter(format!(
-                "a kernel of {width} texels is not possible: an odd number, 1 to 31"
-            )));
-        }
+        check_odd("texels along the side of the kernel", width, 31)?;
         let pass = PixelPass::new(context, "rpcf pixels", extent, listed, |step| {
-            let constants = [fixed_depth.into(), max_distance, width, visibility as u32, step as u32, bounded.into()];
-            let pipeline = context.pipeline::<RbsmPush>("revectorization/rpcf.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
+            let constants = [
+                ("FIXED", fixed_depth.into()),
+                ("MAX_DISTANCE", max_distance),
+                ("w", width),
+                ("FUNCTION", visibility as u32),
+                ("STEP", step as u32),
+                ("BOUNDED", bounded.into()),
+            ];
+            context.pipeline::<RpcfBindings, RbsmPush>("revectorization/rpcf.comp", &constants)
         })?;
         let bounds = if bounded { Some(DepthBounds::new(context, map_size)?) } else { None };
         Ok(Self { pass, bounds })
@@ -163,16 +152,15 @@ impl Rpcf {
         if let Some(bounds) = &mut self.bounds {
             bounds.record(frame, inputs)?;
         }
-        let bind = &[
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::Input(&inputs.shadow_map),
-            Bind::Image(output),
-            self.pass.list(),
+        let bind = &RpcfBindings {
+            pixels: PixelBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(output),
+                list: self.pass.list(),
+            },
             // Without bounds the shader's binding still wants an image, which it does not read.
-            self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
-        ];
+            blocks: self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
+        };
         self.pass.record(frame, ["rpcf", "rpcf edges"], bind, bytemuck::bytes_of(&push), output)
     }
 }

@@ -1,13 +1,15 @@
 //! What `pcss`, `rbssm` and `soft-auto` share: the classification of pixels by the depths under their search window, a pass
 //! that classifies pixels and works on the others, and its filter alone, over pixels that another pass has listed.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
 use crate::technique::Param;
+use crate::technique::check_odd;
+use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelList, PixelPass, Step};
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use std::sync::Arc;
 
 /// Parameter of the techniques that classify pixels first.
@@ -26,6 +28,11 @@ shader_struct! {
         /// Fraction of a texel's slope, along both axes.
         depth_bias: f32,
     }
+}
+
+bindings! {
+    /// Everything that a search for blockers reads and writes.
+    pub(super) struct SearchBindings { ..pixels: PixelBindings, hsm, blocks, half_widths }
 }
 
 /// What pixels are classified by, and their search windows narrowed: of each only what is needed.
@@ -72,13 +79,8 @@ impl MapClasses {
 
 /// Refuses numbers of taps that a kernel can't have.
 pub(super) fn check_taps(search_taps: u32, filter_taps: u32) -> Result<()> {
-    for (what, taps) in [("search", search_taps), ("filter", filter_taps)] {
-        if taps % 2 == 0 || taps > 63 {
-            let problem = format!("{taps} taps along the side of the {what} are not possible: an odd number, 1 to 63");
-            return Err(Error::Parameter(problem));
-        }
-    }
-    Ok(())
+    check_odd("taps along the side of the search", search_taps, 63)?;
+    check_odd("taps along the side of the filter", filter_taps, 63)
 }
 
 /// The pass with its pipelines, and what it skips by.
@@ -140,9 +142,10 @@ impl ClassifiedPass {
         self.pass.record_decided(frame, name, bind, push, classes)
     }
 
-    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> [Bind<'a>; 9] {
-        let unread = Bind::Input(&inputs.depth);
-        bind(view, inputs, output, (self.pass.list(), self.classes.bind(inputs), unread))
+    fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> SearchBindings<'a> {
+        let pixels = search_pixels(view, inputs, output, self.pass.list());
+        let [hsm, blocks] = self.classes.bind(inputs);
+        SearchBindings { pixels, hsm, blocks, half_widths: Bind::Input(&inputs.depth) }
     }
 }
 
@@ -172,7 +175,12 @@ impl MeasuredFilter {
         frame.dispatch(&Pass {
             name: self.name,
             pipeline: &self.pipeline,
-            bind: &bind(view, inputs, output, (list.bind(), [unread; 2], Bind::Image(half_widths))),
+            bind: &SearchBindings {
+                pixels: search_pixels(view, inputs, output, list.bind()),
+                hsm: unread,
+                blocks: unread,
+                half_widths: Bind::Image(half_widths),
+            },
             push,
             threads: list.threads(),
         })?;
@@ -181,22 +189,12 @@ impl MeasuredFilter {
     }
 }
 
-/// Everything that the shaders bind; another image stands in for what a step does not read.
-fn bind<'a>(
+/// The pixels that a search may leave the map for.
+pub(super) fn search_pixels<'a>(
     view: &'a Buffer,
     inputs: &'a Inputs<'_>,
     output: &'a Image,
-    (list, [hsm, blocks], half_widths): (Bind<'a>, [Bind<'a>; 2], Bind<'a>),
-) -> [Bind<'a>; 9] {
-    [
-        Bind::Buffer(view),
-        Bind::Input(&inputs.depth),
-        Bind::Input(inputs.normal_or_depth()),
-        Bind::BorderlessMap(&inputs.shadow_map),
-        Bind::Image(output),
-        list,
-        hsm,
-        blocks,
-        half_widths,
-    ]
+    list: Bind<'a>,
+) -> PixelBindings<'a> {
+    PixelBindings { receiver: ReceiverBindings::borderless(view, inputs), visibility: Bind::Image(output), list }
 }

@@ -1,13 +1,12 @@
 //! Percentage-closer soft shadows.
 
-use super::classified::{self, ClassifiedPass, MeasuredFilter, SoftPush, check_taps};
+use super::classified::{self, ClassifiedPass, MeasuredFilter, SearchBindings, SoftPush, check_taps};
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::pixels::Step;
 use crate::technique::common::receiver;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
-use crate::technique::{Info, Kind, Param, Setup, Technique, classes_view, visibility_image};
-use crate::{Context, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Info, Kind, Param, Passes, Setup, classes_view};
+use crate::{Context, Frame, Inputs, Result};
 use std::sync::Arc;
 
 /// The registry entry.
@@ -43,16 +42,13 @@ pub const INFO: Info = Info {
 };
 
 struct SoftShadows {
-    view: ViewBuffer,
     pcss: Pcss,
     push: SoftPush,
-    map_size: [u32; 2],
-    visibility: Image,
     /// To be looked at.
     classes_view: Option<Image>,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = PcssConfig {
         search_taps: p.int("search_taps"),
@@ -64,31 +60,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     };
     let pcss = Pcss::new(context, setup.extent, setup.map_size, config)?;
     Ok(Box::new(SoftShadows {
-        view: ViewBuffer::new(context.device())?,
         classes_view: classes_view(context, setup, pcss.is_listed())?,
         pcss,
         push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "pcss visibility", setup)?,
     }))
 }
 
-impl Technique for SoftShadows {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
+impl Passes for SoftShadows {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         if let Some(image) = &self.classes_view {
             self.pcss.record_classes(frame, view, inputs, self.push, image)?;
         }
-        self.pcss.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        self.pcss.record(frame, view, inputs, self.push, visibility)
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -97,7 +80,7 @@ impl Technique for SoftShadows {
 
     fn memory_bytes(&self) -> u64 {
         let viewed = self.classes_view.as_ref().map_or(0, Image::memory_bytes);
-        self.visibility.memory_bytes() + self.pcss.memory_bytes() + viewed
+        self.pcss.memory_bytes() + viewed
     }
 }
 
@@ -122,10 +105,15 @@ fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<Com
     let PcssConfig { search_taps, filter_taps, window, bilinear, exact_box, .. } = config;
     check_taps(search_taps, filter_taps)?;
     let narrow = window == SearchWindow::Blockers;
-    let constants = [search_taps, filter_taps, bilinear.into(), exact_box.into(), step as u32, narrow.into()];
-    let pipeline = context.pipeline::<SoftPush>("soft/pcss.comp", &constants)?;
-    pipeline.check_uniform::<ViewConstants>("view")?;
-    Ok(pipeline)
+    let constants = [
+        ("SEARCH_TAPS", search_taps),
+        ("FILTER_TAPS", filter_taps),
+        ("BILINEAR", bilinear.into()),
+        ("BOX", exact_box.into()),
+        ("STEP", step as u32),
+        ("NEAREST_BLOCKER", narrow.into()),
+    ];
+    context.pipeline::<SearchBindings, SoftPush>("soft/pcss.comp", &constants)
 }
 
 /// The filter alone, over pixels that another pass lists, as wide as it says; of the search nothing matters.

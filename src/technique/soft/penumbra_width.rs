@@ -1,12 +1,14 @@
 //! The width of an area light's penumbra at every pixel, for filters that work on an image of hard shadows.
 
-use crate::gpu::{Buffer, Image, ImageDesc, shader_struct};
+use super::classified::search_pixels;
+use crate::gpu::{Buffer, Image, ImageDesc, bindings, shader_struct};
+use crate::technique::check_odd;
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelPass, Step};
-use crate::technique::common::view::ViewConstants;
-use crate::{Bind, Context, Error, Frame, Inputs, Result, Threads};
+use crate::{Bind, Context, Frame, Inputs, Result, Threads};
 use ash::vk;
 
 shader_struct! {
@@ -34,6 +36,10 @@ pub struct WidthConfig {
     pub listed: bool,
 }
 
+bindings! {
+    struct WidthBindings { ..pixels: PixelBindings, hsm, blocks, shadows, between }
+}
+
 /// The pass with its images: 12 bytes a pixel, and what it classifies by.
 pub struct PenumbraWidth {
     pass: PixelPass,
@@ -46,20 +52,19 @@ impl PenumbraWidth {
     /// Allocates for a camera image and a shadow map.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a number of taps out of range.
+    /// [`crate::Error::Parameter`] for a number of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: WidthConfig) -> Result<Self> {
         let WidthConfig { search_taps, window, exact_box, listed } = config;
-        if search_taps.is_multiple_of(2) || search_taps > 63 {
-            let problem =
-                format!("{search_taps} taps along the side of the search are not possible: an odd number, 1 to 63");
-            return Err(Error::Parameter(problem));
-        }
+        check_odd("taps along the side of the search", search_taps, 63)?;
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
-            let constants = [search_taps, narrow.into(), exact_box.into(), 0, step as u32];
-            let pipeline = context.pipeline::<WidthPush>("soft/penumbra_width.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
+            let constants = [
+                ("TAPS", search_taps),
+                ("NEAREST_BLOCKER", narrow.into()),
+                ("BOX", exact_box.into()),
+                ("STEP", step as u32),
+            ];
+            context.pipeline::<WidthBindings, WidthPush>("soft/penumbra_width.comp", &constants)
         })?;
         let desc = ImageDesc::storage("penumbra width", vk::Format::R32_SFLOAT, extent);
         let desc = ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc };
@@ -113,18 +118,13 @@ impl PenumbraWidth {
     ) -> Result<()> {
         self.hsm.record(frame, inputs)?;
         self.bounds.record(frame, inputs)?;
-        let bind = &[
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::BorderlessMap(&inputs.shadow_map),
-            Bind::Image(&self.widths),
-            self.pass.list(),
-            Bind::Image(self.hsm.bounds()),
-            Bind::Image(self.bounds.blocks()),
-            Bind::Image(shadows),
-            Bind::Image(between),
-        ];
+        let bind = &WidthBindings {
+            pixels: search_pixels(view, inputs, &self.widths, self.pass.list()),
+            hsm: Bind::Image(self.hsm.bounds()),
+            blocks: Bind::Image(self.bounds.blocks()),
+            shadows: Bind::Image(shadows),
+            between: Bind::Image(between),
+        };
         let names = ["classify penumbrae", "penumbra width"];
         self.pass.record(frame, names, bind, bytemuck::bytes_of(&push), &self.widths)
     }

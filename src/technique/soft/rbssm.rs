@@ -1,15 +1,14 @@
 //! Revectorization-based soft shadow mapping.
 
-use super::classified::{self, ClassifiedPass, MeasuredFilter, check_taps};
+use super::classified::{self, ClassifiedPass, MeasuredFilter, SearchBindings, check_taps};
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::pixels::Step;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
 use crate::technique::revectorization::rbsm_pass::check_max_distance;
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
-use crate::technique::{Info, Kind, Param, Params, Setup, Technique, classes_view, visibility_image};
-use crate::{Context, Error, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Info, Kind, Param, Params, Passes, Setup, classes_view};
+use crate::{Context, Error, Frame, Inputs, Result};
 use std::sync::Arc;
 
 /// The registry entry.
@@ -38,7 +37,7 @@ pub const INFO: Info = Info {
     needs: &[],
     kind: Kind::RealTime(|context, setup| {
         let p = &setup.params;
-        prepare(context, setup, &INFO, p.word("reuse") == "auto", p.word("skip") == "auto")
+        prepare(context, setup, p.word("reuse") == "auto", p.word("skip") == "auto")
     }),
 };
 
@@ -68,24 +67,14 @@ pub(super) fn visibility(params: &Params) -> RbssmVisibility {
 }
 
 struct SoftShadows {
-    info: &'static Info,
-    view: ViewBuffer,
     rbssm: Rbssm,
     push: RbsmPush,
-    map_size: [u32; 2],
-    visibility: Image,
     /// To be looked at.
     classes_view: Option<Image>,
 }
 
 /// Makes the technique with or without its two accelerations.
-pub(super) fn prepare(
-    context: &Context,
-    setup: &Setup,
-    info: &'static Info,
-    reuse: bool,
-    listed: bool,
-) -> Result<Box<dyn Technique>> {
+pub(super) fn prepare(context: &Context, setup: &Setup, reuse: bool, listed: bool) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = RbssmConfig {
         search_taps: p.int("search_taps"),
@@ -99,32 +88,18 @@ pub(super) fn prepare(
     };
     let rbssm = Rbssm::new(context, setup.extent, setup.map_size, config)?;
     Ok(Box::new(SoftShadows {
-        info,
-        view: ViewBuffer::new(context.device())?,
         classes_view: classes_view(context, setup, rbssm.is_listed())?,
         rbssm,
         push: RbsmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias"), slack: 0.0 },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "rbssm visibility", setup)?,
     }))
 }
 
-impl Technique for SoftShadows {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(self.info.title);
-        let view = self.view.update(frame, inputs);
+impl Passes for SoftShadows {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         if let Some(image) = &self.classes_view {
             self.rbssm.record_classes(frame, view, inputs, self.push, image)?;
         }
-        self.rbssm.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        self.rbssm.record(frame, view, inputs, self.push, visibility)
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -133,7 +108,7 @@ impl Technique for SoftShadows {
 
     fn memory_bytes(&self) -> u64 {
         let viewed = self.classes_view.as_ref().map_or(0, Image::memory_bytes);
-        self.visibility.memory_bytes() + self.rbssm.memory_bytes() + viewed
+        self.rbssm.memory_bytes() + viewed
     }
 }
 
@@ -174,20 +149,18 @@ fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<Co
     check_taps(search_taps, filter_taps)?;
     check_least_width(least_width)?;
     let constants = [
-        // `FIXED` of `glsl/common/rbsm_receiver.glsl` is not for this pass.
-        0,
-        max_distance,
-        search_taps,
-        filter_taps,
-        step as u32,
-        (visibility == RbssmVisibility::Improved).into(),
-        (window == SearchWindow::Blockers).into(),
-        least_width.to_bits(),
-        reuse.into(),
+        // Of `glsl/common/rbsm_receiver.glsl`, not for this pass.
+        ("FIXED", 0),
+        ("MAX_DISTANCE", max_distance),
+        ("SEARCH_TAPS", search_taps),
+        ("FILTER_TAPS", filter_taps),
+        ("STEP", step as u32),
+        ("STAR", (visibility == RbssmVisibility::Improved).into()),
+        ("NEAREST_BLOCKER", (window == SearchWindow::Blockers).into()),
+        ("LEAST_WIDTH", least_width.to_bits()),
+        ("REUSE", reuse.into()),
     ];
-    let pipeline = context.pipeline::<RbsmPush>("soft/rbssm.comp", &constants)?;
-    pipeline.check_uniform::<ViewConstants>("view")?;
-    Ok(pipeline)
+    context.pipeline::<SearchBindings, RbsmPush>("soft/rbssm.comp", &constants)
 }
 
 /// Refuses widths that are no texel's business.

@@ -13,5 +13,5 @@ pub const INFO: Info = Info {
     summary: "The image of `rbssm`, every pixel and every tap worked out for itself: to compare the cost with.",
     params: &[SEARCH_TAPS, FILTER_TAPS, SEARCH, VISIBILITY, LEAST_WIDTH, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS],
     needs: &[],
-    kind: Kind::RealTime(|context, setup| prepare(context, setup, &INFO, false, false)),
+    kind: Kind::RealTime(|context, setup| prepare(context, setup, false, false)),
 };

@@ -1,10 +1,11 @@
 //! The separable cross-bilateral filter over an image of hard shadows, as wide as each pixel's penumbra.
 
 use super::penumbra_width::PenumbraWidth;
-use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
+use crate::technique::check_odd;
+use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
-use crate::technique::common::view::ViewConstants;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -66,6 +67,10 @@ pub struct ScreenFilterConfig {
     pub both_bilateral: bool,
 }
 
+bindings! {
+    struct FilterBindings { ..camera: CameraBindings, source, widths, target, list }
+}
+
 /// The two passes and the image between them: 4 bytes a pixel.
 pub struct ScreenFilter {
     passes: [Arc<ComputePipeline>; 2],
@@ -76,25 +81,21 @@ impl ScreenFilter {
     /// Allocates for a camera image; `listed`: only pixels that [`PenumbraWidth`] has listed are filtered.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a number of taps out of range.
+    /// [`crate::Error::Parameter`] for a number of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], config: ScreenFilterConfig, listed: bool) -> Result<Self> {
         let ScreenFilterConfig { kernel, footprint, taps, surfaces, both_bilateral } = config;
-        if taps.is_multiple_of(2) || taps > 63 {
-            return Err(Error::Parameter(format!("a filter of {taps} taps is not possible: an odd number, 1 to 63")));
-        }
+        check_odd("taps of the filter", taps, 63)?;
         let pass = |second: bool| {
             let constants = [
-                (surfaces == SurfaceTest::Planes).into(),
-                second.into(),
-                taps,
-                (kernel == Kernel::Gaussian).into(),
-                footprint as u32,
-                (second || both_bilateral).into(),
-                listed.into(),
+                ("PLANES", (surfaces == SurfaceTest::Planes).into()),
+                ("SECOND", second.into()),
+                ("TAPS", taps),
+                ("GAUSSIAN", (kernel == Kernel::Gaussian).into()),
+                ("FOOTPRINT", footprint as u32),
+                ("BILATERAL", (second || both_bilateral).into()),
+                ("LISTED", listed.into()),
             ];
-            let pipeline = context.pipeline::<ScreenFilterPush>("soft/screen_filter.comp", &constants)?;
-            pipeline.check_uniform::<ViewConstants>("view")?;
-            Ok(pipeline)
+            context.pipeline::<FilterBindings, ScreenFilterPush>("soft/screen_filter.comp", &constants)
         };
         let desc = ImageDesc::storage("shadows filtered along one side", vk::Format::R32_SFLOAT, extent);
         Ok(Self { passes: [pass(false)?, pass(true)?], between: Image::new(context.device(), &desc)? })
@@ -127,15 +128,13 @@ impl ScreenFilter {
             frame.dispatch(&Pass {
                 name,
                 pipeline,
-                bind: &[
-                    Bind::Buffer(view),
-                    Bind::Input(&inputs.depth),
-                    Bind::Input(inputs.normal_or_depth()),
-                    Bind::Image(source),
-                    Bind::Image(widths.widths()),
-                    Bind::Image(target),
-                    widths.list(),
-                ],
+                bind: &FilterBindings {
+                    camera: CameraBindings::new(view, inputs),
+                    source: Bind::Image(source),
+                    widths: Bind::Image(widths.widths()),
+                    target: Bind::Image(target),
+                    list: widths.list(),
+                },
                 push: bytemuck::bytes_of(&push),
                 threads: widths.threads(),
             })?;

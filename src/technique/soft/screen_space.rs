@@ -7,13 +7,12 @@ use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search;
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::surface::SurfaceTest;
-use crate::technique::common::view::ViewBuffer;
 use crate::technique::filtering::sm::{Sm, SmPush};
 use crate::technique::revectorization::rbsm_pass::{Rbsm, RbsmOfList, Revectorization};
 use crate::technique::revectorization::revectorized;
-use crate::technique::{Info, Param, Setup, Technique, visibility_image};
+use crate::technique::{Param, Passes, Setup, visibility_image};
 use crate::view::LightKind;
-use crate::{Context, Frame, ImageRef, Inputs, Result};
+use crate::{Context, Frame, Inputs, Result};
 
 pub(super) const SEARCH_TAPS: Param =
     Param::odd("search_taps", 1, 63, 9, "taps", "taps of the blocker search along each axis; 23 in the papers");
@@ -124,15 +123,11 @@ impl Hard {
 }
 
 struct ScreenSpace {
-    info: &'static Info,
-    view: ViewBuffer,
     hard: Hard,
     width: PenumbraWidth,
     filter: ScreenFilter,
     search: WidthPush,
     push: ScreenFilterPush,
-    map_size: [u32; 2],
-    visibility: Image,
     /// To be looked at.
     hard_view: Option<Image>,
 }
@@ -141,10 +136,9 @@ struct ScreenSpace {
 pub(super) fn prepare(
     context: &Context,
     setup: &Setup,
-    info: &'static Info,
     hard: Hard,
     (kernel, sigma): (Kernel, f32),
-) -> Result<Box<dyn Technique>> {
+) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
     let tolerance = match p.float("edge_threshold") {
@@ -170,8 +164,6 @@ pub(super) fn prepare(
     };
     let width = PenumbraWidth::new(context, setup.extent, setup.map_size, width)?;
     Ok(Box::new(ScreenSpace {
-        info,
-        view: ViewBuffer::new(context.device())?,
         hard,
         filter: ScreenFilter::new(context, setup.extent, filter, width.is_listed())?,
         width,
@@ -181,8 +173,6 @@ pub(super) fn prepare(
             reach: kernel.reach(sigma),
         },
         push: ScreenFilterPush { tolerance, sigma },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "screen-space soft shadows", setup)?,
         hard_view: match setup.intermediates {
             true => Some(visibility_image(context.device(), "hard shadows", setup)?),
             false => None,
@@ -190,12 +180,8 @@ pub(super) fn prepare(
     }))
 }
 
-impl Technique for ScreenSpace {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(self.info.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(self.info.title);
-        let view = self.view.update(frame, inputs);
+impl Passes for ScreenSpace {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         if let Some(image) = &self.hard_view {
             frame.mark_passes(", shown");
             self.hard.record(frame, view, inputs, image)?;
@@ -220,12 +206,7 @@ impl Technique for ScreenSpace {
         if has_size {
             self.filter.record(frame, view, inputs, self.push, (&self.width, visibility))?;
         }
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+        Ok(())
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
@@ -234,7 +215,7 @@ impl Technique for ScreenSpace {
     }
 
     fn memory_bytes(&self) -> u64 {
-        let images = self.visibility.memory_bytes() + self.hard_view.as_ref().map_or(0, Image::memory_bytes);
+        let images = self.hard_view.as_ref().map_or(0, Image::memory_bytes);
         images + self.hard.memory_bytes() + self.width.memory_bytes() + self.filter.memory_bytes()
     }
 }

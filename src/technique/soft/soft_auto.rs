@@ -1,17 +1,16 @@
 //! A hybrid of soft shadows.
 
-use super::classified::{MapClasses, MeasuredFilter, SoftPush, check_taps};
+use super::classified::{MapClasses, MeasuredFilter, SearchBindings, SoftPush, check_taps, search_pixels};
 use super::pcss::{self, PcssConfig};
 use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, RbssmVisibility, VISIBILITY, check_least_width};
-use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
 use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::view::{ViewBuffer, ViewConstants};
 use crate::technique::revectorization::rbsm_pass::{RbsmConfig, RbsmOfList, Revectorization};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
-use crate::technique::{Info, Kind, Param, Setup, Technique, visibility_image};
-use crate::{Bind, Context, Error, Frame, ImageRef, Inputs, Result};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Error, Frame, Inputs, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -81,14 +80,11 @@ pub const INFO: Info = Info {
 };
 
 struct Hybrid {
-    view: ViewBuffer,
     passes: SoftAuto,
     push: SoftPush,
-    map_size: [u32; 2],
-    visibility: Image,
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = SoftAutoConfig {
         search_taps: p.int("search_taps"),
@@ -104,31 +100,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
         classify: p.word("skip") == "auto",
     };
     Ok(Box::new(Hybrid {
-        view: ViewBuffer::new(context.device())?,
         passes: SoftAuto::new(context, setup.extent, setup.map_size, config)?,
         push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
-        map_size: setup.map_size,
-        visibility: visibility_image(context.device(), "soft-auto visibility", setup)?,
     }))
 }
 
-impl Technique for Hybrid {
-    fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
-        let visibility = &self.visibility;
-        inputs.check(INFO.id, visibility.extent(), self.map_size)?;
-        frame.begin_group(INFO.title);
-        let view = self.view.update(frame, inputs);
-        self.passes.record(frame, view, inputs, self.push, visibility)?;
-        frame.end_group();
-        Ok(visibility.as_ref())
-    }
-
-    fn output(&self) -> &Image {
-        &self.visibility
+impl Passes for Hybrid {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.passes.record(frame, view, inputs, self.push, visibility)
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.visibility.memory_bytes() + self.passes.memory_bytes()
+        self.passes.memory_bytes()
     }
 }
 
@@ -209,6 +192,10 @@ impl SoftAutoConfig {
     }
 }
 
+bindings! {
+    struct EstimateBindings { ..search: SearchBindings, hard, kernel, wide }
+}
+
 /// The passes with their lists: 24 bytes a pixel, less 4 for each kind of filter that the thresholds rule out.
 pub struct SoftAuto {
     estimate: PixelPass,
@@ -281,20 +268,9 @@ impl SoftAuto {
         let edge_push = RbsmPush { normal_offset, depth_bias, slack: 0.0 };
         let [hsm, blocks] = self.classes.bind(inputs);
         let [hard, kernel, wide] = self.lists().map(|l| l.map_or(Bind::Buffer(&self.unlisted), PixelList::bind));
-        let bind = &[
-            Bind::Buffer(view),
-            Bind::Input(&inputs.depth),
-            Bind::Input(inputs.normal_or_depth()),
-            Bind::BorderlessMap(&inputs.shadow_map),
-            Bind::Image(output),
-            self.estimate.list(),
-            hsm,
-            blocks,
-            Bind::Image(&self.half_widths),
-            hard,
-            kernel,
-            wide,
-        ];
+        let pixels = search_pixels(view, inputs, output, self.estimate.list());
+        let search = SearchBindings { pixels, hsm, blocks, half_widths: Bind::Image(&self.half_widths) };
+        let bind = &EstimateBindings { search, hard, kernel, wide };
         let names = ["classify penumbrae", "search blockers"];
         self.estimate.record(frame, names, bind, bytemuck::bytes_of(&edge_push), output)?;
         if let Some((pass, list)) = &self.hard {
@@ -311,18 +287,16 @@ impl SoftAuto {
 
 fn pipeline(context: &Context, config: SoftAutoConfig, step: Step) -> Result<Arc<ComputePipeline>> {
     let constants = [
-        // `FIXED` of `glsl/common/rbsm_receiver.glsl` is not for this pass.
-        0,
-        config.search_taps,
-        config.classify.into(),
-        (config.window == SearchWindow::Blockers).into(),
-        step as u32,
-        config.least_width.to_bits(),
-        config.hard_pixels.to_bits(),
-        config.kernel_texels.to_bits(),
-        config.thin_distance.to_bits(),
+        // Of `glsl/common/rbsm_receiver.glsl`, not for this pass.
+        ("FIXED", 0),
+        ("SEARCH_TAPS", config.search_taps),
+        ("CLASSIFY", config.classify.into()),
+        ("NEAREST_BLOCKER", (config.window == SearchWindow::Blockers).into()),
+        ("STEP", step as u32),
+        ("LEAST_WIDTH", config.least_width.to_bits()),
+        ("HARD_PIXELS", config.hard_pixels.to_bits()),
+        ("KERNEL_TEXELS", config.kernel_texels.to_bits()),
+        ("THIN_DISTANCE", config.thin_distance.to_bits()),
     ];
-    let pipeline = context.pipeline::<RbsmPush>("soft/soft_auto.comp", &constants)?;
-    pipeline.check_uniform::<ViewConstants>("view")?;
-    Ok(pipeline)
+    context.pipeline::<EstimateBindings, RbsmPush>("soft/soft_auto.comp", &constants)
 }

@@ -4,7 +4,7 @@ use super::screen_filter::Kernel;
 use super::screen_space::{self, Hard};
 use crate::technique::common::blocker_search;
 use crate::technique::common::receiver;
-use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Context, Result};
 
 /// The registry entry.
@@ -39,7 +39,7 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let hard = Hard::test(context, setup)?;
-    screen_space::prepare(context, setup, &INFO, hard, (Kernel::Gaussian, setup.params.float("sigma")))
+    screen_space::prepare(context, setup, hard, (Kernel::Gaussian, setup.params.float("sigma")))
 }

@@ -5,7 +5,7 @@ use super::screen_space::{self, Hard};
 use crate::technique::common::blocker_search;
 use crate::technique::revectorization::rbsm_pass::{ProfileQuality, Revectorization};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
-use crate::technique::{Info, Kind, Param, Setup, Technique};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Context, Result};
 
 /// The registry entry.
@@ -41,12 +41,12 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let revectorization = match setup.params.word("visibility") {
         "star" => Revectorization::Star,
         "profile" => Revectorization::Profile(ProfileQuality::Line),
         _ => Revectorization::Filtered,
     };
     let hard = Hard::revectorized(context, setup, revectorization)?;
-    screen_space::prepare(context, setup, &INFO, hard, (Kernel::Box, 0.0))
+    screen_space::prepare(context, setup, hard, (Kernel::Box, 0.0))
 }

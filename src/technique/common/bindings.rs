@@ -1,0 +1,56 @@
+//! The bindings that most passes begin with.
+
+use super::view::ViewConstants;
+use crate::gpu::{Bindings, Buffer, Declared, bindings};
+use crate::{Bind, Inputs};
+
+/// The constants of the frame, and the surfaces that the camera sees.
+#[derive(Clone, Copy)]
+pub(crate) struct CameraBindings<'a> {
+    view: Bind<'a>,
+    camera_depth: Bind<'a>,
+    camera_normal: Bind<'a>,
+}
+
+impl<'a> CameraBindings<'a> {
+    /// `view` is of [`super::view::ViewBuffer`].
+    pub fn new(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
+        Self {
+            view: Bind::Buffer(view),
+            camera_depth: Bind::Input(&inputs.depth),
+            camera_normal: Bind::Input(inputs.normal_or_depth()),
+        }
+    }
+}
+
+impl Bindings for CameraBindings<'_> {
+    fn declare(all: &mut Vec<Declared>) {
+        all.push(Declared::uniform::<ViewConstants>("view"));
+        all.extend(["camera_depth", "camera_normal"].map(Declared::new));
+    }
+
+    fn add<'a>(&'a self, all: &mut Vec<(&'static str, Bind<'a>)>) {
+        let Self { view, camera_depth, camera_normal } = *self;
+        all.extend([("view", view), ("camera_depth", camera_depth), ("camera_normal", camera_normal)]);
+    }
+}
+
+bindings! {
+    /// These surfaces, and the shadow map that they are tested against.
+    pub(crate) struct ReceiverBindings { ..camera: CameraBindings, shadow_map }
+
+    /// What a pass binds that writes the visibility of pixels, of all or of a list: see [`super::pixels`].
+    pub(crate) struct PixelBindings { ..receiver: ReceiverBindings, visibility, list }
+}
+
+impl<'a> ReceiverBindings<'a> {
+    /// `view` is of [`super::view::ViewBuffer`].
+    pub fn new(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
+        Self { camera: CameraBindings::new(view, inputs), shadow_map: Bind::Input(&inputs.shadow_map) }
+    }
+
+    /// The same with [`Bind::BorderlessMap`].
+    pub fn borderless(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
+        Self { shadow_map: Bind::BorderlessMap(&inputs.shadow_map), ..Self::new(view, inputs) }
+    }
+}
