@@ -228,7 +228,7 @@ mod tests {
             assert_eq!(variants.len(), group.split(' ').count());
             assert_eq!(variants.iter().filter(|v| v.label == SUBJECT).count(), 1);
             for (v, text) in variants.iter().zip(group.split(' ')) {
-                assert!(!text.contains("width") || v.choice.params.int("width") == texels, "{text}");
+                assert!(!text.contains(":width") || v.choice.params.int("width") == texels, "{text}");
                 let is_plain = !text.contains(':') || v.choice.info.id == "rpcf";
                 assert_eq!(v.choice.settings() == "-", is_plain, "{text}");
                 assert_eq!(v.label.ends_with(" as in the paper"), text.contains("receiver=fixed"), "{text}");
