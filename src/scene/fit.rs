@@ -40,7 +40,7 @@ struct Floor {
 fn triangles(scene: &Scene) -> impl Iterator<Item = ([DVec3; 3], bool)> {
     scene.instances.iter().flat_map(|instance| {
         let mesh = &scene.meshes[instance.mesh];
-        let double_sided = scene.materials[mesh.material].double_sided;
+        let double_sided = scene.materials.get(mesh.material).is_some_and(|m| m.double_sided);
         let at = |i: u32| {
             let p = glam::Vec3::from(mesh.positions[i as usize]).as_dvec3();
             instance.world_from_object.transform_point3(p)
