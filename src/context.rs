@@ -180,7 +180,7 @@ impl Context {
     /// The compute pipeline of a shader that binds `B`, with the given specialization constants, made once.
     ///
     /// # Errors
-    /// As of [`ComputePipeline::new`].
+    /// Errors are those of [`ComputePipeline::new`].
     pub fn pipeline<B: Bindings, P: ShaderStruct>(
         &self,
         shader: &str,
@@ -200,7 +200,7 @@ impl Context {
     /// The raster pipeline of a state, made once; its stages bind `B`, and all see the push constants `P`.
     ///
     /// # Errors
-    /// As of [`RasterPipeline::new`].
+    /// Errors are those of [`RasterPipeline::new`].
     pub fn raster_pipeline<B: Bindings, P: ShaderStruct>(
         &self,
         state: &RasterState<'_>,

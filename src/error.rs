@@ -61,7 +61,7 @@ pub enum Error {
         path: PathBuf,
         /// Place in the file in the format's own terms, such as `accessors[3].count`.
         place: String,
-        /// What is wrong and how to fix it.
+        /// Description of the mistake and of its remedy.
         problem: String,
     },
     /// The caller asked for anything else that is not possible.

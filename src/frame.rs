@@ -34,7 +34,7 @@ pub struct Pass<'a> {
     pub name: &'a str,
     /// What runs.
     pub pipeline: &'a ComputePipeline,
-    /// What is bound: the type that the pipeline was made with.
+    /// Resources of the pass, in the type that the pipeline was made with.
     pub bind: &'a dyn Bindings,
     /// Push constants; see [`crate::gpu::ShaderStruct`].
     pub push: &'a [u8],

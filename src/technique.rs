@@ -113,10 +113,10 @@ pub trait Passes {
     /// [constants](common::view::ViewConstants).
     ///
     /// # Errors
-    /// As of [`Technique::record`].
+    /// Errors are those of [`Technique::record`].
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()>;
 
-    /// As [`Technique::intermediates`].
+    /// Returns what [`Technique::intermediates`] does.
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
         vec![]
     }

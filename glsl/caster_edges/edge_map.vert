@@ -24,7 +24,7 @@ void main() {
   int corner = gl_VertexIndex % 6;
   bool at_b = corner == 1 || corner == 3 || corner == 4, left = corner >= 2 && corner != 3;
   vec2 p = (at_b ? e.b + reach * along : e.a - reach * along) + (left ? reach : -reach) * across;
-  // Without a segment, outside the clip volume.
+  // A vertex without a segment lies outside the clip volume.
   bool valid = (e.flags & SEGMENT_VALID) != 0 && all(greaterThan(push.map_size, ivec2(1)));
   gl_Position = valid ? vec4(2.0 * (p - 0.5) / vec2(push.map_size - 1) - 1.0, 0.5, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }

@@ -2,7 +2,7 @@
 // centres around it, the corners of its cell in the map of edges (edge_map.glsl); the depth map gives their visibility.
 // Along a walk that crosses no silhouette edge visibility cannot change, so the point takes over the visibility of
 // every anchor that it can reach this way. If edges separate it from all four, the edges themselves are the evidence.
-// Where a surface enters the receiver, a shadow ends without an edge; the triangles beside the edges decide there.
+// A shadow ends without an edge where a surface enters the receiver; the triangles beside the edges decide there.
 #ifndef EDGESHADE_EDGE_RULE
 #define EDGESHADE_EDGE_RULE
 #include "lib/edge_segment.glsl"
@@ -236,7 +236,7 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
   bvec4 surely = both(v.open, a.sure);
   bool some_lit = any(both(v.open, a.lit)), some_dark = any(both(v.open, not(a.lit)));
   bool inside = v.nearest_line > 0.0 || any(v.from_inside);
-  // Nothing lies before the surface that a lit anchor sees, so the point got these layers on the way.
+  // A lit anchor sees a surface that nothing covers, so the point got these layers on the way.
   bool layered = any(both(both(v.settled, both(a.sure, a.lit)), greaterThan(v.layers, ivec4(0))));
   int leading_under = countOf(v.under_first) + (v.under_nearest ? 1 : 0);
   bool lit;

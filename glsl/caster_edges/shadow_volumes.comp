@@ -34,7 +34,7 @@ float visibilityAt(ivec2 pixel, bool in_volume) {
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (any(greaterThanEqual(pixel, ivec2(view.size)))) return;
-  // With a mirroring camera the blended count is negative.
+  // The blended count is negative if the camera mirrors.
   float count = BLENDED ? texelFetch(blended, pixel, 0).x : float(texelFetch(stencil, pixel, 0).x);
   imageStore(visibility, pixel, vec4(visibilityAt(pixel, count != 0.0)));
   if (KEEP_COUNT) imageStore(count_image, pixel, vec4(count));

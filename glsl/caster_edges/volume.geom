@@ -49,7 +49,7 @@ void main() {
     uint low = swapped ? l : k, high = swapped ? k : l;
     vec4 a = gl_in[low].gl_Position, a_far = infinity[low];
     vec4 b = gl_in[high].gl_Position, b_far = infinity[high];
-    // As in volume_side.vert, the direction of the edge changes only the winding, not the order of the corners.
+    // The direction of the edge changes only the winding, not the order of the corners, as in volume_side.vert.
     if (faces != swapped) {
       emit(a, a_far, b);
       emit(b, a_far, b_far);
@@ -58,7 +58,7 @@ void main() {
       emit(b, b_far, a_far);
     }
   }
-  // For a parallel light the far cap is a single point.
+  // The far cap of a parallel light is a single point.
   if (lights[instance].light.w == 0.0) return;
   vec4 i = infinity[0], j = infinity[1], k = infinity[2];
   emit(i, faces ? k : j, faces ? j : k);

@@ -37,7 +37,7 @@ vec2 cellOf(ivec2 at) {
 // Minimum and maximum of 2 x 2 texels of the source.
 vec2 quad(ivec2 first) {
   if (FROM_MAP) {
-    // At the common corner of the four texels, rounding cannot select others. The sampler's border is white.
+    // Rounding cannot select other texels at the common corner of the four. The sampler's border is white.
     vec4 d = textureGather(shadow_map, vec3(vec2(first + 1) / vec2(push.map_size), push.layer));
     return vec2(min(min(d.x, d.y), min(d.z, d.w)), max(max(d.x, d.y), max(d.z, d.w)));
   }

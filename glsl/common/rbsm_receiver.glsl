@@ -33,7 +33,7 @@ float shadowTest(ShadowPoint p, ivec2 texel) {
 }
 
 uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
-  // At the common corner of the four texels, rounding cannot select others. Gather order:
+  // Rounding cannot select other texels at the common corner of the four. Gather order:
   // (0, 1), (1, 1), (1, 0), (0, 0). The sampler's border is white, or repeats the map's border with MAP_GOES_ON.
   vec4 stored = textureGather(shadow_map, vec3(vec2(corner + 1) / vec2(view.map_size), 0.0));
   return uint(shadowTest(receiverDepth(p, testedTexel(corner)), stored.w)) |

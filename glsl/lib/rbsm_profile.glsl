@@ -107,7 +107,7 @@ Profile edgeProfile(ShadowPoint p, float s, ivec2 across, int quality) {
   RunEnd a = runEnd(p, s, -along, across), b = runEnd(p, s, along, across);
   Profile f = Profile(float(a.texels), float(a.texels + b.texels + 1), vec2(0.0), 0.0, 0);
   if (a.turn == END_SADDLE && b.turn == END_SADDLE) return f;
-  // At a saddle the boundary is assumed to continue as at the other end.
+  // The boundary is assumed to continue at a saddle as at the other end.
   int A = a.turn == END_SADDLE ? -b.turn : a.turn, B = b.turn == END_SADDLE ? -a.turn : b.turn;
   if (A == 0 || B == 0) {
     if (A == 0 && B != 0 && !b.big) f.heights.y = 0.5 * float(B), f.fade = 1;

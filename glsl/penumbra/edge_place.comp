@@ -1,7 +1,7 @@
 #version 460
 // Moves the seeds' points from half-way between lit and shadowed pixels to the end of the hard shadow, found by
 // bisection. The trial points lie on the pixel's plane; their visibility comes from the function of the hard shadows.
-// So penumbrae move smoothly with the shadow instead of by whole pixels.
+// Penumbrae therefore move smoothly with the shadow instead of by whole pixels.
 // Macedo, Apolinario (2018) do not have this step; their edges are pixels.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;

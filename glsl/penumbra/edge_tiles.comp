@@ -24,7 +24,7 @@ void main() {
     vec4 darkest = vec4(1.0), lightest = vec4(0.0);
     for (int i = 0; i < 25; ++i) {
       ivec2 corner = tile * TILE + 2 * ivec2(i % 5, i / 5);
-      // At the common corner of the four pixels, rounding cannot select others.
+      // Rounding cannot select other pixels at the common corner of the four.
       vec4 block = textureGather(hard, vec2(corner) / vec2(view.size));
       darkest = min(darkest, block);
       lightest = max(lightest, block);

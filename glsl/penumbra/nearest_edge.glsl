@@ -27,7 +27,7 @@ struct Place {
   Receiver p;
   float width;  // width of a pixel there, world units
   float beyond; // only edges farther than this count; squared as in Nearest
-  // Only if ALONG_LIGHT:
+  // These are set only if ALONG_LIGHT:
   vec3 axis;    // axis of the light's view, pointing away from the light
   vec3 ray;     // along the light's ray, scaled to length 1 along the axis
   vec3 sides[2]; // unit vectors along the sides of the light's square, the map's axes
@@ -95,7 +95,7 @@ float squaredShare(Nearest nearest) {
 // at a crease, the surface must be curved in between, which bendsEvenly tests.
 bool onSurface(Place at, vec3 apart, vec3 normal, ivec2 pixel) {
   if (!PLANES) return sameDepth(at.p.position.z, at.p.position.z + apart.z, push.tolerance);
-  // At least one pixel: a pixel's own edge lies somewhere on the way to the next pixel.
+  // The distance is at least one pixel: a pixel's own edge lies somewhere on the way to the next pixel.
   float pixels = max(length(vec2(pixel - at.pixel)), 1.0);
   bool turned = dot(at.p.normal, normal) < CREASE_COSINE;
   return onePatch(at.p.normal, normal, apart, pixels, at.width, turned ? CURVED * push.tolerance : push.tolerance);

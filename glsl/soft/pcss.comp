@@ -3,7 +3,7 @@
 // and shadow tests are averaged over that width. Pixels whose whole search window is lit or in shadow according to the
 // hierarchical shadow map skip both steps; the image is the same, bit for bit.
 //
-// As in the papers, taps lie at the centres of a regular grid over the window. The outermost taps do not reach its rim,
+// Taps lie at the centres of a regular grid over the window, as in the papers. The outermost taps do not reach its rim,
 // so a penumbra loses its lit rim, at most half a tap's share of it. Taps that reach the rim give blockers far from the
 // receiver too much weight; they increased the error on each of five scenes.
 //

@@ -43,7 +43,7 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
   for (int y = first.y; y <= last.y; y += 2) {
     precise vec2 height = max(min(vec2(y, y + 1) + 1.0, high.y) - max(vec2(y, y + 1), low.y), 0.0);
     for (int x = first.x; x <= last.x; x += 2) {
-      // At the common corner of the four texels, rounding cannot select others.
+      // Rounding cannot select other texels at the common corner of the four.
       vec4 stored = textureGather(shadow_map, vec3(vec2(x + 1, y + 1) / vec2(view.map_size), 0.0));
       vec4 reference = softReference2x2(r, ivec2(x, y));
       precise vec2 width = max(min(vec2(x, x + 1) + 1.0, high.x) - max(vec2(x, x + 1), low.x), 0.0);

@@ -1,4 +1,4 @@
-//! What is bound to a shader: put into the order of its bindings, tracked for hazards, and pushed.
+//! Resources bound to a shader: they are put into the order of its bindings, tracked for hazards, and pushed.
 
 use super::Frame;
 use crate::gpu::{Bind, Bindings, Interface, ResourceAccess, ResourceKind, Slot};
@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use ash::vk;
 
 impl Interface {
-    /// What is bound to each slot.
+    /// Resource of each slot.
     ///
     /// # Errors
     /// [`Error::Shader`] unless these are the names that the pipeline was made with, each with an image or a buffer as the
@@ -27,7 +27,7 @@ impl Interface {
         self.slots.iter().map(find).collect()
     }
 
-    /// What the stages do with what is bound to the slots, by [`Bind::id`].
+    /// Returns how the stages use the resources of the slots, by [`Bind::id`].
     pub(super) fn uses(&self, bind: &[Bind<'_>]) -> Vec<(u64, Use)> {
         let slot = |(slot, bound): (&Slot, &Bind<'_>)| {
             let id = bound.id();

@@ -39,7 +39,7 @@ impl<'a> Target<'a> {
 pub struct Bound<'a> {
     /// The pipeline.
     pub pipeline: &'a RasterPipeline,
-    /// What is bound: the type that the pipeline was made with.
+    /// Resources of the pass, in the type that the pipeline was made with.
     pub bind: &'a dyn Bindings,
 }
 

@@ -1,4 +1,4 @@
-//! What a pass binds: resources, by the names that they have in the shader.
+//! Resources that a pass binds, by the names that they have in the shader.
 
 use super::{Block, Buffer, Image, ImageRef, ShaderStruct};
 use crate::Result;

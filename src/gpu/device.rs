@@ -22,7 +22,7 @@ pub struct ContextDesc<'a> {
     pub features: DeviceFeatures,
     /// True if the instance has `VK_EXT_debug_utils`: objects get names and passes get labels.
     pub debug_utils: bool,
-    /// Where memory comes from; `None` makes an allocator of our own.
+    /// Source of memory; `None` makes an allocator of our own.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
     /// Used for every pipeline; may be null.
     pub pipeline_cache: vk::PipelineCache,

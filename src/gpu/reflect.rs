@@ -1,4 +1,4 @@
-//! What a SPIR-V module says of itself: bindings with their access, push and specialization constants,
+//! Contents that a SPIR-V module declares: bindings with their access, push and specialization constants,
 //! workgroup size.
 //!
 //! Only what this project's shaders use is understood: descriptor set 0, at most one push-constant

@@ -61,7 +61,7 @@ fn floor(scene: &Scene) -> Option<Floor> {
     let mut floor = Floor { rest: Bounds::EMPTY, bounds: Bounds::EMPTY };
     let (mut area, mut turned) = (0.0, 0.0);
     for ([a, b, c], double_sided) in triangles(scene) {
-        // As long as twice the area; a floor is almost level, and double-sided if it faces down.
+        // The normal is as long as twice the area. A floor is almost level, and double-sided if it faces down.
         let normal = (b - a).cross(c - a);
         let is_level = [a, b, c].iter().all(|p| p.y <= top) && normal.y.abs() > 0.99 * normal.length();
         let is_floor = is_level && (normal.y > 0.0 || double_sided);
@@ -251,7 +251,7 @@ pub fn clamp_clip_planes(scene: &Scene, camera: &Camera) -> Camera {
         Projection::Orthographic { near, far, .. } if first < *far && last > *near => {
             (*near, *far) = (near.max(first), far.min(last));
         }
-        // Nothing lies between the planes, so nothing is seen.
+        // The range between the planes is empty, so nothing is seen.
         Projection::Orthographic { .. } => {}
     }
     out

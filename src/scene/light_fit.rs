@@ -39,7 +39,7 @@ pub fn light_view(scene: &Scene, light: &Light) -> LightView {
 /// Then the map covers only what can cast a shadow on something visible.
 ///
 /// If the camera sees half of the scene or more, along the longer side of the map, the map is the one for any camera.
-/// So shadows do not move while the camera does.
+/// Shadows therefore stay still while the camera moves.
 pub fn light_view_for(scene: &Scene, light: &Light, camera: &CameraView) -> LightView {
     fit(scene, light, Some(camera))
 }

@@ -108,7 +108,7 @@ fn mean(
     let pixels = filter_width / width;
     let pixels_error = pixels * (width_error / width + ROUNDING);
     let half_taps = |pixels: f64| match pixels > 1.0 {
-        // As many taps as pixels, but odd.
+        // The number of taps is that of pixels, made odd.
         true => (s.taps.min(pixels.ceil().min(64.0) as u32 | 1) / 2) as i64,
         false => 0,
     };

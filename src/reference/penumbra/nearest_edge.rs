@@ -186,7 +186,7 @@ fn on_surface(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, se
         return same_depth(p.position.z, seed.point.z, error + seed.doubt.z.abs(), tolerance);
     }
     let away = [0, 1].map(|i| pixel[i].abs_diff(seed.pixel[i]) as f64);
-    // At least one pixel: a pixel's own edge lies somewhere on the way to its neighbour.
+    // The distance is at least one pixel: a pixel's own edge lies somewhere on the way to its neighbour.
     let pixels = away[0].hypot(away[1]).max(1.0);
     let width = view.pixel_width(p.position, p.position_error);
     let (n, m) = ((p.normal, p.normal_error), (seed.normal, seed.normal_error));

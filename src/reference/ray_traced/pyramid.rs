@@ -23,7 +23,7 @@ use glam::DVec3;
 /// Visibility of the whole light from a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Class {
-    /// Nothing lies in between.
+    /// No occluder lies between the point and the light.
     Lit,
     /// The light is seen entirely or not at all.
     Uniform,

@@ -1,7 +1,7 @@
 //! Mirror of `glsl/soft/soft_auto.comp` and of the passes that work on its lists, composed of the mirrors of those
 //! passes.
 //!
-//! Where the shader decides a pixel by its filter's window, the filter itself gives the same result.
+//! The filter itself gives the same result where the shader decides a pixel by its filter's window.
 
 use super::{pcss, rbssm};
 use crate::Result;
@@ -226,7 +226,7 @@ impl Pixel<'_> {
         let facing = r.normal.dot(towards);
         let (pixel, pixel_error) = self.view.pixel_width(r.position, r.position_error);
         let map_width = light.world / light.uv / self.view.map_extent();
-        // With all errors in one direction.
+        // All errors go in one direction.
         let pixels = |sign: f64| {
             let z = if light.depth_scale > 0.0 { z.value + sign * z.error } else { 1.0 };
             let facing = (facing - sign * (r.normal_error + towards_error)).max(GRAZING);

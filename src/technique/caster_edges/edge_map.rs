@@ -39,7 +39,7 @@ bindings! {
     struct IdsBindings { Keys, picture }
 }
 
-/// What of the pass is fixed at its making.
+/// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeMapConfig {
     /// Slots a cell: 1 to 8.

@@ -42,7 +42,7 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
-/// What a parameter `kernel` says.
+/// Value of a parameter `kernel`.
 pub(super) fn border_kernel(params: &Params) -> BorderKernel {
     match params.word("kernel") {
         "box" => BorderKernel::Box,

@@ -9,7 +9,7 @@ use crate::{Context, Frame, Inputs, Result};
 use std::sync::Arc;
 
 bindings! {
-    /// What a raster pass over the segments binds.
+    /// Resources that a raster pass over the segments binds.
     pub(super) struct SegmentBindings { Segments, shadow_map }
 }
 

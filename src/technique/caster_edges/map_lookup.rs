@@ -11,7 +11,7 @@ bindings! {
     struct PointBindings { ..receiver: ReceiverBindings, visibility, points }
 }
 
-/// What the map holds.
+/// Contents of the map.
 #[derive(Clone, Copy)]
 pub(super) enum Held {
     Distances,

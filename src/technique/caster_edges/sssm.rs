@@ -79,7 +79,7 @@ pub struct SilhouettePoints {
 
 /// Edges that reach this far around the map are kept, texels.
 const MARGIN: f32 = 16.0;
-/// What a cell without an edge holds: its middle, `CELL_MIDDLE` of `glsl/caster_edges/sssm_cell.glsl`.
+/// Value of a cell without an edge: its middle, `CELL_MIDDLE` of `glsl/caster_edges/sssm_cell.glsl`.
 const MIDDLE: u32 = 0x8000_8000;
 
 impl SilhouettePoints {

@@ -63,7 +63,7 @@ bindings! {
     struct DrawsBindings { Instances, Offsets, Header, Cameras, Draws }
     struct CopyBindings { camera_depth }
 
-    /// What every draw of volumes binds.
+    /// Resources that every draw of volumes binds.
     struct VolumeBindings { Positions, Lights, Cameras }
     struct TriangleBindings { ..volumes: VolumeBindings, Triangles, Chunks, Instances, Facing }
     struct NeighbourBindings { ..triangles: TriangleBindings, Neighbours }

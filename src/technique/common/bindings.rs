@@ -39,7 +39,7 @@ bindings! {
     /// These surfaces, and the shadow map that they are tested against.
     pub(crate) struct ReceiverBindings { ..camera: CameraBindings, shadow_map }
 
-    /// What a pass binds that writes the visibility of pixels, of all or of a list: see [`super::pixels`].
+    /// Resources of a pass that writes the visibility of all pixels, or of a list: see [`super::pixels`].
     pub(crate) struct PixelBindings { ..receiver: ReceiverBindings, visibility, list }
 }
 

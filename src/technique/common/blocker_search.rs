@@ -2,7 +2,7 @@
 
 use crate::technique::{Param, Params};
 
-/// Where blockers are searched: `searchWindow` of `glsl/common/hsm.glsl`.
+/// Window in which blockers are searched: `searchWindow` of `glsl/common/hsm.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchWindow {
     /// In the papers' window, which the light's near plane cuts out of the pyramid between receiver and light.
@@ -19,7 +19,7 @@ pub(crate) const SEARCH: Param = Param::choice(
     1,
     "window of the blocker search: up to the light's near plane as in the papers, or as far as the nearest blocker in it allows",
 );
-/// What [`SEARCH`] says.
+/// Value of [`SEARCH`].
 pub(crate) fn search_window(params: &Params) -> SearchWindow {
     if params.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers }
 }

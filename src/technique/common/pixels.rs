@@ -20,7 +20,7 @@ const HEADER: u64 = 20;
 /// Offset of the count of tiles.
 const TILES: u64 = 16;
 
-/// What the specialization constant `STEP` of `glsl/common/pixel_steps.glsl` says.
+/// Value of the specialization constant `STEP` of `glsl/common/pixel_steps.glsl`.
 #[derive(Clone, Copy)]
 pub(crate) enum Step {
     AtOnce,

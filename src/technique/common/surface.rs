@@ -1,4 +1,4 @@
-//! Which points lie on one surface.
+//! Tests that tell which points lie on one surface.
 
 /// How two points are told to lie on one surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@ const FORMAT: vk::Format = vk::Format::R32G32_UINT;
 bindings! {
     struct JoinBindings { SeedBits, columns }
 
-    /// What the passes over rows begin with: `edt_envelope.glsl`.
+    /// Layout that the passes over rows begin with: `edt_envelope.glsl`.
     pub(super) struct ColumnsBindings { columns, Live }
 }
 

@@ -98,14 +98,14 @@ pub enum PcfSkip {
     Tiles,
 }
 
-/// What of the pass is fixed at its making.
+/// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct PcfConfig {
     /// Texels along the kernel's side: odd, 1 to 63.
     pub width: u32,
     /// Four texels a gather, instead of one a fetch.
     pub gather: bool,
-    /// What is not filtered.
+    /// Values that are not filtered.
     pub skip: PcfSkip,
 }
 

@@ -64,7 +64,7 @@ impl Revectorization {
     }
 }
 
-/// What of the pass is fixed at its making.
+/// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct RbsmConfig {
     /// What becomes of a fragment at an edge.

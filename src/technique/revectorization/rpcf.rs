@@ -87,7 +87,7 @@ pub enum RpcfVisibility {
     Profile,
 }
 
-/// What of the pass is fixed at its making.
+/// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct RpcfConfig {
     /// Texels along the kernel's side: odd, 1 to 31.

@@ -84,7 +84,7 @@ impl Passes for SoftShadows {
     }
 }
 
-/// What of the pass is fixed at its making.
+/// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct PcssConfig {
     /// Taps of the blocker search along each axis: odd, 1 to 63.

@@ -23,7 +23,7 @@ shader_struct! {
     }
 }
 
-/// What of the pass is fixed at its making.
+/// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct WidthConfig {
     /// Taps of the blocker search along each axis: odd, 1 to 63.

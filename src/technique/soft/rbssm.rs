@@ -121,7 +121,7 @@ pub enum RbssmVisibility {
     Improved,
 }
 
-/// What of the pass is fixed at its making.
+/// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct RbssmConfig {
     /// Taps of the blocker search along each axis: odd, 1 to 63.
