@@ -50,14 +50,14 @@ pub struct EdgeMapConfig {
     pub kill: bool,
     /// Texels, along both axes, before an edge at which a cell learns of it: at least [`LEAST_REACH`].
     pub reach: f32,
-    /// How edges are written.
+    /// Way to write edges.
     pub generation: Generation,
 }
 
 /// Reach of a map for points within their cells: edges this close to a texel's centre count as being at it.
 pub const LEAST_REACH: f32 = 1.0 / 64.0;
 
-/// How edges come into a map; the map is the same.
+/// Way to write edges into a map; the map is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Generation {
     /// Threads walk along them.
@@ -245,7 +245,7 @@ impl EdgeMap {
         &self.spill
     }
 
-    /// For each cell the first entry of its chain, and how many were asked for, less one.
+    /// First entry of each cell's chain, and the number of entries that were asked for, less one.
     pub fn heads(&self) -> &Buffer {
         &self.heads
     }

@@ -70,14 +70,14 @@ shader_struct! {
     }
 }
 
-/// How a map of distances is made.
+/// Settings of a map of distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceConfig {
-    /// Of several edges, the one whose cosine at the corner is smallest instead of the nearest.
+    /// True to keep, of several edges, the one whose cosine at the corner is smallest instead of the nearest.
     pub cosine: bool,
     /// Leave out edges that the light does not see.
     pub kill: bool,
-    /// How far from an edge distances are known, texels: above 0.
+    /// Distance from an edge up to which distances are known, texels: above 0.
     pub half_width: f32,
 }
 
@@ -94,7 +94,7 @@ impl EdgeDistances {
     /// Allocates; the technique's name is for messages.
     ///
     /// # Errors
-    /// As of [`MapEdges::new`].
+    /// Errors are those of [`MapEdges::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -124,7 +124,7 @@ impl EdgeDistances {
     /// Makes the map, unless that of the frame before still holds.
     ///
     /// # Errors
-    /// As of [`MapEdges::record`].
+    /// Errors are those of [`MapEdges::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
@@ -186,7 +186,7 @@ impl HeldMap for EdgeDistances {
     }
 }
 
-/// What becomes of the border of a shadow.
+/// Treatment of the border of a shadow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BorderKernel {
     /// A ramp.

@@ -26,7 +26,7 @@ impl MapEdges {
     /// the technique's name is for messages.
     ///
     /// # Errors
-    /// As of [`Silhouettes::new`] and [`EdgeSegments::new`].
+    /// Errors are those of [`Silhouettes::new`] and [`EdgeSegments::new`].
     pub fn new(context: &Context, technique: &'static str, casters: &Arc<Casters>, margin: f32) -> Result<Self> {
         let silhouettes = Silhouettes::new(context, casters, false)?;
         let segments = EdgeSegments::new(context, &silhouettes)?;
@@ -46,7 +46,7 @@ impl MapEdges {
         Ok(true)
     }
 
-    /// Where the edges are listed, with their number and the arguments of dispatches and draws.
+    /// List of the edges, with their number and the arguments of dispatches and draws.
     pub fn silhouettes(&self) -> &Silhouettes {
         &self.silhouettes
     }

@@ -1,4 +1,4 @@
-//! Which triangles face the light, and the edges where a shadow may end.
+//! Triangles that face the light, and the edges where a shadow may end.
 
 use crate::casters::{CHUNK, Casters};
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, bindings, shader_struct};
@@ -92,7 +92,7 @@ pub struct Silhouettes {
     header: Buffer,
     edges: Buffer,
     kept: Kept,
-    /// Which instances cast in the list.
+    /// Instances of the list that cast.
     casts: Vec<bool>,
 }
 
@@ -217,7 +217,7 @@ impl Silhouettes {
         &self.edges
     }
 
-    /// What stands before the list: `SilhouetteHeader` of `glsl/caster_edges/silhouettes.glsl`.
+    /// Head of the list: `SilhouetteHeader` of `glsl/caster_edges/silhouettes.glsl`.
     pub fn header(&self) -> &Buffer {
         &self.header
     }
@@ -227,7 +227,7 @@ impl Silhouettes {
         Threads::Indirect(&self.header, 0)
     }
 
-    /// For each workgroup of edges where in the list it writes.
+    /// Place in the list at which each workgroup of edges writes.
     pub(crate) fn offsets(&self) -> &Buffer {
         &self.offsets
     }

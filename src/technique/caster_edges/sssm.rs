@@ -56,7 +56,7 @@ bindings! {
     struct PointsBindings { shadow_map, Header, Segments, Keys, Winners, points }
 }
 
-/// How the points are made; the map is the same.
+/// Way to make the points; the map is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointsBy {
     /// Edges are walked along by compute shaders.
@@ -86,7 +86,7 @@ impl SilhouettePoints {
     /// Allocates; the technique's name is for messages. With `kill`, edges that the light does not see are left out.
     ///
     /// # Errors
-    /// As of [`MapEdges::new`].
+    /// Errors are those of [`MapEdges::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -139,7 +139,7 @@ impl SilhouettePoints {
     /// Makes the map, unless that of the frame before still holds.
     ///
     /// # Errors
-    /// As of [`MapEdges::record`].
+    /// Errors are those of [`MapEdges::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());

@@ -30,7 +30,7 @@ impl Rect {
         self.x.is_empty() || self.y.is_empty()
     }
 
-    /// What is in both.
+    /// Returns the intersection.
     pub fn cut(&self, other: &Self) -> Self {
         let both = |a: &Range<u32>, b: &Range<u32>| a.start.max(b.start)..a.end.min(b.end);
         Self { x: both(&self.x, &other.x), y: both(&self.y, &other.y) }
@@ -82,7 +82,7 @@ pub(crate) fn light_range(camera: &CameraView, light: &LightView) -> [DVec4; 8] 
     })
 }
 
-/// How far inside of a plane a point is.
+/// Distance of a point from a plane, positive inside.
 type Side = fn(&DVec4) -> f64;
 
 /// The pixels in which the hull of points of the camera's clip space can be seen; empty if it cannot.

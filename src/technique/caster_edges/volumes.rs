@@ -71,7 +71,7 @@ bindings! {
     struct ResolveBindings { ..receiver: ReceiverBindings, stencil, blended, visibility, count_image }
 }
 
-/// What counts the volumes.
+/// Way to count the volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counting {
     /// The stencil: 8 bits, so a multiple of 256 volumes is lit.
@@ -80,7 +80,7 @@ pub enum Counting {
     Blended,
 }
 
-/// What makes sides and far caps.
+/// Way to make sides and far caps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
     /// Compute shaders: a list of silhouette edges, a quad each.
@@ -89,12 +89,12 @@ pub enum Path {
     Geometry,
 }
 
-/// How shadow volumes are made.
+/// Settings of the shadow volumes.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// What counts them.
+    /// Way to count them.
     pub counting: Counting,
-    /// What makes them.
+    /// Way to make them.
     pub path: Path,
     /// Count triangles everywhere, not shells where a mesh is closed.
     pub robust: bool,
@@ -104,7 +104,7 @@ pub struct Settings {
     pub cap_bias: f32,
     /// Ask the shadow map too, where the casters say that there are alpha-masked ones.
     pub masked: bool,
-    /// For the shadow map's test: multiples of what a plane needs.
+    /// Normal offset of the shadow map's test: multiples of what a plane needs.
     pub normal_offset: f32,
 }
 
@@ -127,7 +127,7 @@ pub struct ShadowVolumes {
     silhouettes: Silhouettes,
     copy: Arc<RasterPipeline>,
     near: Arc<RasterPipeline>,
-    /// Of the compute path: sides, and far caps from the near ones' shader. Of the other: both.
+    /// Pipeline of the sides on the compute path, where far caps come from the near ones' shader; otherwise of both.
     sides: Arc<RasterPipeline>,
     far: Option<Arc<RasterPipeline>>,
     ranges: Arc<ComputePipeline>,
@@ -144,7 +144,7 @@ struct Visible {
     vertices: Range<u32>,
     instance: usize,
     rect: Rect,
-    /// Whether triangles with the facing bit 0, and 1, count.
+    /// True if triangles with the facing bit 0, and 1, count.
     facing: [bool; 2],
 }
 
@@ -323,7 +323,7 @@ impl ShadowVolumes {
         })
     }
 
-    /// What is drawn, where.
+    /// Returns the volumes that can be seen, each with its instance and its rectangle.
     fn visible(&self, inputs: &Inputs<'_>, casts: &[bool], cameras: &[VolumeCamera]) -> Vec<Visible> {
         let (camera, light) = (inputs.camera, &inputs.light[0]);
         let range = volume_cull::rectangle(&volume_cull::light_range(camera, light), camera.depth, self.extent);

@@ -5,9 +5,9 @@ use crate::technique::{Param, Params};
 /// Window in which blockers are searched: `searchWindow` of `glsl/common/hsm.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchWindow {
-    /// In the papers' window, which the light's near plane cuts out of the pyramid between receiver and light.
+    /// The papers' window, which the light's near plane cuts out of the pyramid between receiver and light.
     Near,
-    /// In the part of it where blockers can be, by the smallest depth in it: still every one, under denser taps.
+    /// The part of it where blockers can be, by its smallest depth: it still holds every blocker, under denser taps.
     Blockers,
 }
 

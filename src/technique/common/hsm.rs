@@ -27,7 +27,7 @@ bindings! {
 /// The pass, its image, and what the image was made from.
 pub struct Hsm {
     from_map: Arc<ComputePipeline>,
-    /// From the level before; none where one dispatch makes all levels.
+    /// Pipeline that makes a level from the one before; none where one dispatch makes all levels.
     from_finer: Option<Arc<ComputePipeline>>,
     bounds: Image,
     levels: u32,

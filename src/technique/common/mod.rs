@@ -1,4 +1,4 @@
-//! What several rooms use: views of camera and light, receivers, tiles and lists of pixels, bounds of the shadow map's depths.
+//! Parts that several rooms use: views of camera and light, receivers, tiles and lists of pixels, depth bounds of the map.
 
 pub mod accumulate;
 pub(crate) mod bindings;

@@ -72,7 +72,7 @@ impl PixelList {
         clear(frame, &self.buffer);
     }
 
-    /// For binding.
+    /// Returns it for binding.
     pub(crate) fn bind(&self) -> Bind<'_> {
         Bind::Buffer(&self.buffer)
     }
@@ -142,7 +142,7 @@ impl PixelPass {
         if self.is_listed() { Threads::Indirect(&self.list, 0) } else { Threads::Count([width, height, 1]) }
     }
 
-    /// Whether pixels are listed.
+    /// True if pixels are listed.
     pub(crate) fn is_listed(&self) -> bool {
         self.listed.is_some()
     }

@@ -1,4 +1,4 @@
-//! How a receiver is moved before it is tested against the shadow map.
+//! Offset of a receiver before it is tested against the shadow map.
 
 use crate::technique::Param;
 

@@ -1,6 +1,6 @@
 //! Tests that tell which points lie on one surface.
 
-/// How two points are told to lie on one surface.
+/// Test that tells whether two points lie on one surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SurfaceTest {
     /// Each lies near the plane of the other.

@@ -42,7 +42,7 @@ impl TileList {
         frame.update(&self.buffer, bytemuck::bytes_of(&header));
     }
 
-    /// For binding.
+    /// Returns it for binding.
     pub fn buffer(&self) -> &Buffer {
         &self.buffer
     }

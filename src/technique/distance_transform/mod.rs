@@ -47,7 +47,7 @@ shader_struct! {
     }
 }
 
-/// How the transform is computed. The result is the same.
+/// Method of the transform. The result is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EdtMethod {
     /// Parallel Banding Algorithm.
@@ -64,7 +64,7 @@ impl EdtMethod {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Pba, Self::BoundedTile, Self::BoundedRow, Self::Auto];
 
-    /// What `Auto` stands for on this device and with this radius.
+    /// Returns the method that `Auto` stands for on this device and with this radius.
     fn resolve(self, is_cpu: bool, radius: Option<u32>) -> Self {
         match self {
             Self::Auto if is_cpu => Self::BoundedRow,
@@ -98,10 +98,10 @@ impl FromStr for EdtMethod {
     }
 }
 
-/// What of the transform is fixed at its making.
+/// Settings that are fixed when the transform is made.
 #[derive(Clone, Copy, Debug)]
 pub struct EdtConfig {
-    /// How.
+    /// Method.
     pub method: EdtMethod,
     /// Largest distance in pixels, inclusive: pixels farther from every seed get [`NO_SEED`]. `None` for no limit.
     pub radius: Option<u32>,
@@ -134,7 +134,7 @@ pub struct Edt {
     steps: Steps,
 }
 
-/// What the methods write, for binding.
+/// Resources that the methods write, for binding.
 struct Output<'a> {
     labels: &'a Image,
     /// The labels again where no squared distances are asked for: the shader's binding still wants an image.

@@ -1,4 +1,4 @@
-//! From a mask to the bits of its seeds.
+//! Passes that turn a mask into the bits of its seeds.
 
 use super::EdtPush;
 use crate::gpu::{Buffer, ComputePipeline, bindings};

@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// How many bands each phase has: more give more threads, and more to join. Counts beyond what the image has are cut.
+/// Number of bands of each phase: more give more threads, and more to join. Counts beyond what the image has are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bands {
     /// Phase 1, bands of rows: the blocks of 32 rows are shared out among as many (the paper's m1).
@@ -38,7 +38,7 @@ bindings! {
 pub(super) struct Pba {
     columns: Columns,
     bands: Arc<ComputePipeline>,
-    /// With more than one band of columns.
+    /// Present only with more than one band of columns.
     merge: Option<Arc<ComputePipeline>>,
     color: Arc<ComputePipeline>,
     push: EdtPush,

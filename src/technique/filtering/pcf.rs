@@ -87,7 +87,7 @@ shader_struct! {
     }
 }
 
-/// How pixels whose whole kernel agrees are found without filtering. The image is the same.
+/// Way to find pixels whose whole kernel agrees without filtering. The image is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PcfSkip {
     /// Not at all: every pixel is filtered.
@@ -117,7 +117,7 @@ bindings! {
 /// The pass with its pipelines, and what it skips by.
 pub struct Pcf {
     filter: Arc<ComputePipeline>,
-    /// With [`PcfSkip::Tiles`] only.
+    /// Present only with [`PcfSkip::Tiles`].
     classify: Option<Arc<ComputePipeline>>,
     /// Not with [`PcfSkip::Off`].
     bounds: Option<DepthBounds>,

@@ -56,7 +56,7 @@ shader_struct! {
 /// The pass with its pipeline.
 pub struct Sm {
     pipeline: Arc<ComputePipeline>,
-    /// Without a list the shader's binding still wants a buffer.
+    /// Buffer for the shader's binding where there is no list.
     no_list: Buffer,
 }
 

@@ -1,4 +1,4 @@
-//! Where between two pixels a hard shadow ends.
+//! Search for the point between two pixels where a hard shadow ends.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::common::bindings::ReceiverBindings;

@@ -34,27 +34,27 @@ bindings! {
     struct MarkedTilesBindings { Marks, list, BlockGroups, QuadGroups }
 }
 
-/// Where the edge runs that a pixel is a seed of.
+/// Place of the edge that a pixel is a seed of.
 #[derive(Clone, Copy, Debug)]
 pub enum EdgePoints {
     /// Through the pixel's own centre, as in the paper.
     Pixels,
     /// Half-way to the neighbours that differ.
     Between,
-    /// Where the hard shadow ends on the way there: by the function that it is made by.
+    /// The point where the hard shadow ends between the pixels, found with the function that makes the shadow.
     Traced(RbsmConfig),
 }
 
-/// What of the passes is fixed at their making.
+/// Settings that are fixed when the passes are made.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeConfig {
-    /// How surfaces are told apart.
+    /// Test that tells surfaces apart.
     pub surfaces: SurfaceTest,
     /// A neighbour on any surface makes a seed, as in the paper: outlines of objects become edges too.
     pub any_surface: bool,
-    /// Where edges run.
+    /// Place of the edges.
     pub points: EdgePoints,
-    /// Only tiles within reach of a seed are listed; otherwise all.
+    /// True to list only tiles within reach of a seed; false to list all.
     pub skip: bool,
     /// Penumbrae as wide as the area light makes them; none: of one width.
     pub widths: Option<WidthConfig>,

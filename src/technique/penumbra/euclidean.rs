@@ -141,15 +141,15 @@ pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 20] {
     ]
 }
 
-/// How far the transform looks where only the start of a search is wanted, pixels.
+/// Radius of the transform, pixels, where its labels only start a search.
 const START_RADIUS: u32 = 32;
 
-/// How wide penumbrae are.
+/// Width of the penumbrae.
 #[derive(Clone, Copy)]
 enum Penumbrae {
     /// All alike, in world units, or 0 for a width that fits the light.
     Fixed(f64),
-    /// As the area light makes them, times a factor.
+    /// Penumbrae as wide as the area light makes them, times a factor.
     OfLight { beta: f32 },
 }
 
@@ -162,7 +162,7 @@ struct Euclidean {
     filter: Option<MeanFilter>,
     push: RbsmPush,
     penumbrae: Penumbrae,
-    /// As a share of the penumbra's.
+    /// Width of the filter as a share of the penumbra's.
     filter_width: f64,
     tolerance: f32,
 }

@@ -12,12 +12,12 @@ use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// Which seed counts as the nearest.
+/// Seed that counts as the nearest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nearest {
-    /// In the world, of those on the pixel's surface.
+    /// The one nearest in the world, of those on the pixel's surface.
     World,
-    /// In the image, as in the paper; then its distance in the world counts.
+    /// The one nearest in the image, as in the paper; then its distance in the world counts.
     Pixel,
 }
 
@@ -28,7 +28,7 @@ const QUAD: u32 = 2;
 const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
 
 bindings! {
-    /// What a search for the nearest edge works on.
+    /// Images and lists that a search for the nearest edge works on.
     struct SearchBindings { ..camera: CameraBindings, seeds, labels, list, widths }
     struct BlockBindings { ..search: SearchBindings, relaxed_labels }
     struct QuadBindings { ..search: SearchBindings, block_labels, quad_labels }
@@ -63,7 +63,7 @@ pub struct NearestEdge {
     soft: bool,
 }
 
-/// What goes over blocks of pixels.
+/// Pipelines that work on blocks of pixels.
 struct Coarse {
     /// Reads the transform's labels.
     first: Arc<ComputePipeline>,
@@ -71,7 +71,7 @@ struct Coarse {
     quads: Arc<ComputePipeline>,
 }
 
-/// What can be looked at of a search, of the tiles near an edge only.
+/// Intermediate images of a search; only tiles near an edge hold values.
 pub struct Viewed<'a> {
     /// `R8_UNORM`, 1 at a seed; with [`EdgeConfig::widths`] `R32G32_SFLOAT`, the seeds' widths and cosines, otherwise 0.
     pub seeds: &'a Image,

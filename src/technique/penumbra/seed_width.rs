@@ -11,7 +11,7 @@ use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
-/// Which edge counts where the penumbrae of several overlap.
+/// Edge that counts where the penumbrae of several overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meet {
     /// The one whose distance is the smallest share of its penumbra's width: intensities are continuous.
@@ -20,7 +20,7 @@ pub enum Meet {
     Nearest,
 }
 
-/// How the distance to an edge is measured.
+/// Measure of the distance to an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metric {
     /// Along the surface, as in the paper.
@@ -30,16 +30,16 @@ pub enum Metric {
     Light,
 }
 
-/// Of penumbrae whose width is the area light's.
+/// Settings of penumbrae that are as wide as the area light makes them.
 #[derive(Clone, Copy, Debug)]
 pub struct WidthConfig {
     /// Taps of the blocker search along each axis: odd, 1 to 63.
     pub search_taps: u32,
-    /// Where blockers are searched.
+    /// Window in which blockers are searched.
     pub window: SearchWindow,
-    /// Which edge counts.
+    /// Edge that counts.
     pub meet: Meet,
-    /// How far away it is.
+    /// Measure of its distance.
     pub metric: Metric,
     /// Taps across the penumbra along the line to that edge, for what the hard shadows hold beyond it; 0: nothing, as in the
     /// paper.

@@ -12,15 +12,15 @@ shader_struct! {
         penumbra: f32,
         /// Width of the mean filter, world units; a share of the penumbra's where seeds have their own.
         filter_width: f32,
-        /// Of the test for one surface: pixels a pixel off the plane, or a share of the eye depth.
+        /// Tolerance of the test for one surface: pixels off the plane per pixel of distance, or a share of the eye depth.
         tolerance: f32,
-        /// Of a step of the search for the nearest edge, blocks of 4 pixels.
+        /// Length of a step in the search for the nearest edge, blocks of 4 pixels.
         step: i32,
         /// Factor of the width that a blocker search finds.
         beta: f32,
-        /// Of that search: multiples of what a plane needs.
+        /// Normal offset of that search: multiples of what a plane needs.
         normal_offset: f32,
-        /// Of that search: fraction of a texel's slope, along both axes.
+        /// Depth bias of that search: fraction of a texel's slope, along both axes.
         depth_bias: f32,
     }
 }

@@ -7,7 +7,7 @@ use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// What becomes of a fragment at an edge.
+/// Treatment of a fragment at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Revectorization {
     /// Listing 4: a lit fragment is shadowed below the line from the edge's corner to its other end.
@@ -23,7 +23,7 @@ pub enum Revectorization {
     Branches(Branches),
 }
 
-/// Which of the two visibility functions that scenarios are counted for (Macedo, Apolinário, Agüero 2017, section 4).
+/// One of the two visibility functions that scenarios are counted for (Macedo, Apolinário, Agüero 2017, section 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branches {
     /// 12 scenarios.
@@ -32,7 +32,7 @@ pub enum Branches {
     Filtered,
 }
 
-/// How far the edge profile looks.
+/// Reach of the edge profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileQuality {
     /// Along the run itself.
@@ -67,7 +67,7 @@ impl Revectorization {
 /// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct RbsmConfig {
-    /// What becomes of a fragment at an edge.
+    /// Treatment of a fragment at an edge.
     pub revectorization: Revectorization,
     /// Compare with the fragment's own depth everywhere, as the listings do, not with its plane.
     pub fixed_depth: bool,

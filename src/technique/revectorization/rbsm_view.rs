@@ -1,4 +1,4 @@
-//! What the RBSM family finds on its way, as pictures.
+//! Intermediate results of the RBSM family, as pictures.
 
 use super::rbsm_pass::{RbsmConfig, Revectorization, check_max_distance};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};

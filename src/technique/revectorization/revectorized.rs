@@ -1,4 +1,4 @@
-//! What the techniques of the RBSM family share: parameters, and the recording of the one pass.
+//! Parts that the techniques of the RBSM family share: parameters, and the recording of the one pass.
 
 use super::rbsm_pass::{Rbsm, RbsmConfig, Revectorization};
 use super::rbsm_view::RbsmView;
@@ -19,7 +19,7 @@ pub(crate) const RECEIVER: Param = Param::choice(
 pub(crate) const MAX_DISTANCE: Param =
     Param::int("max_distance", 1, 64, 16, "texels", "longest edge that is followed (MAXDIST)");
 
-/// What of the pass is fixed at its making, from the parameters.
+/// Returns the settings that are fixed when the pass is made, from the parameters.
 pub(crate) fn config(setup: &Setup, revectorization: Revectorization, listed: bool) -> RbsmConfig {
     let p = &setup.params;
     let fixed_depth = p.word("receiver") == "fixed";

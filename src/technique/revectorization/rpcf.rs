@@ -76,7 +76,7 @@ impl Passes for RevectorizedFiltering {
     }
 }
 
-/// What is averaged.
+/// Function that is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RpcfVisibility {
     /// Listing 5.
@@ -92,7 +92,7 @@ pub enum RpcfVisibility {
 pub struct RpcfConfig {
     /// Texels along the kernel's side: odd, 1 to 31.
     pub width: u32,
-    /// What is averaged.
+    /// Function that is averaged.
     pub visibility: RpcfVisibility,
     /// Compare with the fragment's own depth everywhere, as the listings do, not with its plane.
     pub fixed_depth: bool,

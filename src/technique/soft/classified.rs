@@ -107,7 +107,7 @@ impl ClassifiedPass {
         self.pass.memory_bytes() + self.classes.memory_bytes()
     }
 
-    /// Whether pixels are classified before.
+    /// True if pixels are classified first.
     pub(super) fn is_listed(&self) -> bool {
         self.pass.is_listed()
     }

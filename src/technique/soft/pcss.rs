@@ -91,7 +91,7 @@ pub struct PcssConfig {
     pub search_taps: u32,
     /// Taps of the filter along each axis: odd, 1 to 63.
     pub filter_taps: u32,
-    /// Where blockers are searched.
+    /// Window in which blockers are searched.
     pub window: SearchWindow,
     /// The filter's taps test 2 x 2 texels, weighted by their place, instead of one.
     pub bilinear: bool,
@@ -143,7 +143,7 @@ impl Pcss {
         self.pass.memory_bytes()
     }
 
-    /// Whether pixels are classified before.
+    /// True if pixels are classified first.
     pub fn is_listed(&self) -> bool {
         self.pass.is_listed()
     }

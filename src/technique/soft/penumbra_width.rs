@@ -18,7 +18,7 @@ shader_struct! {
         normal_offset: f32,
         /// Fraction of a texel's slope, along both axes.
         depth_bias: f32,
-        /// How far the filter that is to come looks, penumbra half-widths: 1 or more.
+        /// Reach of the filter that follows, penumbra half-widths: 1 or more.
         reach: f32,
     }
 }
@@ -28,7 +28,7 @@ shader_struct! {
 pub struct WidthConfig {
     /// Taps of the blocker search along each axis: odd, 1 to 63.
     pub search_taps: u32,
-    /// Where blockers are searched.
+    /// Window in which blockers are searched.
     pub window: SearchWindow,
     /// Windows of no more texels than taps are averaged exactly, texel by texel.
     pub exact_box: bool,
@@ -102,7 +102,7 @@ impl PenumbraWidth {
         frame.fill_image("no penumbrae", &self.widths, 0);
     }
 
-    /// Whether they are listed.
+    /// True if they are listed.
     pub(crate) fn is_listed(&self) -> bool {
         self.pass.is_listed()
     }

@@ -112,7 +112,7 @@ impl Passes for SoftShadows {
     }
 }
 
-/// What is averaged.
+/// Function that is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RbssmVisibility {
     /// Listing 4, silhouette recovery.
@@ -128,9 +128,9 @@ pub struct RbssmConfig {
     pub search_taps: u32,
     /// Taps of the filter along each axis: odd, 1 to 63.
     pub filter_taps: u32,
-    /// Where blockers are searched.
+    /// Window in which blockers are searched.
     pub window: SearchWindow,
-    /// What is averaged.
+    /// Function that is averaged.
     pub visibility: RbssmVisibility,
     /// The filter is never narrower, texels, unless the light is so small that not even what touches it could cast such a
     /// penumbra: so one of size 0 keeps its hard edges.
@@ -198,7 +198,7 @@ impl Rbssm {
         self.pass.memory_bytes()
     }
 
-    /// Whether pixels are classified before.
+    /// True if pixels are classified first.
     pub fn is_listed(&self) -> bool {
         self.pass.is_listed()
     }

@@ -12,14 +12,14 @@ use std::sync::Arc;
 shader_struct! {
     /// Push constants of `glsl/soft/screen_filter.comp`.
     pub struct ScreenFilterPush {
-        /// Of the test for one surface: pixels a pixel off the plane, or a share of the eye depth.
+        /// Tolerance of the test for one surface: pixels off the plane per pixel of distance, or a share of the eye depth.
         tolerance: f32,
         /// Standard deviation of the Gaussian, penumbra widths.
         sigma: f32,
     }
 }
 
-/// Where a Gaussian ends, standard deviations: as in the shader.
+/// End of the Gaussian in standard deviations, as in the shader.
 const GAUSSIAN_REACH: f32 = 3.0;
 
 /// Weights of the taps.
@@ -32,7 +32,7 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// How far it looks, penumbra half-widths, but at least one; `sigma` is the Gaussian's standard deviation in widths.
+    /// Returns its reach in penumbra half-widths, at least one; `sigma` is the Gaussian's standard deviation in widths.
     pub fn reach(self, sigma: f32) -> f32 {
         match self {
             Self::Box => 1.0,
@@ -41,10 +41,10 @@ impl Kernel {
     }
 }
 
-/// What the filter covers in the image (`glsl/lib/footprint.glsl`).
+/// Area that the filter covers in the image (`glsl/lib/footprint.glsl`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Footprint {
-    /// As if the receiver faced the camera.
+    /// The area of a receiver that faces the camera.
     Screen,
     /// A square in the receiver's plane.
     Plane,
@@ -52,7 +52,7 @@ pub enum Footprint {
     Light,
 }
 
-/// What of the passes is fixed at their making.
+/// Settings that are fixed when the passes are made.
 #[derive(Clone, Copy, Debug)]
 pub struct ScreenFilterConfig {
     /// Weights of the taps.
@@ -61,7 +61,7 @@ pub struct ScreenFilterConfig {
     pub footprint: Footprint,
     /// Taps a pass at most: odd, 1 to 63.
     pub taps: u32,
-    /// How surfaces are told apart.
+    /// Test that tells surfaces apart.
     pub surfaces: SurfaceTest,
     /// The first pass keeps to the pixel's surface too, not the second alone.
     pub both_bilateral: bool,

@@ -115,7 +115,7 @@ impl Passes for Hybrid {
     }
 }
 
-/// What of the passes is fixed at their making.
+/// Settings that are fixed when the passes are made.
 #[derive(Clone, Copy, Debug)]
 pub struct SoftAutoConfig {
     /// Taps of the blocker search along each axis: odd, 1 to 63.
@@ -124,9 +124,9 @@ pub struct SoftAutoConfig {
     pub filter_taps: u32,
     /// Taps of the filter of narrow penumbrae along each axis: odd, 1 to 63.
     pub kernel_taps: u32,
-    /// Where blockers are searched.
+    /// Window in which blockers are searched.
     pub window: SearchWindow,
-    /// What becomes of edges where the penumbra is narrow.
+    /// Treatment of edges where the penumbra is narrow.
     pub visibility: RbssmVisibility,
     /// [`RbssmConfig::least_width`].
     pub least_width: f32,
