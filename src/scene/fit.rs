@@ -54,6 +54,14 @@ fn triangles(scene: &Scene) -> impl Iterator<Item = ([DVec3; 3], bool)> {
     })
 }
 
+/// Returns the area of a triangle that is almost level and nowhere higher than `top`, negative if it faces down; 0 for any
+/// other triangle.
+fn level_area([a, b, c]: [DVec3; 3], top: f64) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let is_level = [a, b, c].iter().all(|p| p.y <= top) && normal.y.abs() > 0.99 * normal.length();
+    if is_level { 0.5 * normal.y } else { 0.0 }
+}
+
 fn floor(scene: &Scene) -> Option<Floor> {
     let bounds = scene.bounds();
     let size = bounds.max - bounds.min;
@@ -61,14 +69,13 @@ fn floor(scene: &Scene) -> Option<Floor> {
     let mut floor = Floor { rest: Bounds::EMPTY, bounds: Bounds::EMPTY };
     let (mut area, mut turned) = (0.0, 0.0);
     for ([a, b, c], double_sided) in triangles(scene) {
-        // The normal is as long as twice the area. A floor is almost level, and double-sided if it faces down.
-        let normal = (b - a).cross(c - a);
-        let is_level = [a, b, c].iter().all(|p| p.y <= top) && normal.y.abs() > 0.99 * normal.length();
-        let is_floor = is_level && (normal.y > 0.0 || double_sided);
+        // A floor that faces down is double-sided.
+        let up = level_area([a, b, c], top);
+        let is_floor = up > 0.0 || up < 0.0 && double_sided;
         let part = if is_floor { &mut floor.bounds } else { &mut floor.rest };
         [a, b, c].iter().for_each(|&p| part.include(p));
-        area += if is_floor { 0.5 * normal.y.abs() } else { 0.0 };
-        turned += if is_floor { 0.5 * (-normal.y).max(0.0) } else { 0.0 };
+        area += if is_floor { up.abs() } else { 0.0 };
+        turned += if is_floor { (-up).max(0.0) } else { 0.0 };
     }
     // The bottom of a double-sided box faces down too, but reaches no farther than the box.
     let reach = |b: &Bounds| if b.is_empty() { 0.0 } else { (b.max - b.min).x * (b.max - b.min).z };
@@ -81,11 +88,11 @@ fn floor(scene: &Scene) -> Option<Floor> {
 fn ground_height(scene: &Scene) -> f64 {
     let (bounds, size) = extent(scene);
     let top = bounds.min.y + FLOOR_RISE * size;
-    let is_level = |([a, b, c], _): ([DVec3; 3], bool)| {
-        let normal = (b - a).cross(c - a);
-        [a, b, c].iter().all(|p| p.y <= top) && normal.y > 0.99 * normal.length()
-    };
-    if triangles(scene).any(is_level) { bounds.min.y - FLOOR_RISE * size } else { bounds.min.y }
+    if triangles(scene).any(|(triangle, _)| level_area(triangle, top) > 0.0) {
+        bounds.min.y - FLOOR_RISE * size
+    } else {
+        bounds.min.y
+    }
 }
 
 /// Returns whether the scene has its own floor to receive shadows.

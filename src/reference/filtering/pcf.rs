@@ -192,15 +192,12 @@ fn is_open(view: &View<'_>, levels: &[depth_bounds::Level], k: &Kernel, width: i
             let slack = (k.slope - bounds.slope).abs().dot(half) + rounding;
             // The bounds themselves are rounded once per level.
             let error = error + k.slope_error.dot(half) + 2.0 * ROUNDING * (1.0 + all);
-            lit = both(lit, Decision::positive(stored + bounds.low - depth - slack, error));
-            dark = both(dark, Decision::positive(depth - slack - stored - bounds.high, error));
-            dark = both(
-                dark,
-                Decision::positive(
-                    1.0 - (stored + bounds.high + reach + if reach > 0.0 { rounding } else { 0.0 }),
-                    error,
-                ),
-            );
+            lit = lit.and(Decision::positive(stored + bounds.low - depth - slack, error));
+            dark = dark.and(Decision::positive(depth - slack - stored - bounds.high, error));
+            dark = dark.and(Decision::positive(
+                1.0 - (stored + bounds.high + reach + if reach > 0.0 { rounding } else { 0.0 }),
+                error,
+            ));
         }
     }
     let open = !lit.is_yes() && !dark.is_yes();
@@ -219,14 +216,4 @@ fn vector(v: [i64; 2]) -> DVec2 {
 
 fn corner_vector(a: [i64; 2], b: [i64; 2], pick: fn(i64, i64) -> i64) -> DVec2 {
     vector([pick(a[0], b[0]), pick(a[1], b[1])])
-}
-
-/// Combines two decisions; a certain no outweighs all doubts.
-fn both(a: Decision, b: Decision) -> Decision {
-    match (a, b) {
-        (Decision::No, _) | (_, Decision::No) => Decision::No,
-        (Decision::Yes, b) => b,
-        (a, Decision::Yes) => a,
-        (a, b) => Decision::Doubtful(a.is_yes() && b.is_yes()),
-    }
 }
