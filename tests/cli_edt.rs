@@ -147,4 +147,10 @@ fn faults_are_named() {
     write_png(&place.path("huge.png"), &Picture::filled([70_000, 1], [0; 3])).unwrap();
     place.bad(&["huge.png"], 1, &["huge.png", "65535"]);
     assert!(!place.path("d.exr").exists());
+    // The mask survives, by whatever path it is named.
+    let before = std::fs::read(place.path("mask.png")).unwrap();
+    for option in ["-o", "--labels"] {
+        place.bad(&["mask.png", option, "./mask.png"], 2, &["mask.png", "name another file"]);
+    }
+    assert_eq!(std::fs::read(place.path("mask.png")).unwrap(), before);
 }
