@@ -227,6 +227,7 @@ pub const ALL: &[Info] = &[
     revectorization::rbsm::INFO,
     revectorization::rbsm_filtered::INFO,
     revectorization::rbsm_branches::INFO,
+    revectorization::rbsm_listings::INFO,
     revectorization::rbsm_star::INFO,
     revectorization::rbsm_profile::INFO,
     revectorization::rpcf::INFO,

@@ -21,6 +21,7 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rbsm", &[("skip", "off")]),
     ("rbsm-filtered", &[]),
     ("rbsm-branches", &[]),
+    ("rbsm-listings", &[("variant", "filtered")]),
     ("rbsm-star", &[("skip", "off")]),
     ("rbsm-profile", &[("quality", "line"), ("skip", "off")]),
     ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),

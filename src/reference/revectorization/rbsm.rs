@@ -1,4 +1,4 @@
-//! Mirror of `glsl/revectorization/rbsm.comp`: the functions of [`super::revectorize`] applied to the tests on a
+//! Mirror of `glsl/revectorization/rbsm.comp` and `rbsm_listings.comp`: the functions of [`super::revectorize`] applied to the tests on a
 //! receiver's plane.
 
 use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};

@@ -3,6 +3,7 @@
 pub mod rbsm;
 pub mod rbsm_branches;
 pub mod rbsm_filtered;
+pub mod rbsm_listings;
 pub mod rbsm_pass;
 pub mod rbsm_profile;
 pub mod rbsm_star;

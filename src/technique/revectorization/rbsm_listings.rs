@@ -1,0 +1,67 @@
+//! Revectorization by the papers' listings line by line: the opponent of `rbsm`, `rbsm-filtered` and `rbsm-star`.
+
+use super::rbsm_pass::{Revectorization, check_max_distance};
+use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK, config, push};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::common::bindings::ReceiverBindings;
+use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "rbsm-listings",
+    title: "Revectorization by the papers' listings",
+    paper: "Macedo, Apolinário, Agüero 2017, listings 1-5; Macedo, Apolinário 2018, eq. 5-7",
+    summary: "The images of rbsm, rbsm-filtered and rbsm-star, bit for bit, from the printed code: to read beside the papers.",
+    params: &[VARIANT, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK],
+    needs: &[],
+    kind: Kind::RealTime(prepare),
+};
+
+const VARIANT: Param = Param::choice(
+    "variant",
+    &["silhouette", "filtered", "star"],
+    0,
+    "listing 4 (the image of rbsm), listing 5 (rbsm-filtered), or equation 7 (rbsm-star)",
+);
+
+bindings! {
+    struct ListingBindings { ..receiver: ReceiverBindings, visibility }
+}
+
+struct Listings {
+    pipeline: Arc<ComputePipeline>,
+    push: RbsmPush,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
+    let variant = match setup.params.word("variant") {
+        "silhouette" => Revectorization::Silhouette,
+        "filtered" => Revectorization::Filtered,
+        _ => Revectorization::Star,
+    };
+    let config = config(setup, variant, false);
+    check_max_distance(config.max_distance)?;
+    let [function, _] = variant.constants();
+    let constants = [("FIXED", config.fixed_depth.into()), ("MAX_DISTANCE", config.max_distance), function];
+    let pipeline = context.pipeline::<ListingBindings, RbsmPush>("revectorization/rbsm_listings.comp", &constants)?;
+    Ok(Box::new(Listings { pipeline, push: push(setup) }))
+}
+
+impl Passes for Listings {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        let [width, height] = visibility.extent();
+        frame.dispatch(&Pass {
+            name: "listings",
+            pipeline: &self.pipeline,
+            bind: &ListingBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(visibility),
+            },
+            push: bytemuck::bytes_of(&self.push),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+}
