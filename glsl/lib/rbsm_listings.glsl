@@ -40,7 +40,7 @@
 //     the start. The latter counts.
 //   - A run that reaches MAXDIST returns -(MAXDIST + 1), in print too: its far end counts as stepped out.
 // Listing 5 makes a shadow bar of one texel's width vanish: it has two ends across and none along, so the position
-// along is negative.
+// along is negative, or it is closed as a long O. computeRBSMStarRamp of lib/rbsm_star.glsl keeps such bars.
 #ifndef EDGESHADE_RBSM_LISTINGS
 #define EDGESHADE_RBSM_LISTINGS
 

@@ -157,6 +157,14 @@ float profileHeight(Profile f, float place) {
   return h;
 }
 
+// Change of that height a texel along the run.
+float profileSlope(Profile f, float place) {
+  float u = f.before + place, run = float(MAXDIST);
+  if (f.fade < 0) return u < run ? -f.heights.x / run : 0.0;
+  if (f.fade > 0) return f.texels - u < run ? f.heights.y / run : 0.0;
+  return (f.heights.y - f.heights.x + 4.0 * f.bow * (1.0 - 2.0 * u / f.texels)) / f.texels;
+}
+
 // Sides over which the fragment may lie below the height: left, right, +v, -v.
 bvec4 sidesInReach(ShadowPoint p, vec3 d, int quality) {
   bvec4 sides = discontinuitySides(d);
@@ -178,6 +186,25 @@ float revectorizeProfile(ShadowPoint p, vec3 d, int quality) {
     if (from_side[k] < profileHeight(edgeProfile(p, s, SIDES[k], quality), place)) return d.z;
   }
   return s;
+}
+
+// The same with a ramp of `width` texels, above 0 to 1, across the boundary. The distance to the boundary is measured
+// along its normal, to first order. Only fragments of texels at an edge have one. The farthest of them lie half a texel
+// from the boundary, so a wider ramp would end in a step.
+float filterProfile(ShadowPoint p, vec3 d, int quality, float width) {
+  bvec4 sides = discontinuitySides(d);
+  vec4 from_side = vec4(p.fraction.x, 1.0 - p.fraction.x, 1.0 - p.fraction.y, p.fraction.y);
+  precise float inside = 1.0;
+  for (int k = 0; k < 4; ++k) {
+    if (!sides[k]) continue;
+    float place = k < 2 ? p.fraction.y : p.fraction.x;
+    Profile f = edgeProfile(p, 1.0 - d.z, SIDES[k], quality);
+    float slope = profileSlope(f, place);
+    float distance = (from_side[k] - profileHeight(f, place)) / sqrt(1.0 + slope * slope);
+    inside = min(inside, 0.5 + distance / width);
+  }
+  inside = max(inside, 0.0);
+  return d.z > 0.0 ? 1.0 - inside : inside;
 }
 
 float RBSMProfile(ShadowPoint p, int quality) {

@@ -34,7 +34,7 @@ float hardVisibility(Receiver r) {
   vec4 N;
   float s = testNeighbourhood(p, N);
   vec3 d = packDiscontinuity(N, s);
-  return decideByNeighbourhood(p, s, d, v) ? v : revectorize(p, d);
+  return decideByNeighbourhood(p, s, d, 0.0, v) ? v : revectorize(p, d, 0.0);
 }
 
 void workOn(ivec2 pixel) {

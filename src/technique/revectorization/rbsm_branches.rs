@@ -10,7 +10,7 @@ pub const INFO: Info = Info {
     id: "rbsm-branches",
     title: "Revectorization, a branch for every scenario",
     paper: "the original RBSM, as Macedo, Apolinário, Agüero 2017, section 4, counts it",
-    summary: "The images of rbsm and rbsm-filtered, bit for bit, from 43 branches: what those two are timed against.",
+    summary: "The images of rbsm and of rbsm-filtered with shapes=printed, bit for bit, from 43 branches: what those are timed against.",
     params: &[VARIANT, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
     needs: &[],
     kind: Kind::RealTime(prepare),
@@ -20,7 +20,7 @@ const VARIANT: Param = Param::choice(
     "variant",
     &["silhouette", "filtered"],
     0,
-    "12 branches for the image of rbsm, or 31 for that of rbsm-filtered",
+    "12 branches for the image of rbsm, or 31 for that of rbsm-filtered with shapes=printed",
 );
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {

@@ -1,7 +1,6 @@
 //! Revectorization by the papers' listings line by line: the opponent of `rbsm`, `rbsm-filtered` and `rbsm-star`.
 
-use super::rbsm_pass::{Revectorization, check_max_distance};
-use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK, config, push};
+use super::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK, push};
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
@@ -14,7 +13,7 @@ pub const INFO: Info = Info {
     id: "rbsm-listings",
     title: "Revectorization by the papers' listings",
     paper: "Macedo, Apolinário, Agüero 2017, listings 1-5; Macedo, Apolinário 2018, eq. 5-7",
-    summary: "The images of rbsm, rbsm-filtered and rbsm-star, bit for bit, from the printed code: to read beside the papers.",
+    summary: "The images of rbsm, rbsm-filtered (shapes=printed) and rbsm-star, bit for bit, from the printed code: to read beside the papers.",
     params: &[VARIANT, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK],
     needs: &[],
     kind: Kind::RealTime(prepare),
@@ -24,7 +23,7 @@ const VARIANT: Param = Param::choice(
     "variant",
     &["silhouette", "filtered", "star"],
     0,
-    "listing 4 (the image of rbsm), listing 5 (rbsm-filtered), or equation 7 (rbsm-star)",
+    "listing 4 (the image of rbsm), listing 5 (rbsm-filtered with shapes=printed), or equation 7 (rbsm-star)",
 );
 
 bindings! {
@@ -37,15 +36,14 @@ struct Listings {
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
-    let variant = match setup.params.word("variant") {
-        "silhouette" => Revectorization::Silhouette,
-        "filtered" => Revectorization::Filtered,
-        _ => Revectorization::Star,
+    let p = &setup.params;
+    let function = match p.word("variant") {
+        "silhouette" => 0,
+        "filtered" => 1,
+        _ => 2,
     };
-    let config = config(setup, variant, false);
-    check_max_distance(config.max_distance)?;
-    let [function, _] = variant.constants();
-    let constants = [("FIXED", config.fixed_depth.into()), ("MAX_DISTANCE", config.max_distance), function];
+    let is_fixed = p.word("receiver") == "fixed";
+    let constants = [("FIXED", is_fixed.into()), ("MAX_DISTANCE", p.int("max_distance")), ("FUNCTION", function)];
     let pipeline = context.pipeline::<ListingBindings, RbsmPush>("revectorization/rbsm_listings.comp", &constants)?;
     Ok(Box::new(Listings { pipeline, push: push(setup) }))
 }

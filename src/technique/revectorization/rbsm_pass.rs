@@ -12,13 +12,15 @@ use std::sync::Arc;
 pub enum Revectorization {
     /// Listing 4: a lit fragment is shadowed below the line from the edge's corner to its other end.
     Silhouette,
-    /// Listing 5: a ramp across the edge, on both sides.
-    Filtered,
+    /// Eq. 7 before its threshold: listing 5's ramp across L shapes, on both sides; U, O and I shapes keep the test.
+    Ramp,
     /// RBSM*, eq. 7: lines that meet from step to step.
     Star,
     /// The edge profile.
     Profile(ProfileQuality),
-    /// `Silhouette` or `Filtered` with a branch for every scenario, as first published: the same image, to be timed
+    /// Listing 5 as printed: a ramp, in which bars of one texel's width vanish.
+    Printed,
+    /// `Silhouette` or `Printed` with a branch for every scenario, as first published: the same image, to be timed
     /// against them.
     Branches(Branches),
 }
@@ -48,9 +50,10 @@ impl Revectorization {
     pub(crate) fn constants(self) -> [Constant; 2] {
         let (function, quality) = match self {
             Self::Silhouette => (0, 0),
-            Self::Filtered => (1, 0),
+            Self::Ramp => (1, 0),
             Self::Star => (2, 0),
             Self::Profile(quality) => (3, quality as u32),
+            Self::Printed => (4, 0),
             Self::Branches(variant) => (variant as u32, 0),
         };
         [("FUNCTION", function), ("QUALITY", quality)]
@@ -69,6 +72,8 @@ impl Revectorization {
 pub struct RbsmConfig {
     /// Treatment of a fragment at an edge.
     pub revectorization: Revectorization,
+    /// Width of the ramp across the edge that [`Revectorization::Profile`] finds, texels, up to 1; 0 for a hard edge.
+    pub filter_width: f32,
     /// Compare with the fragment's own depth everywhere, as the listings do, not with its plane.
     pub fixed_depth: bool,
     /// `MAXDIST`, texels: 1 to 64.
@@ -91,7 +96,7 @@ fn pipeline(context: &Context, config: RbsmConfig, step: Step) -> Result<Arc<Com
     let fixed = ("FIXED", config.fixed_depth.into());
     let mut constants = vec![fixed, ("MAX_DISTANCE", config.max_distance), function, ("STEP", step as u32)];
     if !matches!(config.revectorization, Revectorization::Branches(_)) {
-        constants.push(quality);
+        constants.extend([quality, ("FILTER_WIDTH", config.filter_width.to_bits())]);
     }
     context.pipeline::<PixelBindings, RbsmPush>(config.revectorization.shader(), &constants)
 }

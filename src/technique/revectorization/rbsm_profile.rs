@@ -11,7 +11,7 @@ pub const INFO: Info = Info {
     title: "Revectorization by edge profiles",
     paper: "this project",
     summary: "A height over every run of an edge, by how its ends turn: on average the most accurate hard edge from the same texels.",
-    params: &[QUALITY, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    params: &[QUALITY, FILTER, FILTER_WIDTH, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -23,6 +23,12 @@ pub(super) const QUALITY: Param = Param::choice(
     "looks along the run itself, along the runs next door too, or lays a line through the edge where runs are short",
 );
 
+const FILTER: Param =
+    Param::choice("filter", &["off", "ramp"], 0, "hard edges, or a ramp across them from the distance to the profile");
+
+const FILTER_WIDTH: Param =
+    Param::float("filter_width", 0.0625, 1.0, 0.5, "texels", "width of the ramp, read with filter=ramp");
+
 /// The word of [`QUALITY`].
 pub(super) fn quality(setup: &Setup) -> ProfileQuality {
     match setup.params.word("quality") {
@@ -33,5 +39,9 @@ pub(super) fn quality(setup: &Setup) -> ProfileQuality {
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
-    revectorized::prepare(context, setup, Revectorization::Profile(quality(setup)))
+    let filter_width = match setup.params.word("filter") {
+        "ramp" => setup.params.float("filter_width"),
+        _ => 0.0,
+    };
+    revectorized::prepare_filtered(context, setup, Revectorization::Profile(quality(setup)), filter_width)
 }

@@ -23,7 +23,7 @@ pub(crate) const MAX_DISTANCE: Param =
 pub(crate) fn config(setup: &Setup, revectorization: Revectorization, listed: bool) -> RbsmConfig {
     let p = &setup.params;
     let fixed_depth = p.word("receiver") == "fixed";
-    RbsmConfig { revectorization, fixed_depth, max_distance: p.int("max_distance"), listed }
+    RbsmConfig { revectorization, filter_width: 0.0, fixed_depth, max_distance: p.int("max_distance"), listed }
 }
 
 struct Revectorized {
@@ -34,7 +34,17 @@ struct Revectorized {
 
 /// Makes a technique that is the one pass.
 pub(super) fn prepare(context: &Context, setup: &Setup, revectorization: Revectorization) -> Result<Box<dyn Passes>> {
-    let config = config(setup, revectorization, setup.params.word("skip") != "off");
+    prepare_filtered(context, setup, revectorization, 0.0)
+}
+
+/// The same with [`RbsmConfig::filter_width`].
+pub(super) fn prepare_filtered(
+    context: &Context,
+    setup: &Setup,
+    revectorization: Revectorization,
+    filter_width: f32,
+) -> Result<Box<dyn Passes>> {
+    let config = RbsmConfig { filter_width, ..config(setup, revectorization, setup.params.word("skip") != "off") };
     Ok(Box::new(Revectorized {
         rbsm: Rbsm::new(context, setup.extent, config)?,
         intermediates: match setup.intermediates {

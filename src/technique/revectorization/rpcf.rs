@@ -20,9 +20,9 @@ pub const INFO: Info = Info {
         Param::odd("width", 1, 31, 7, "texels", "width of the kernel"),
         Param::choice(
             "visibility",
-            &["filtered", "star", "profile"],
+            &["filtered", "star", "profile", "printed"],
             0,
-            "what is averaged: listing 5, RBSM*, or the edge profile of runs",
+            "what is averaged: the ramp of rbsm-filtered, RBSM*, the edge profile of runs, or listing 5 as in the paper",
         ),
         RECEIVER,
         MAX_DISTANCE,
@@ -51,9 +51,10 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let config = RpcfConfig {
         width: p.int("width"),
         visibility: match p.word("visibility") {
-            "filtered" => RpcfVisibility::Filtered,
+            "filtered" => RpcfVisibility::Ramp,
             "star" => RpcfVisibility::Star,
-            _ => RpcfVisibility::Profile,
+            "profile" => RpcfVisibility::Profile,
+            _ => RpcfVisibility::Printed,
         },
         fixed_depth: p.word("receiver") == "fixed",
         max_distance: p.int("max_distance"),
@@ -79,12 +80,14 @@ impl Passes for RevectorizedFiltering {
 /// Function that is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RpcfVisibility {
-    /// Listing 5.
-    Filtered,
+    /// Eq. 7 before its threshold.
+    Ramp,
     /// RBSM*, eq. 7.
     Star,
     /// The edge profile of runs.
     Profile,
+    /// Listing 5 as printed.
+    Printed,
 }
 
 /// Settings that are fixed when the pass is made.

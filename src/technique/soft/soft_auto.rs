@@ -188,7 +188,13 @@ impl SoftAutoConfig {
             RbssmVisibility::Recovery => Revectorization::Silhouette,
             RbssmVisibility::Improved => Revectorization::Star,
         };
-        RbsmConfig { revectorization, fixed_depth: false, max_distance: self.max_distance, listed: true }
+        RbsmConfig {
+            revectorization,
+            filter_width: 0.0,
+            fixed_depth: false,
+            max_distance: self.max_distance,
+            listed: true,
+        }
     }
 }
 

@@ -1,5 +1,5 @@
-//! `rbsm-branches` and `rbsm-listings` give the images of `rbsm` and `rbsm-filtered`, and the latter that of `rbsm-star`,
-//! bit for bit; `rbsm-branches` takes every one of its branches.
+//! `rbsm-branches` and `rbsm-listings` give the images of `rbsm` and of `rbsm-filtered` with `shapes=printed`, and the
+//! latter that of `rbsm-star`, bit for bit; `rbsm-branches` takes every one of its branches.
 
 use crate::common::{desc, every_nth, every_shipped, prepare, renderer, with_gpu};
 use crate::noise::{EdgePoint, FlatReceiver, MAP, Noise, edge_point, place, visibility_of};
@@ -13,7 +13,9 @@ use std::collections::BTreeMap;
 /// per coordinate. Between two jumps, visibility changes by no more than the position.
 const PLACE_ERROR: f64 = 2.0 * 4.0 * f32::EPSILON as f64 * MAP[0] as f64;
 
-const VARIANTS: [(&str, &str); 3] = [("silhouette", "rbsm"), ("filtered", "rbsm-filtered"), ("star", "rbsm-star")];
+/// The word of `variant`, and the technique and setting with the same image.
+const VARIANTS: [(&str, &str, &[(&str, &str)]); 3] =
+    [("silhouette", "rbsm", &[]), ("filtered", "rbsm-filtered", &[("shapes", "printed")]), ("star", "rbsm-star", &[])];
 
 fn differing_bits(a: &[f32], b: &[f32]) -> usize {
     assert_eq!(a.len(), b.len());
@@ -41,12 +43,12 @@ fn compared(
     host: &Host,
     inputs: &Inputs<'_>,
     map_size: [u32; 2],
-    (name, opponent): (&'static str, &str),
+    (name, technique, setting): (&'static str, &str, &'static [(&str, &str)]),
     settings: &[(&str, &str)],
     what: &str,
 ) -> Vec<f32> {
     let with = |more: &[(&'static str, &'static str)]| [settings, more].concat();
-    let expected = run(host, inputs, map_size, opponent, &with(&[("skip", "off")]));
+    let expected = run(host, inputs, map_size, technique, &[&with(&[("skip", "off")]), setting].concat());
     let equals = |id: &str, more: &[(&'static str, &'static str)]| {
         let got = run(host, inputs, map_size, id, &with(more));
         assert_eq!(differing_bits(&expected, &got), 0, "{what}: {id} {more:?}, {settings:?}");
