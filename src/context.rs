@@ -48,7 +48,7 @@ impl Requirements {
     /// `physical_device` belongs to `instance`, whose API version is at least 1.1.
     pub unsafe fn missing(&self, instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> Vec<String> {
         let mut missing = vec![];
-        // SAFETY: vouched for by the caller, here and below.
+        // SAFETY: guaranteed by the caller, here and below.
         let version = unsafe { instance.get_physical_device_properties(physical_device) }.api_version;
         if version < self.api_version {
             let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
@@ -113,7 +113,7 @@ impl Context {
     /// [`requirements`] and [`ContextDesc::features`] list. All of them outlive the context and everything made from
     /// it.
     pub unsafe fn new(desc: &ContextDesc<'_>) -> Result<Self> {
-        // SAFETY: vouched for by the caller.
+        // SAFETY: guaranteed by the caller.
         let missing = unsafe { requirements().missing(desc.instance, desc.physical_device) };
         if !missing.is_empty() {
             return Err(Error::NoDevice(format!("the device lacks {}", missing.join(", "))));
@@ -241,7 +241,7 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: the owner vouches that the GPU is done with it.
+        // SAFETY: the owner guarantees that the GPU is done with it.
         unsafe {
             self.device.raw.destroy_sampler(self.nearest, None);
             self.device.raw.destroy_sampler(self.nearest_clamped, None);

@@ -183,7 +183,7 @@ impl<'a> Frame<'a> {
         timings: &'a mut Timings,
         cut: Cut<'a>,
     ) -> Self {
-        // SAFETY: vouched for by the caller.
+        // SAFETY: guaranteed by the caller.
         let mut frame = unsafe { Self::begin(context, cmd, Handoff::default(), Some(timings)) };
         frame.cut = Some(cut);
         frame

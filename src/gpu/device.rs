@@ -58,11 +58,11 @@ impl Device {
     /// Otherwise, `ash` would abort the process at the first call.
     pub(crate) fn new(desc: &ContextDesc<'_>, allocator: Arc<Mutex<Allocator>>) -> Result<Self> {
         let ContextDesc { instance, physical_device, device, .. } = *desc;
-        // SAFETY: the caller of `Context::new` vouches for the handles.
+        // SAFETY: the caller of `Context::new` guarantees that the handles are valid.
         let load = |name: &CStr| unsafe { instance.get_device_proc_addr(device.handle(), name.as_ptr()) };
         check_functions(load, desc.features.dynamic_rendering, desc.debug_utils)?;
         let push_descriptor_set = push_descriptor_set(load)?;
-        // SAFETY: the caller of `Context::new` vouches for the handles.
+        // SAFETY: the caller of `Context::new` guarantees that the handles are valid.
         let properties = unsafe { instance.get_physical_device_properties(physical_device) };
         #[cfg(feature = "app")]
         let _lists = crate::loader::look_up();

@@ -1,4 +1,4 @@
-//! Passes that turn a mask into the bits of its seeds.
+//! Passes that turn a mask into seed bits.
 
 use super::EdtPush;
 use crate::gpu::{Buffer, ComputePipeline, bindings};
@@ -11,7 +11,7 @@ bindings! {
     struct BytesBindings { Mask, SeedBits }
 }
 
-/// The pipelines, made at their first use: one for each kind of mask.
+/// The pipelines, one for each kind of mask. Each is made at its first use.
 #[derive(Default)]
 pub(super) struct Pack {
     unorm: Option<Arc<ComputePipeline>>,
