@@ -13,7 +13,7 @@ pub(crate) struct CameraBindings<'a> {
 }
 
 impl<'a> CameraBindings<'a> {
-    /// `view` is of [`super::view::ViewBuffer`].
+    /// Makes the bindings. `view` is the buffer of [`super::view::ViewBuffer`].
     pub fn new(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
         Self {
             view: Bind::Buffer(view),
@@ -44,7 +44,7 @@ bindings! {
 }
 
 impl<'a> ReceiverBindings<'a> {
-    /// `view` is of [`super::view::ViewBuffer`].
+    /// Makes the bindings. `view` is the buffer of [`super::view::ViewBuffer`].
     pub fn new(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
         Self { camera: CameraBindings::new(view, inputs), shadow_map: Bind::Input(&inputs.shadow_map) }
     }

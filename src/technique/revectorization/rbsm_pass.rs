@@ -8,7 +8,7 @@ use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Treatment of a fragment at an edge.
+/// Function that decides a fragment at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Revectorization {
     /// Listing 4: a lit fragment is shadowed below the line from the edge's corner to its other end.
@@ -68,7 +68,7 @@ impl Revectorization {
 /// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct RbsmConfig {
-    /// Treatment of a fragment at an edge.
+    /// Function that decides a fragment at an edge.
     pub revectorization: Revectorization,
     /// True to compare all texels with the fragment's own depth, as the listings do, instead of with its plane.
     pub fixed_depth: bool,
