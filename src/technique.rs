@@ -219,7 +219,7 @@ const PENUMBRA: Param = Param::float(
     1e9,
     0.0,
     "world units",
-    "full width of the penumbra; 0 = 15 texels of a map of 1024, half-way through the light's depth range",
+    "full width of the penumbra; 0 = width of 15 texels of a 1024 x 1024 map, in the middle of the light's depth range",
 );
 
 /// Every technique.
@@ -250,7 +250,7 @@ pub const ALL: &[Info] = &[
         id: "area-samples",
         title: "Averaged shadow maps over an area light",
         paper: "the ground truth of Macedo et al. 2017-2019",
-        summary: "Averages the hard shadows of many points on the light, a shadow map each; carries their aliasing and bias.",
+        summary: "Averages the hard shadows of many points on the light, with one shadow map each; keeps their aliasing and bias.",
         params: &[Param::int("samples", 1, 16384, 256, "shadow maps", "points on the area light")],
         needs: &[],
         kind: Kind::Reference,
@@ -262,7 +262,7 @@ pub const ALL: &[Info] = &[
         summary: "The truth for fixed-size penumbrae: distances in the world to the exact boundary of the hard shadow.",
         params: &[
             PENUMBRA,
-            Param::int("subsamples", 1, 16, 4, "samples", "samples along a pixel's side that the boundary is found by"),
+            Param::int("subsamples", 1, 16, 4, "samples", "samples per side of a pixel for finding the boundary"),
         ],
         needs: &[],
         kind: Kind::Reference,
@@ -278,7 +278,7 @@ pub const ALL: &[Info] = &[
             65536,
             1024,
             "rays",
-            "rays a pixel over the area light; 1 = the light's centre",
+            "rays per pixel over the area light; 1 = the light's centre only",
         )],
         needs: &[],
         kind: Kind::Reference,
@@ -301,17 +301,17 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
         return Err(Error::Parameter(problem));
     };
     if !setup.params.are_for(info) {
-        let problem = format!("the parameters are another technique's: make them with Params::new or parse for {id}");
+        let problem = format!("the parameters belong to another technique: make them for {id} with Params::new or Params::parse");
         return Err(Error::Parameter(problem));
     }
     if let Some(need) = info.needs.iter().find(|n| !n.is_met(context.features())) {
-        return Err(Error::NoDevice(format!("{id} needs {}; this device was made without", need.text())));
+        return Err(Error::NoDevice(format!("{id} needs {}, which this device was made without", need.text())));
     }
     let largest = context.device().limits.max_image_dimension2_d.min(16384);
     for (what, size) in [("image", setup.extent), ("shadow map", setup.map_size)] {
         if size.contains(&0) || size.iter().any(|&n| n > largest) {
             let [w, h] = size;
-            return Err(Error::Parameter(format!("a {w}x{h} {what} is not possible: 1 to {largest} a side")));
+            return Err(Error::Parameter(format!("a {w}x{h} {what} is not possible: it must have 1 to {largest} per side")));
         }
     }
     Ok(Box::new(Prepared {

@@ -23,7 +23,7 @@ impl Interface {
         }
         let find = |s: &Slot| match named.iter().find(|n| n.0 == s.name) {
             Some((_, bind)) if s.kind.is_buffer() == bind.buffer().is_some() => Ok(*bind),
-            _ => Err(error(format!("{} (binding {}) wants {:?}", s.name, s.binding, s.kind))),
+            _ => Err(error(format!("{} (binding {}) needs a {:?}", s.name, s.binding, s.kind))),
         };
         self.slots.iter().map(find).collect()
     }

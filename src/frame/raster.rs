@@ -103,7 +103,7 @@ impl RasterPass<'_> {
         match self.colors.iter().chain(&self.depth).find(other) {
             None => Ok(()),
             Some(target) => Err(Error::Usage(format!(
-                "the pass {} is of {:?} pixels, and one of its targets of {:?}",
+                "the pass {} has {:?} pixels, but one of its targets has {:?}",
                 self.name,
                 self.extent,
                 target.image.extent()

@@ -100,7 +100,7 @@ impl Image {
         if extent.iter().any(|&e| e > largest) {
             let [w, h] = extent;
             return Err(Error::Usage(format!(
-                "{}: {w}x{h} is not possible: this device has 1 to {largest} a side",
+                "{}: {w}x{h} is not possible: this device allows 1 to {largest} per side",
                 desc.name
             )));
         }

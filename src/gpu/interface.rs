@@ -133,7 +133,7 @@ impl Interface {
                 let check = declared.iter().find(|d| d.name == binding.name).and_then(|d| d.check);
                 match (check, &binding.block) {
                     (Some(check), Some(block)) => check(&self.name, block)?,
-                    (Some(_), None) => return error(format!("{} is no uniform block", binding.name)),
+                    (Some(_), None) => return error(format!("{} is not a uniform block", binding.name)),
                     (None, _) => {}
                 }
             }
@@ -142,7 +142,7 @@ impl Interface {
             }
         }
         if self.push_stages.is_empty() && size_of::<P>() > 0 {
-            return error(format!("the host pushes {}, it declares no push constants", std::any::type_name::<P>()));
+            return error(format!("the host pushes {}, but the shaders declare no push constants", std::any::type_name::<P>()));
         }
         Ok(())
     }
@@ -186,7 +186,7 @@ fn difference(what: &str, given: &[&str], declared: &[&str]) -> Option<String> {
         (true, false) => format!("{missing:?} missing"),
         (false, false) => format!("{unknown:?} unknown, {missing:?} missing"),
     };
-    Some(format!("the host gives the {what} {given:?}, the shader declares {declared:?}: {problem}"))
+    Some(format!("the host gives the {what} {given:?}, but the shader declares {declared:?}: {problem}"))
 }
 
 impl Drop for Interface {

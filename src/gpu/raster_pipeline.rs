@@ -290,15 +290,15 @@ fn check(device: &Device, state: &RasterState<'_>, stages: &[Reflection]) -> Res
     let expected = expected.into_iter().chain([state.fragment.map(|_| vk::ShaderStageFlags::FRAGMENT)]).flatten();
     let fail = |problem: String| Err(Error::Shader { shader: state.name.into(), problem });
     if !expected.eq(stages.iter().map(|s| s.stage)) {
-        return fail("a shader is of another stage than it is used for".into());
+        return fail("a shader belongs to another stage than the one it is used for".into());
     }
     let writes = |s: &&Reflection| s.bindings.iter().any(|b| b.access != ResourceAccess::Read);
     let written: Vec<_> = stages.iter().filter(writes).map(|s| s.stage).collect();
     if let Some(stage) = written.iter().find(|s| **s != vk::ShaderStageFlags::FRAGMENT) {
-        return fail(format!("a buffer or image of the {stage:?} stage is not declared readonly"));
+        return fail(format!("a buffer or image of the {stage:?} stage must be declared readonly"));
     }
     if state.stencil.is_some() && !state.depth.is_some_and(|d| super::has_stencil(d.format)) {
-        return fail("its state has a stencil, its depth target has none".into());
+        return fail("its state has a stencil test, but its depth target has no stencil".into());
     }
     let has = device.features;
     let lacks = [
@@ -310,7 +310,7 @@ fn check(device: &Device, state: &RasterState<'_>, stages: &[Reflection]) -> Res
     match lacks.iter().find(|(needed, there, _)| *needed && !there) {
         None => Ok(()),
         Some((.., feature)) => Err(Error::NoDevice(format!(
-            "{} needs the feature {feature}; by ContextDesc::features, this device was made without",
+            "{} needs the feature {feature}, which this device lacks according to ContextDesc::features",
             state.name
         ))),
     }

@@ -138,7 +138,7 @@ pub(crate) fn check_odd(what: &str, n: u32, most: u32) -> Result<()> {
     if n % 2 == 1 && n <= most {
         return Ok(());
     }
-    Err(Error::Parameter(format!("{n} {what} are not possible: an odd number, 1 to {most}")))
+    Err(Error::Parameter(format!("{n} {what} are not possible: the number must be odd, 1 to {most}")))
 }
 
 /// Checked values for every row of a table.

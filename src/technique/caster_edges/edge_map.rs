@@ -116,8 +116,8 @@ impl EdgeMap {
         if size > most || cells * 8 > most {
             let [w, h] = map_size;
             let problem = format!(
-                "edge ids of a {w}x{h} map take {} bytes with {} slots a cell; two storage buffers of this device have {most} each: \
-                 use a smaller map or fewer slots",
+                "edge ids of a {w}x{h} map take {} bytes with {} slots per cell, but two storage buffers of this device \
+                 have {most} each; use a smaller map or fewer slots",
                 rows(all_rows),
                 config.slots
             );
@@ -138,7 +138,7 @@ impl EdgeMap {
                 let features = context.features();
                 if !(features.dynamic_rendering && features.fragment_stores) {
                     let problem = "generation=raster needs raster passes and fragment shaders that write buffers \
-                                   (dynamicRendering, fragmentStoresAndAtomics); this device was made without";
+                                   (dynamicRendering, fragmentStoresAndAtomics), which this device was made without";
                     return Err(Error::NoDevice(problem.into()));
                 }
                 Writer::Quads(context.raster_pipeline::<MapBindings, EdgeMapPush>(&RasterState {

@@ -46,7 +46,7 @@ impl EdgeSegments {
         let most = u64::from(context.device().limits.max_storage_buffer_range);
         if size > most {
             let problem =
-                format!("segments of edges: {size} bytes; a storage buffer of this device has {most} at most");
+                format!("segments of edges: {size} bytes, but a storage buffer of this device has at most {most}");
             return Err(Error::Usage(problem));
         }
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;

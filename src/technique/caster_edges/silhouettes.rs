@@ -108,7 +108,7 @@ impl Silhouettes {
         let most = u64::from(context.device().limits.max_storage_buffer_range);
         let buffer = |name, size: u64, usage| {
             if size > most {
-                let problem = format!("{name}: {size} bytes; a storage buffer of this device has {most} at most");
+                let problem = format!("{name}: {size} bytes, but a storage buffer of this device has at most {most}");
                 return Err(Error::Usage(problem));
             }
             let usage = usage | vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;

@@ -112,8 +112,8 @@ const DEPTH: vk::Format = vk::Format::D32_SFLOAT_S8_UINT;
 const COUNT: vk::Format = vk::Format::R16_SFLOAT;
 /// Constant part of the depth bias of near caps, in steps of the depth format.
 const CAP_STEPS: f32 = 2.0;
-/// Replaces infinity for a parallel camera and a light with a position: the share of the caster's distance in that of
-/// its image, both from the light. All rays of a parallel camera meet the plane at infinity in one point, so caps at
+/// Replaces infinity for a parallel camera and a light with a position: the caster's distance from the light, as a
+/// share of its image's distance. All rays of a parallel camera meet the plane at infinity in one point, so caps at
 /// infinity would not be rasterised.
 const NEARNESS: f32 = 1.0 / (1 << 20) as f32;
 /// Number of vertices of a chunk of triangles.

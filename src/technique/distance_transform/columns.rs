@@ -7,7 +7,7 @@ use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
-/// A column's word of a block, and how far the next seeds are.
+/// Format of an entry: the column's seed bits in the block, and the distances to the next seeds.
 const FORMAT: vk::Format = vk::Format::R32G32_UINT;
 
 bindings! {

@@ -157,13 +157,13 @@ impl Edt {
         let wrong =
             |problem: String| Err(Error::Parameter(format!("distance transform of {width}x{height}: {problem}")));
         if extent.iter().any(|&n| n == 0 || n > MAX_SIDE) {
-            return wrong(format!("a side has 1 to {MAX_SIDE} pixels"));
+            return wrong(format!("a side must have 1 to {MAX_SIDE} pixels"));
         }
         let diagonal_squared = extent.iter().map(|&n| u64::from(n - 1).pow(2)).sum::<u64>();
         let reach_squared = config.radius.map_or(u64::MAX, |r| u64::from(r).pow(2));
         if config.squared && diagonal_squared.min(reach_squared) >= u64::from(NO_SEED) {
             return wrong(
-                "squared distances do not fit 32 bits; give a radius of at most 65535, or take labels alone".into(),
+                "squared distances do not fit in 32 bits; give a radius of at most 65535, or do without squared distances".into(),
             );
         }
         let device = context.device();
@@ -271,7 +271,7 @@ fn storage(context: &Context, name: &str, entries: u64, bytes_each: u64) -> Resu
     let (size, most) = (entries * bytes_each, u64::from(context.device().limits.max_storage_buffer_range));
     if size > most {
         return Err(Error::Parameter(format!(
-            "{name}: {size} bytes are needed, and this device binds at most {most}; take a smaller image or another method"
+            "{name}: {size} bytes are needed, but this device binds at most {most}; use a smaller image or another method"
         )));
     }
     let usage =

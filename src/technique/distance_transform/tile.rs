@@ -28,7 +28,7 @@ impl Tile {
         if radius.is_none_or(|r| r > MAX_RADIUS) {
             let asked = radius.map_or("no radius".into(), |r| format!("a radius of {r} pixels"));
             return Err(Error::Parameter(format!(
-                "bounded-tile has a radius of 0 to {MAX_RADIUS} pixels, here it is {asked}; bounded-row and pba do any"
+                "bounded-tile needs a radius of 0 to {MAX_RADIUS} pixels, but {asked} was given; bounded-row and pba take any"
             )));
         }
         Ok(Self {

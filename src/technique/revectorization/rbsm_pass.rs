@@ -82,7 +82,7 @@ pub struct RbsmConfig {
 pub(crate) fn check_max_distance(max_distance: u32) -> Result<()> {
     match max_distance {
         1..=64 => Ok(()),
-        n => Err(Error::Parameter(format!("max_distance {n} is not possible: 1 to 64 texels"))),
+        n => Err(Error::Parameter(format!("max_distance {n} is not possible: it must be 1 to 64 texels"))),
     }
 }
 
