@@ -301,7 +301,8 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
         return Err(Error::Parameter(problem));
     };
     if !setup.params.are_for(info) {
-        let problem = format!("the parameters belong to another technique: make them for {id} with Params::new or Params::parse");
+        let problem =
+            format!("the parameters belong to another technique: make them for {id} with Params::new or Params::parse");
         return Err(Error::Parameter(problem));
     }
     if let Some(need) = info.needs.iter().find(|n| !n.is_met(context.features())) {
@@ -311,7 +312,9 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
     for (what, size) in [("image", setup.extent), ("shadow map", setup.map_size)] {
         if size.contains(&0) || size.iter().any(|&n| n > largest) {
             let [w, h] = size;
-            return Err(Error::Parameter(format!("a {w}x{h} {what} is not possible: it must have 1 to {largest} per side")));
+            return Err(Error::Parameter(format!(
+                "a {w}x{h} {what} is not possible: it must have 1 to {largest} per side"
+            )));
         }
     }
     Ok(Box::new(Prepared {

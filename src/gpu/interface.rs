@@ -142,7 +142,10 @@ impl Interface {
             }
         }
         if self.push_stages.is_empty() && size_of::<P>() > 0 {
-            return error(format!("the host pushes {}, but the shaders declare no push constants", std::any::type_name::<P>()));
+            return error(format!(
+                "the host pushes {}, but the shaders declare no push constants",
+                std::any::type_name::<P>()
+            ));
         }
         Ok(())
     }

@@ -26,7 +26,12 @@ pub const INFO: Info = Info {
             0,
             "count up to 255 volumes in the stencil, or up to 2048 by blending",
         ),
-        Param::choice("path", &["compute", "geometry"], 0, "make the sides from a list of edges, or by geometry shader"),
+        Param::choice(
+            "path",
+            &["compute", "geometry"],
+            0,
+            "make the sides from a list of edges, or by geometry shader",
+        ),
         Param::switch("cull", true, "leave out volumes and parts of the image that cannot affect the result"),
         Param::float(
             "cap_bias",

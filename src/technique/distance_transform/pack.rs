@@ -39,7 +39,11 @@ impl Pack {
             vk::Format::R8_UNORM | vk::Format::R16_UNORM | vk::Format::R16_SFLOAT | vk::Format::R32_SFLOAT => {
                 (&mut self.unorm, "distance_transform/edt_pack.comp")
             }
-            format => return wrong(format!("{format:?} is not a single-channel format of numbers; use R8_UNORM, for example")),
+            format => {
+                return wrong(format!(
+                    "{format:?} is not a single-channel format of numbers; use R8_UNORM, for example"
+                ));
+            }
         };
         let pipeline = match slot {
             Some(pipeline) => pipeline,
@@ -63,7 +67,10 @@ impl Pack {
     ) -> Result<()> {
         let needed = u64::from(extent[0].next_multiple_of(4)) * u64::from(extent[1]);
         if mask.size() < needed {
-            let problem = format!("it has {} bytes, but {needed} are needed: rows are padded to multiples of 4 bytes", mask.size());
+            let problem = format!(
+                "it has {} bytes, but {needed} are needed: rows are padded to multiples of 4 bytes",
+                mask.size()
+            );
             return Err(Error::Input { technique: "edt".into(), input: "mask", problem });
         }
         let pipeline = match &mut self.bytes {
