@@ -95,7 +95,7 @@ pub struct EdgeMap {
 }
 
 impl EdgeMap {
-    /// Makes the pass and its image.
+    /// Makes the pass and its map.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the map is too large for two storage buffers of the device. [`Error::NoDevice`] for

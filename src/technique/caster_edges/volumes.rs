@@ -151,7 +151,7 @@ struct Visible {
 
 impl ShadowVolumes {
     /// Makes the passes for images of `extent` pixels. `keep_count` must be true if [`ShadowVolumes::resolve`] is to
-    /// return the counts.
+    /// write the counts.
     ///
     /// # Errors
     /// [`crate::Error::NoDevice`] if the caller's device was made without the features that the settings need. Other
@@ -267,7 +267,8 @@ impl ShadowVolumes {
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, technique: &str) -> Result<()> {
         self.casters.check_transforms(technique, inputs.casters)?;
         let light = &inputs.light[0];
-        // Without an inverse of its transform, an instance cannot tell which triangles face the light.
+        // If a transform has no inverse, it is unknown which triangles face the light. The instance then casts no
+        // shadow.
         let regular = |m: &DAffine3| m.is_finite() && m.matrix3.inverse().is_finite();
         let casts: Vec<bool> = (inputs.casters.iter().enumerate())
             .map(|(i, m)| {
