@@ -1,4 +1,4 @@
-//! Where on the light a sample lies.
+//! Stratified sample points on the light.
 
 /// A bijective scramble of 64 bits (the finaliser of SplitMix64).
 pub(crate) fn mix(mut x: u64) -> u64 {
@@ -16,7 +16,7 @@ pub struct Stratified {
 }
 
 impl Stratified {
-    /// `grid * grid` cells.
+    /// Makes the points of `grid * grid` cells.
     pub fn new(grid: u32, pixel: u64, seed: u64) -> Self {
         Self { grid, base: mix(mix(seed).wrapping_add(pixel)) }
     }

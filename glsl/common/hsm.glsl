@@ -45,11 +45,11 @@ int classify(sampler2D hsm, SoftReceiver r, vec2 half_width, float margin) {
   ivec2 first, last;
   windowRange(r, half_width, margin, first, last);
   vec2 bounds = hsmBounds(hsm, first, last);
-  // The receiver's plane over the window: its depth in the middle, and by how much it rises to a corner.
+  // The receiver's plane over the window: its depth in the middle, and its rise from there to a corner.
   vec2 middle = 0.5 * vec2(first + last) + 0.5 - r.at, reach = 0.5 * vec2(last - first);
   float depth = r.map.depth + dot(r.slope, middle);
   float rise = dot(abs(r.slope), reach);
-  // The taps sum their references in another order: stay on the safe side of the rounding.
+  // The taps sum their references in another order, so the bound allows for the difference in rounding.
   float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), reach + abs(middle));
   // An empty texel never shadows, whatever the reference.
   if (min(depth + rise + rounding, 1.0) <= bounds.x) return HSM_LIT;

@@ -5,13 +5,13 @@
 
 struct MapReceiver {
   vec2 uv;
-  float depth;       // bias taken off
+  float depth;       // bias subtracted
   vec2 plane;        // d(depth)/d(uv) of the receiver's plane
   float texel_depth; // change of depth over a texel's world size along the light's axis
 };
 
 // Returns true if the visibility needs no texel of the shadow map; `decided` then holds it. `normal_offset` is in
-// multiples of what a plane needs. `depth_bias` is a fraction of the plane's change of depth per texel, summed over
+// multiples of the offset that a plane needs. `depth_bias` is a fraction of the plane's change of depth per texel, summed over
 // both axes.
 bool mapReceiver(Receiver r, float normal_offset, float depth_bias, out MapReceiver m, out float decided) {
   decided = 1.0;

@@ -4,7 +4,7 @@
 #define EDGESHADE_PCF_RECEIVER
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // multiples of what a plane needs
+  float normal_offset; // multiples of the offset that a plane needs
   float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
 } push;
 

@@ -41,8 +41,8 @@ float rpcfMean(ShadowPoint p, int function) {
     }
     if (left_texels[j] != 0u) left_rows |= 1u << j;
   }
-  // Only a few texels are left, each followed for itself. They have a loop of their own: a loop nested in the one above
-  // would run in all of its rounds.
+  // Only a few texels are left, and each is followed for itself. They have a loop of their own, because a loop nested
+  // in the one above would run in all of its rounds.
   while (left_rows != 0u) {
     int j = findLSB(left_rows), i = findLSB(left_texels[j]);
     left_texels[j] &= left_texels[j] - 1u;

@@ -26,7 +26,7 @@ layout(binding = 8) writeonly uniform image2D shadows;
 layout(binding = 9) writeonly uniform image2D between;
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // multiples of what a plane needs
+  float normal_offset; // multiples of the offset that a plane needs
   float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
   float reach;         // half-width of the filter to come in penumbra half-widths, at least 1: widths must exist this far
 } push;

@@ -11,7 +11,7 @@ pub struct Param {
     pub name: &'static str,
     /// Type and range.
     pub kind: ParamKind,
-    /// Value when the user says nothing; for a choice its index, for a switch 0 or 1.
+    /// Value if the user sets none. For a choice it is the index of the word, for a switch 0 or 1.
     pub default: f64,
     /// Unit, in words.
     pub unit: &'static str,
@@ -22,20 +22,20 @@ pub struct Param {
 /// Type and range of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParamKind {
-    /// A number within bounds, ends included.
+    /// A number within inclusive bounds.
     Float {
         /// Smallest.
         min: f64,
         /// Largest.
         max: f64,
     },
-    /// A whole number within bounds, ends included.
+    /// A whole number within inclusive bounds.
     Int {
         /// Smallest.
         min: i64,
         /// Largest.
         max: i64,
-        /// Odd numbers only.
+        /// True if only odd numbers are allowed.
         odd: bool,
     },
     /// One of several words.
@@ -133,12 +133,12 @@ impl Param {
     }
 }
 
-/// Rejects numbers that no kernel has along its side: even ones, and those above `most`.
+/// Rejects kernel widths that are even or above `most`.
 pub(crate) fn check_odd(what: &str, n: u32, most: u32) -> Result<()> {
     if n % 2 == 1 && n <= most {
         return Ok(());
     }
-    Err(Error::Parameter(format!("{n} {what} are not possible: an odd number, 1 to {most}")))
+    Err(Error::Parameter(format!("{n} {what} are not possible: the number must be odd, 1 to {most}")))
 }
 
 /// Checked values for every row of a table.
@@ -149,13 +149,13 @@ pub struct Params {
 }
 
 impl Params {
-    /// Defaults.
+    /// The defaults of a technique.
     pub fn new(info: &Info) -> Self {
         Self { table: info.params, values: info.params.iter().map(|p| p.default).collect() }
     }
 
-    /// Defaults with some of them set by `name=value` pairs; a wrong name or value is an error that lists
-    /// what is allowed. The last of several settings of a name counts.
+    /// The defaults, changed by `name=value` pairs. A wrong name or value is an error that lists what is allowed. If a
+    /// name is set several times, the last setting counts.
     pub fn parse<'s>(info: &Info, settings: impl IntoIterator<Item = (&'s str, &'s str)>) -> Result<Self> {
         let mut params = Self::new(info);
         for (name, text) in settings {
@@ -164,7 +164,7 @@ impl Params {
         Ok(params)
     }
 
-    /// True if the rows are those of the technique.
+    /// True if the table has the rows of the technique.
     pub fn are_for(&self, info: &Info) -> bool {
         let names = |table: &'static [Param]| table.iter().map(|p| (p.name, p.kind));
         self.values.len() == self.table.len() && names(self.table).eq(names(info.params))
@@ -189,10 +189,10 @@ impl Params {
         self.table.iter().zip(&self.values).map(|(p, &v)| (p.name, p.show(v))).collect()
     }
 
-    /// The value of a row: a number, the index of a choice, 0 or 1 of a switch.
+    /// The value of a row: a number, the index of a choice, or 0 or 1 for a switch.
     ///
     /// # Panics
-    /// If the table has no such row: a technique asks for its own rows only.
+    /// Panics if the table has no such row. A technique asks only for its own rows.
     pub fn get(&self, name: &str) -> f64 {
         match self.table.iter().position(|p| p.name == name) {
             Some(i) => self.values[i],

@@ -1,5 +1,5 @@
-//! What the techniques share that look the casters' edges up in a map of the shadow map's size, which is kept while the light
-//! stands still.
+//! Common part of the techniques that look up the casters' edges in a map of the shadow map's size. The map is kept
+//! while the light stands still.
 
 use super::map_lookup::MapLookup;
 use crate::gpu::{Buffer, Image, ImageDesc};
@@ -9,14 +9,14 @@ use crate::{Context, Frame, Inputs, Result};
 use ash::vk;
 
 pub(super) const KILL: Param =
-    Param::switch("kill", true, "edges that lie behind all that the shadow map holds around them are left out");
+    Param::switch("kill", true, "leave out edges that lie behind everything that the shadow map holds around them");
 
-/// A map of what a technique holds of the casters' edges.
+/// A technique's map of the casters' edges.
 pub(super) trait HeldMap {
-    /// Name of the intermediate that shows it.
+    /// Name of the intermediate image that shows the map.
     fn name(&self) -> &'static str;
 
-    /// Makes the map, unless that of the frame before still holds.
+    /// Makes the map, unless the one of the frame before is still valid.
     fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()>;
 
     fn image(&self) -> &Image;
@@ -31,7 +31,8 @@ struct EdgeLookup {
     push: RbsmPush,
 }
 
-/// Makes a technique over such a map; `lookup` makes the lookup that draws a picture of it, or the visibility.
+/// Makes a technique with such a map. `lookup(true)` makes the pass that draws a picture of the map, `lookup(false)`
+/// the one that computes the visibility.
 pub(super) fn prepare(
     context: &Context,
     setup: &Setup,

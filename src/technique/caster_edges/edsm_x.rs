@@ -18,7 +18,7 @@ pub const INFO: Info = Info {
     id: "edsm-x",
     title: "Edge distance shadow mapping with edge identities",
     paper: "after Kenzel 2013; the identities and the crossing rule are ours",
-    summary: "Hard shadows that follow the casters' own edges at any map resolution, for the price of a map lookup.",
+    summary: "Hard shadows that follow the casters' own edges at any map resolution, for the cost of a map lookup.",
     params: &[
         Param::int(
             "slots",
@@ -26,7 +26,7 @@ pub const INFO: Info = Info {
             8,
             2,
             "edges",
-            "edges that a cell between four texels keeps in place, the nearest to its centre (K)",
+            "number of slots of a cell between four texels; they hold the edges nearest to its centre (K)",
         ),
         Param::int(
             "spill",
@@ -34,31 +34,31 @@ pub const INFO: Info = Info {
             4096,
             256,
             "edges",
-            "edges that a cell may have beyond its slots, in a chain; one more is counted as lost",
+            "largest number of edges of a cell beyond its slots, kept in a chain; further edges are lost and counted",
         ),
         Param::choice(
             "generation",
             &["compute", "raster"],
             0,
-            "edges are written into the map by threads that walk along them, or by quads: the same map",
+            "write edges into the map by threads that walk along them, or by drawing quads; the map is the same",
         ),
         Param::choice(
             "resolve",
             &["always", "mixed-only"],
             0,
-            "ask the edges wherever there are any, or only where the depth map disagrees about the light, as in the thesis: features below a texel are lost then",
+            "use the edges wherever there are any, or only where the tests of the depth map differ, as in the thesis; features smaller than a texel are then lost",
         ),
         Param::switch(
             "kill",
             true,
-            "leave out edges that lie behind everything that the light sees around a cell: they need no slot",
+            "leave out edges that lie behind everything that the light sees around a cell, so that they take no slots",
         ),
         Param::float("border", 0.0, 16.0, 0.0, "texels", "width of the shadow's border; 0 = hard"),
         Param::choice(
             "kernel",
             &["box", "smoothstep", "disc"],
             2,
-            "how visibility falls across the border: a ramp, one with soft ends, or as behind an edge under a round light",
+            "profile of the visibility across the border: a ramp, a ramp with soft ends, or that of an edge under a round light",
         ),
         Param::float(
             "edge_bias",
@@ -66,7 +66,7 @@ pub const INFO: Info = Info {
             4.0,
             0.02,
             "texel slopes",
-            "how far in depth an edge may lie before the receiver and still be on it, in slopes of its plane a texel",
+            "depth by which an edge may lie in front of the receiver and still count as on it, in multiples of its plane's change of depth per texel",
         ),
         DEPTH_BIAS,
         Param::float(
@@ -74,8 +74,8 @@ pub const INFO: Info = Info {
             0.0,
             4.0,
             0.2,
-            "texels a texel",
-            "how far a curved receiver may lie before its plane, a texel of distance",
+            "texels per texel",
+            "depth by which a curved receiver may lie in front of its plane, in texel widths per texel of distance",
         ),
         SKIP,
     ],
@@ -135,9 +135,9 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         ];
         context.pipeline::<LookupBindings, EdsmXPush>("caster_edges/edsm_x.comp", &constants)
     };
-    // Of a map in two buffers there is no picture.
+    // The picture supports only maps in one buffer.
     let ids = (setup.intermediates && !map.is_split()).then(|| EdgeIds::new(context, &map));
-    // The technique itself does without raster passes.
+    // The technique itself needs no raster passes, so the device may not support them.
     let can_draw = context.features().dynamic_rendering;
     let seen =
         (setup.intermediates && can_draw).then(|| SilhouetteView::new(context, edges.silhouettes(), setup.extent));

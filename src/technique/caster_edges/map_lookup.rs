@@ -1,4 +1,4 @@
-//! The lookup of the techniques that hold something of the casters' edges in a map of the shadow map's size.
+//! Lookup of the techniques that store the casters' edges in a map of the shadow map's size.
 
 use crate::gpu::{Bindings, Buffer, ComputePipeline, Constant, Image, bindings};
 use crate::technique::common::bindings::ReceiverBindings;
@@ -18,14 +18,14 @@ pub(super) enum Held {
     Points,
 }
 
-/// The pass: a pixel by the shadow tests around its point, and by what the map holds there.
+/// The pass. It decides a pixel by the shadow tests around its point and by the map's values there.
 pub struct MapLookup {
     held: Held,
     pipeline: Arc<ComputePipeline>,
 }
 
 impl MapLookup {
-    /// Makes the pipeline; `FIXED` of `glsl/common/rbsm_receiver.glsl` is not for this pass.
+    /// Makes the pipeline. This pass does not use `FIXED` of `glsl/common/rbsm_receiver.glsl`.
     pub(super) fn new(context: &Context, held: Held, constants: &[Constant]) -> Result<Self> {
         let constants = &[&[("FIXED", 0)], constants].concat();
         let pipeline = match held {

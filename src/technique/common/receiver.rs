@@ -2,12 +2,12 @@
 
 use crate::technique::Param;
 
-/// The offset that every technique moves its receivers by.
+/// Parameter for the distance by which every technique moves its receivers.
 pub(crate) const NORMAL_OFFSET: Param = Param::float(
     "normal_offset",
     0.0,
     16.0,
     1.0,
     "planes",
-    "receiver moved along its normal, in multiples of the part of a texel that a plane of its tilt needs",
+    "distance by which the receiver is moved along its normal, in multiples of the offset that a plane of its tilt needs",
 );

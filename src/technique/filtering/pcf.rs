@@ -9,7 +9,8 @@ use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Narrower kernels cost less than asking whether they can be skipped (see `results/`).
+/// Smallest kernel width for which `auto` skips. It costs less to filter with a narrower kernel than to find out
+/// whether it can be skipped (see `results/`).
 const SKIP_FROM_WIDTH: u32 = 31;
 
 /// The registry entry.
@@ -27,19 +28,19 @@ pub const INFO: Info = Info {
             16.0,
             0.5,
             "texel slopes",
-            "taken off the receiver's depth on top, in slopes of its plane a texel",
+            "additional bias of the receiver's depth, in multiples of its plane's change of depth per texel",
         ),
         Param::choice(
             "fetch",
             &["loop", "gather"],
             1,
-            "one texel a fetch, or 2 x 2 texels a gather: the same image up to rounding",
+            "read one texel per fetch or 2 x 2 texels per gather; the image is the same up to rounding",
         ),
         Param::choice(
             "skip",
             &["auto", "off", "pixels", "tiles"],
             0,
-            "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles: the same image",
+            "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles; the image is the same",
         ),
     ],
     needs: &[],
@@ -80,21 +81,21 @@ impl Passes for PercentageCloser {
 shader_struct! {
     /// Push constants of `glsl/filtering/pcf.comp` and `pcf_classify.comp`.
     pub struct PcfPush {
-        /// Multiples of what a plane needs.
+        /// Normal offset, in multiples of the offset that a plane needs.
         normal_offset: f32,
-        /// Fraction of a texel's slope, along both axes.
+        /// Depth bias, as a fraction of the plane's change of depth per texel, summed over both axes.
         depth_bias: f32,
     }
 }
 
-/// Way to find pixels whose whole kernel agrees without filtering. The image is the same.
+/// Way to find pixels whose whole kernel has one test result, without filtering. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PcfSkip {
-    /// Not at all: every pixel is filtered.
+    /// Skips nothing: every pixel is filtered.
     Off,
-    /// Each pixel asks the depth bounds first.
+    /// Each pixel tests the depth bounds first.
     Pixels,
-    /// A pass of its own asks the depth bounds and lists the tiles to filter.
+    /// A separate pass tests the depth bounds and lists the tiles to filter.
     Tiles,
 }
 
@@ -103,9 +104,9 @@ pub enum PcfSkip {
 pub struct PcfConfig {
     /// Texels along the kernel's side: odd, 1 to 63.
     pub width: u32,
-    /// Four texels a gather, instead of one a fetch.
+    /// True to read four texels per gather instead of one per fetch.
     pub gather: bool,
-    /// Values that are not filtered.
+    /// Way to find pixels that need no filter.
     pub skip: PcfSkip,
 }
 
@@ -114,18 +115,18 @@ bindings! {
     struct PcfBindings { ..pixels: PixelBindings, blocks }
 }
 
-/// The pass with its pipelines, and what it skips by.
+/// The pass with its pipelines, the depth bounds that decide pixels, and the list of tiles.
 pub struct Pcf {
     filter: Arc<ComputePipeline>,
     /// Present only with [`PcfSkip::Tiles`].
     classify: Option<Arc<ComputePipeline>>,
-    /// Not with [`PcfSkip::Off`].
+    /// Depth bounds; absent with [`PcfSkip::Off`].
     bounds: Option<DepthBounds>,
     tiles: TileList,
 }
 
 impl Pcf {
-    /// Allocates for a camera image and a shadow map.
+    /// Makes the pass for a camera image and a shadow map.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcfConfig) -> Result<Self> {
         let PcfConfig { width, gather, skip } = config;
         let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
@@ -143,7 +144,7 @@ impl Pcf {
             PcfSkip::Off => None,
             _ => Some(DepthBounds::new(context, map_size)?),
         };
-        // Where nothing is listed the shader's binding still wants a buffer.
+        // Without a list, the shader's binding still needs a buffer.
         let tiles = TileList::new(context.device(), "pcf tiles", if listed { extent } else { [0; 2] })?;
         Ok(Self { filter, classify, bounds, tiles })
     }
@@ -168,7 +169,7 @@ impl Pcf {
             bounds.record(frame, inputs)?;
         }
         let receiver = ReceiverBindings::new(view, inputs);
-        // Without bounds the shader's binding still wants an image, which it does not read.
+        // Without bounds, the shader's binding still needs an image, which it does not read.
         let blocks = self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks()));
         let (visibility, list) = (Bind::Image(output), Bind::Buffer(self.tiles.buffer()));
         let push = bytemuck::bytes_of(&push);

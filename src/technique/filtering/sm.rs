@@ -13,10 +13,10 @@ pub const INFO: Info = Info {
     id: "sm",
     title: "Shadow mapping",
     paper: "Williams 1978",
-    summary: "One test a pixel: the fastest, with the map's texels as stairs along every edge.",
+    summary: "One test per pixel: the fastest technique, with the map's texels visible as stairs along every edge.",
     params: &[
         NORMAL_OFFSET,
-        Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth on top"),
+        Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "additional bias of the receiver's depth"),
     ],
     needs: &[],
     kind: Kind::RealTime(prepare),
@@ -46,9 +46,9 @@ impl Passes for ShadowMapping {
 shader_struct! {
     /// Push constants of `glsl/filtering/sm.comp`.
     pub struct SmPush {
-        /// Multiples of what a plane needs.
+        /// Normal offset, in multiples of the offset that a plane needs.
         normal_offset: f32,
-        /// Depth units on top.
+        /// Additional bias, in units of light depth.
         depth_bias: f32,
     }
 }
@@ -56,7 +56,7 @@ shader_struct! {
 /// The pass with its pipeline.
 pub struct Sm {
     pipeline: Arc<ComputePipeline>,
-    /// Buffer for the shader's binding where there is no list.
+    /// Buffer for the shader's binding if there is no list.
     no_list: Buffer,
 }
 
@@ -66,7 +66,7 @@ impl Sm {
         Self::with_step(context, Step::AtOnce)
     }
 
-    /// The same for the pixels of a list that another pass makes.
+    /// Makes the pipeline for the pixels of a list that another pass makes.
     pub(crate) fn of_list(context: &Context) -> Result<Self> {
         Self::with_step(context, Step::Listed)
     }

@@ -1,4 +1,5 @@
-//! Shadow edges straightened in the map: the papers' listings, the edge profile, and a filter over either.
+//! Techniques that straighten shadow edges in the shadow map: the papers' listings, the edge profile, and a filter over
+//! either.
 
 pub mod rbsm;
 pub mod rbsm_branches;

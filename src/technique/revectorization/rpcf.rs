@@ -22,7 +22,7 @@ pub const INFO: Info = Info {
             "visibility",
             &["filtered", "star", "profile", "printed"],
             0,
-            "what is averaged: the ramp of rbsm-filtered, RBSM*, the edge profile of runs, or listing 5 as in the paper",
+            "function to average: the ramp of rbsm-filtered, RBSM*, the edge profile of runs, or listing 5 as in the paper",
         ),
         RECEIVER,
         MAX_DISTANCE,
@@ -33,8 +33,8 @@ pub const INFO: Info = Info {
             "skip",
             &["auto", "off", "list", "bounds"],
             0,
-            "pixels near an edge are worked on where they are found, or listed (auto) for a dispatch of their own; with \
-             bounds, depth bounds of the map's blocks decide pixels before any test, and the rest is listed: the same image",
+            "list pixels near an edge for a dispatch of their own (auto, list), or work on them at once (off); with \
+             bounds, depth bounds of the map's blocks decide pixels before any test, and the rest is listed; the image is the same",
         ),
     ],
     needs: &[],
@@ -97,13 +97,13 @@ pub struct RpcfConfig {
     pub width: u32,
     /// Function that is averaged.
     pub visibility: RpcfVisibility,
-    /// Compare with the fragment's own depth everywhere, as the listings do, not with its plane.
+    /// True to compare all texels with the fragment's own depth, as the listings do, instead of with its plane.
     pub fixed_depth: bool,
     /// `MAXDIST`, texels: 1 to 64.
     pub max_distance: u32,
-    /// Pixels ask the depth bounds of the map's blocks before any texel.
+    /// True to test the depth bounds of the map's blocks before any texel.
     pub bounded: bool,
-    /// Pixels near an edge are listed and worked on by a second dispatch, instead of where they are found.
+    /// True to list the pixels near an edge for a second dispatch, instead of working on them at once.
     pub listed: bool,
 }
 
@@ -111,14 +111,14 @@ bindings! {
     struct RpcfBindings { ..pixels: PixelBindings, blocks }
 }
 
-/// The pass with its pipelines, and what it skips by.
+/// The pass with its pipelines, and the depth bounds if it uses them.
 pub struct Rpcf {
     pass: PixelPass,
     bounds: Option<DepthBounds>,
 }
 
 impl Rpcf {
-    /// Allocates for a camera image and a shadow map.
+    /// Makes the pass for a camera image and a shadow map.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RpcfConfig) -> Result<Self> {
         let RpcfConfig { width, visibility, fixed_depth, max_distance, bounded, listed } = config;
         check_max_distance(max_distance)?;
@@ -161,7 +161,7 @@ impl Rpcf {
                 visibility: Bind::Image(output),
                 list: self.pass.list(),
             },
-            // Without bounds the shader's binding still wants an image, which it does not read.
+            // Without bounds, the shader's binding still needs an image, which it does not read.
             blocks: self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
         };
         self.pass.record(frame, ["rpcf", "rpcf edges"], bind, bytemuck::bytes_of(&push), output)
