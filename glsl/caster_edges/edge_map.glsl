@@ -9,7 +9,7 @@
 #extension GL_EXT_shader_atomic_int64 : require
 #include "lib/edge_segment.glsl"
 #include "edge_cells.glsl"
-#include "lib/bias.glsl"
+#include "lib/shadow_test.glsl"
 
 layout(constant_id = 0) const int K = 2;       // slots per cell
 layout(constant_id = 1) const bool KILL = true; // leave out edges that lie behind everything around the cell

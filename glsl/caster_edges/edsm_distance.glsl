@@ -1,5 +1,5 @@
 // Value of an edge in the edge distance map: Kenzel, "Edge Distance Shadow Mapping" (2013), section 3.2.3.
-// Include after map_edge.glsl.
+// Include after drawn_edge.glsl.
 #ifndef EDGESHADE_EDSM_DISTANCE
 #define EDGESHADE_EDSM_DISTANCE
 

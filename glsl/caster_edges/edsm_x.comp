@@ -4,7 +4,6 @@
 // these are evaluated exactly; see edge_rule.glsl.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "edge_rule.glsl"
 #include "edsm_border.glsl"
 #include "common/pixel_steps.glsl"

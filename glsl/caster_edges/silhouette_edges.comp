@@ -9,7 +9,6 @@
 // a shadow volume that stand on the edge.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
-#include "silhouettes.glsl"
 
 layout(constant_id = 0) const bool WRITE = false;
 layout(constant_id = 1) const bool SHELLS = true; // count closed meshes as shells, which halves the volumes

@@ -1,6 +1,6 @@
 // Common part of the revectorization passes: push constants, a pixel's point in the shadow map, and the shadow test on
 // the receiver's plane. A shader that defines MAP_GOES_ON reads the map's border texels outside the map.
-// Include after common/map_receiver.glsl.
+// Include after common/receiver.glsl.
 #ifndef EDGESHADE_RBSM_RECEIVER
 #define EDGESHADE_RBSM_RECEIVER
 #define RBSM_GATHER

@@ -1,6 +1,6 @@
 // A camera pixel's surface point as the shadow map of an area light sees it. The shader declares its own push
 // constants.
-// Include after common/map_receiver.glsl.
+// Include after common/receiver.glsl.
 #ifndef EDGESHADE_SOFT_RECEIVER
 #define EDGESHADE_SOFT_RECEIVER
 #include "lib/area_light.glsl"

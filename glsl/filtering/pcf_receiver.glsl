@@ -1,5 +1,5 @@
 // Common part of pcf.comp and pcf_classify.comp: a pixel either needs no texel of the map, or has a kernel in it.
-// Include after common/map_receiver.glsl and lib/pcf.glsl.
+// Include after common/receiver.glsl and lib/pcf.glsl.
 #ifndef EDGESHADE_PCF_RECEIVER
 #define EDGESHADE_PCF_RECEIVER
 

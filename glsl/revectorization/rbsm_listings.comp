@@ -6,7 +6,6 @@ layout(constant_id = 0) const bool FIXED = false; // the listings' fixed depth i
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "lib/rbsm_listings.glsl"
 #include "lib/shadow_test.glsl"
 

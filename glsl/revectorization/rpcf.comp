@@ -8,7 +8,6 @@ layout(constant_id = 2) const int WIDTH = 7; // odd
 #define RPCF_WIDTH WIDTH
 #define WINDOW_MOST WIDTH
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "lib/rbsm_profile.glsl"
 #include "lib/rbsm_star.glsl"

@@ -11,7 +11,6 @@
 // every tap found a blocker is still filtered, since light may fall through a gap between taps.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
 #include "lib/pcf.glsl"

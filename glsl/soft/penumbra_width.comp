@@ -6,7 +6,6 @@
 // whatever width their blockers would give. Their visibility is then known as well.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
 #include "lib/pcf.glsl"

@@ -1,8 +1,7 @@
 //! Edge distance shadow mapping.
 
-use super::edge_lookup::{self, HeldMap, KILL};
-use super::map_edges::{MapEdges, SegmentBindings};
-use super::map_lookup::{Held, MapLookup};
+use super::edge_lookup::{self, Held, HeldMap, KILL, MapLookup};
+use super::kept_segments::{KeptSegments, SegmentBindings};
 use super::silhouettes::QUADS;
 use crate::casters::Casters;
 use crate::frame::{Bound, RasterPass, Target};
@@ -84,7 +83,7 @@ pub struct DistanceConfig {
 
 /// The map, with the passes that make it.
 pub struct EdgeDistances {
-    edges: MapEdges,
+    edges: KeptSegments,
     pipeline: Arc<RasterPipeline>,
     distances: Image,
     priorities: Image,
@@ -95,7 +94,7 @@ impl EdgeDistances {
     /// Makes the passes and the map. The technique's name is for messages.
     ///
     /// # Errors
-    /// Errors are those of [`MapEdges::new`].
+    /// Errors are those of [`KeptSegments::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -106,7 +105,7 @@ impl EdgeDistances {
         let (format, depth) = (vk::Format::R16_SFLOAT, vk::Format::D32_SFLOAT);
         let target = |name, format| Image::new(context.device(), &ImageDesc::attachment(name, format, map_size));
         Ok(Self {
-            edges: MapEdges::new(context, technique, casters, config.half_width + 2.0)?,
+            edges: KeptSegments::new(context, technique, casters, config.half_width + 2.0)?,
             pipeline: context.raster_pipeline::<SegmentBindings, EdgeQuadPush>(&RasterState {
                 name: "edge distances",
                 vertex: "caster_edges/edsm.vert",
@@ -125,7 +124,7 @@ impl EdgeDistances {
     /// Makes the map, unless the one of the frame before is still valid.
     ///
     /// # Errors
-    /// Errors are those of [`MapEdges::record`].
+    /// Errors are those of [`KeptSegments::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
@@ -159,7 +158,7 @@ impl EdgeDistances {
     }
 
     /// The edges that the map is made from.
-    pub fn edges(&self) -> &MapEdges {
+    pub fn edges(&self) -> &KeptSegments {
         &self.edges
     }
 
@@ -200,7 +199,7 @@ pub enum BorderKernel {
 
 /// Makes the lookup of the visibility, or with `picture` of a picture of the distances over the visibility. `border` is
 /// the width of soft borders in texels; 0 makes them hard.
-pub fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
+pub(super) fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
     let constants = [("PICTURE", picture.into()), ("BORDER_BITS", (0.5 * border).to_bits()), ("KERNEL", kernel as u32)];
     MapLookup::new(context, Held::Distances, &constants)
 }

@@ -2,7 +2,7 @@
 
 use super::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
 use super::edsm::border_kernel;
-use super::map_edges::MapEdges;
+use super::kept_segments::KeptSegments;
 use super::silhouette_view::SilhouetteView;
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
@@ -98,7 +98,7 @@ bindings! {
 }
 
 struct EdsmX {
-    edges: MapEdges,
+    edges: KeptSegments,
     map: EdgeMap,
     lookup: PixelPass,
     decisions: Image,
@@ -120,7 +120,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
     };
     let mixed_only = p.word("resolve") == "mixed-only";
-    let edges = MapEdges::new(context, INFO.id, casters, config.reach)?;
+    let edges = KeptSegments::new(context, INFO.id, casters, config.reach)?;
     let map = EdgeMap::new(context, edges.silhouettes(), setup.map_size, config)?;
     let (split, soft) = (u32::from(map.is_split()), u32::from(p.float("border") > 0.0));
     let lookup = |step| -> Result<Arc<ComputePipeline>> {

@@ -10,7 +10,7 @@ use ash::vk;
 use glam::{DAffine3, DVec4};
 use std::sync::Arc;
 
-/// Bytes of a `SilhouetteHeader` of `glsl/caster_edges/silhouettes.glsl`.
+/// Bytes of a `SilhouetteHeader` of `glsl/caster_edges/casters.glsl`.
 const HEADER: u64 = 16 * 4;
 /// Offset in the header of the number of edges.
 pub(crate) const COUNT: u64 = 12;
@@ -219,7 +219,7 @@ impl Silhouettes {
         &self.edges
     }
 
-    /// Header of the list: `SilhouetteHeader` of `glsl/caster_edges/silhouettes.glsl`.
+    /// Header of the list: `SilhouetteHeader` of `glsl/caster_edges/casters.glsl`.
     pub fn header(&self) -> &Buffer {
         &self.header
     }

@@ -1,8 +1,7 @@
 //! Shadow silhouette maps.
 
-use super::edge_lookup::{self, HeldMap, KILL};
-use super::map_edges::{MapEdges, SegmentBindings};
-use super::map_lookup::{Held, MapLookup};
+use super::edge_lookup::{self, Held, HeldMap, KILL, MapLookup};
+use super::kept_segments::{KeptSegments, SegmentBindings};
 use super::silhouettes::{QUADS, chunks};
 use crate::casters::{CHUNK, Casters};
 use crate::frame::{Bound, RasterPass, Target};
@@ -72,7 +71,7 @@ enum Maker {
 
 /// The map, with the passes that make it.
 pub struct SilhouettePoints {
-    edges: MapEdges,
+    edges: KeptSegments,
     maker: Maker,
     points: Image,
 }
@@ -87,7 +86,7 @@ impl SilhouettePoints {
     /// see are left out.
     ///
     /// # Errors
-    /// Errors are those of [`MapEdges::new`].
+    /// Errors are those of [`KeptSegments::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -131,7 +130,7 @@ impl SilhouettePoints {
             desc.usage |= vk::ImageUsageFlags::COLOR_ATTACHMENT;
         }
         Ok(Self {
-            edges: MapEdges::new(context, technique, casters, MARGIN)?,
+            edges: KeptSegments::new(context, technique, casters, MARGIN)?,
             maker,
             points: Image::new(device, &desc)?,
         })
@@ -140,7 +139,7 @@ impl SilhouettePoints {
     /// Makes the map, unless the one of the frame before is still valid.
     ///
     /// # Errors
-    /// Errors are those of [`MapEdges::record`].
+    /// Errors are those of [`KeptSegments::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
@@ -197,7 +196,7 @@ impl SilhouettePoints {
     }
 
     /// The edges that the map is made from.
-    pub fn edges(&self) -> &MapEdges {
+    pub fn edges(&self) -> &KeptSegments {
         &self.edges
     }
 
@@ -230,6 +229,6 @@ impl HeldMap for SilhouettePoints {
 }
 
 /// Makes the lookup of the visibility, or with `picture` of a picture of the points over the visibility.
-pub fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
+pub(super) fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
     MapLookup::new(context, Held::Points, &[("PICTURE", picture.into())])
 }

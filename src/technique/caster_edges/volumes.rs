@@ -29,7 +29,7 @@ shader_struct! {
 }
 
 shader_struct! {
-    /// `VolumeCamera` of `glsl/caster_edges/volumes.glsl`.
+    /// `VolumeCamera` of `glsl/caster_edges/casters.glsl`.
     pub struct VolumeCamera {
         clip_from_object: [[f32; 4]; 4],
         shells: u32,

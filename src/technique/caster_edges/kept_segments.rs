@@ -14,14 +14,14 @@ bindings! {
 }
 
 /// The passes with their lists.
-pub struct MapEdges {
+pub struct KeptSegments {
     silhouettes: Silhouettes,
     segments: EdgeSegments,
     margin: f32,
     technique: &'static str,
 }
 
-impl MapEdges {
+impl KeptSegments {
     /// Makes the passes, with room for every edge of the casters. Edges are clipped at `margin` texels around the map.
     /// The technique's name is for messages.
     ///
