@@ -146,7 +146,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     Ok(Box::new(EdsmX {
         edges,
         map,
-        lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
+        lookup: PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off", lookup)?,
         decisions: Image::new(context.device(), &desc)?,
         viewed: setup.intermediates,
         ids: ids.transpose()?,

@@ -1,4 +1,4 @@
-//! Hierarchical shadow map: the smallest and largest depth of cells of 2, 4, 8 ... texels per side, up to the whole
+//! Hierarchical shadow map: the smallest and largest depth of entries of 2, 4, 8 ... texels per side, up to the whole
 //! map.
 
 use super::kept::Kept;
@@ -35,8 +35,8 @@ pub struct Hsm {
     kept: Kept,
 }
 
-/// Size of level 0 for a map, and the number of levels down to a single cell. The size is padded to powers of two.
-/// Otherwise some cells would have to cover 3 texels, or a row would be left out.
+/// Size of level 0 for a map, and the number of levels down to a single entry. The size is padded to powers of two.
+/// Otherwise some entries would have to cover 3 texels, or a row would be left out.
 pub fn levels(map_size: [u32; 2]) -> ([u32; 2], u32) {
     let extent = map_size.map(|n| n.div_ceil(2).next_power_of_two());
     (extent, extent[0].max(extent[1]).ilog2() + 1)
@@ -62,7 +62,7 @@ impl Hsm {
         })
     }
 
-    /// The image. Level `l` holds the smallest and largest depth of cells of `2^(l+1)` texels per side.
+    /// The image. Level `l` holds the smallest and largest depth of entries of `2^(l+1)` texels per side.
     pub fn bounds(&self) -> &Image {
         &self.bounds
     }

@@ -146,7 +146,7 @@ impl Rbsm {
     /// Makes the pass for a camera image.
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
         let pass =
-            PixelPass::new(context, "edge pixels", extent, config.listed, |step| pipeline(context, config, step))?;
+            PixelPass::new(context, "listed pixels", extent, config.listed, |step| pipeline(context, config, step))?;
         Ok(Self { pass })
     }
 
@@ -169,6 +169,6 @@ impl Rbsm {
             visibility: Bind::Image(output),
             list: self.pass.list(),
         };
-        self.pass.record(frame, ["revectorize", "revectorize edges"], bind, bytemuck::bytes_of(&push), output)
+        self.pass.record(frame, ["revectorize", "revectorize listed"], bind, bytemuck::bytes_of(&push), output)
     }
 }

@@ -164,6 +164,6 @@ impl Rpcf {
             // Without bounds, the shader's binding still needs an image, which it does not read.
             blocks: self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
         };
-        self.pass.record(frame, ["rpcf", "rpcf edges"], bind, bytemuck::bytes_of(&push), output)
+        self.pass.record(frame, ["rpcf", "rpcf listed"], bind, bytemuck::bytes_of(&push), output)
     }
 }
