@@ -205,6 +205,9 @@ pub struct Info {
     pub summary: &'static str,
     /// The parameter table, which the command line, the viewer and the documentation use.
     pub params: &'static [Param],
+    /// Settings of the form that the paper describes, with `preset=published`, where it departs from the defaults. The
+    /// biases are tuned for that form. Empty if the defaults are that form, or if no paper describes the technique.
+    pub published: &'static [(&'static str, &'static str)],
     /// Requirements on device and inputs beyond the baseline, [`crate::requirements`].
     pub needs: &'static [Need],
     /// Real-time technique with its constructor, or reference.
@@ -253,6 +256,7 @@ pub const ALL: &[Info] = &[
         paper: "the ground truth of Macedo et al. 2017-2019",
         summary: "Averages the hard shadows of many points on the light, with one shadow map each; keeps their aliasing and bias.",
         params: &[Param::int("samples", 1, 16384, 256, "shadow maps", "points on the area light")],
+        published: &[("samples", "1024")],
         needs: &[],
         kind: Kind::Reference,
     },
@@ -265,6 +269,7 @@ pub const ALL: &[Info] = &[
             PENUMBRA,
             Param::int("subsamples", 1, 16, 4, "samples", "samples per side of a pixel for finding the boundary"),
         ],
+        published: &[],
         needs: &[],
         kind: Kind::Reference,
     },
@@ -281,6 +286,7 @@ pub const ALL: &[Info] = &[
             "rays",
             "rays per pixel over the area light; 1 = the light's centre only",
         )],
+        published: &[],
         needs: &[],
         kind: Kind::Reference,
     },

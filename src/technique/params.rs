@@ -141,23 +141,57 @@ pub(crate) fn check_odd(what: &str, n: u32, most: u32) -> Result<()> {
     Err(Error::Parameter(format!("{n} {what} are not possible: the number must be odd, 1 to {most}")))
 }
 
+/// Name of the setting that selects where all others start: `default` or `published`.
+const PRESET: &str = "preset";
+
 /// Checked values for every row of a table.
 #[derive(Clone, Debug, Default)]
 pub struct Params {
     table: &'static [Param],
     values: Vec<f64>,
+    is_published: bool,
 }
 
 impl Params {
     /// The defaults of a technique.
     pub fn new(info: &Info) -> Self {
-        Self { table: info.params, values: info.params.iter().map(|p| p.default).collect() }
+        let values = info.params.iter().map(|p| p.default).collect();
+        Self { table: info.params, values, is_published: false }
+    }
+
+    /// The form that the technique's paper describes ([`Info::published`]).
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the technique has no such form apart from its defaults.
+    pub fn published(info: &Info) -> Result<Self> {
+        if info.published.is_empty() {
+            let with: Vec<_> = super::ALL.iter().filter(|t| !t.published.is_empty()).map(|t| t.id).collect();
+            let with = with.join(", ");
+            let problem = format!("{} has no published form apart from its defaults; these have one: {with}", info.id);
+            return Err(Error::Parameter(problem));
+        }
+        let mut params = Self::new(info);
+        for (name, text) in info.published {
+            params.set(info.id, name, text)?;
+        }
+        params.is_published = true;
+        Ok(params)
     }
 
     /// The defaults, changed by `name=value` pairs. A wrong name or value is an error that lists what is allowed. If a
-    /// name is set several times, the last setting counts.
+    /// name is set several times, the last setting counts. `preset=published` starts from [`Params::published`] instead,
+    /// wherever it stands.
     pub fn parse<'s>(info: &Info, settings: impl IntoIterator<Item = (&'s str, &'s str)>) -> Result<Self> {
-        let mut params = Self::new(info);
+        let (presets, settings): (Vec<_>, Vec<_>) = settings.into_iter().partition(|(name, _)| *name == PRESET);
+        let mut params = match presets.last().map(|p| p.1) {
+            None | Some("default") => Self::new(info),
+            Some("published") => Self::published(info)?,
+            Some(other) => {
+                let id = info.id;
+                let problem = format!("{id}: {PRESET}={other} is not allowed; {PRESET} is default|published");
+                return Err(Error::Parameter(problem));
+            }
+        };
         for (name, text) in settings {
             params.set(info.id, name, text)?;
         }
@@ -182,6 +216,11 @@ impl Params {
             Error::Parameter(format!("{technique}: {name}={text} is not allowed; {name} is {}", param.range()))
         })?;
         Ok(())
+    }
+
+    /// True if the values started from [`Params::published`].
+    pub fn is_published(&self) -> bool {
+        self.is_published
     }
 
     /// Name and value of every row, as the user would write them.
@@ -255,6 +294,29 @@ mod tests {
                 assert!(info.params[..j].iter().all(|other| other.name != p.name));
             }
         }
+    }
+
+    #[test]
+    fn published_forms_are_where_settings_start() {
+        let with = ALL.iter().filter(|t| !t.published.is_empty());
+        assert!(with.clone().count() >= 10);
+        for info in with {
+            let published = Params::published(info).unwrap();
+            assert_ne!(published.show(), Params::new(info).show(), "{}", info.id);
+            // Each of the settings departs from the default.
+            for (name, text) in info.published {
+                let param = info.params.iter().find(|p| p.name == *name).unwrap();
+                assert_ne!(param.parse(text), Some(param.default), "{}: {name}={text}", info.id);
+            }
+        }
+        let rbsm = find("rbsm").unwrap();
+        let parsed = |settings: &[(&'static str, &'static str)]| Params::parse(rbsm, settings.iter().copied()).unwrap();
+        assert_eq!(parsed(&[("preset", "default")]).show(), Params::new(rbsm).show());
+        let changed = parsed(&[("max_distance", "8"), ("preset", "published")]);
+        assert!(changed.is_published() && changed.int("max_distance") == 8 && changed.word("receiver") == "fixed");
+        let error = |id, word| Params::parse(find(id).unwrap(), [("preset", word)]).unwrap_err().to_string();
+        assert!(error("rbsm", "paper").contains("preset is default|published"));
+        assert!(error("sm", "published").contains("these have one: "));
     }
 
     #[test]

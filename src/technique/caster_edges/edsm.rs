@@ -37,6 +37,7 @@ pub const INFO: Info = Info {
         DEPTH_BIAS,
         SLACK,
     ],
+    published: &[],
     needs: &[Need::Casters, Need::DynamicRendering],
     kind: Kind::RealTime(prepare),
 };

@@ -79,6 +79,7 @@ pub const INFO: Info = Info {
         ),
         SKIP,
     ],
+    published: &[],
     needs: &[Need::Casters, Need::Int64Atomics],
     kind: Kind::RealTime(prepare),
 };

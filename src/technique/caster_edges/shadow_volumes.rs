@@ -49,6 +49,7 @@ pub const INFO: Info = Info {
         ),
         NORMAL_OFFSET,
     ],
+    published: &[],
     needs: &[Need::Casters, Need::DynamicRendering, Need::DepthClamp],
     kind: Kind::RealTime(prepare),
 };

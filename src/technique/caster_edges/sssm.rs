@@ -33,6 +33,7 @@ pub const INFO: Info = Info {
         DEPTH_BIAS,
         SLACK,
     ],
+    published: &[],
     needs: &[Need::Casters],
     kind: Kind::RealTime(prepare),
 };

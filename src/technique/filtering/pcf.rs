@@ -43,6 +43,7 @@ pub const INFO: Info = Info {
             "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles; the image is the same",
         ),
     ],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

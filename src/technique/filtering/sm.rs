@@ -18,6 +18,7 @@ pub const INFO: Info = Info {
         NORMAL_OFFSET,
         Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "additional bias of the receiver's depth"),
     ],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

@@ -13,6 +13,7 @@ pub const INFO: Info = Info {
     paper: "the original RBSM, as Macedo, Apolinário, Agüero 2017, section 4, counts it",
     summary: "Gives the images of rbsm and of rbsm-filtered with shapes=printed, bit for bit, by 43 branches; it shows what those two save.",
     params: &[VARIANT, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

@@ -15,6 +15,7 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário, Agüero 2017, listings 1-5; Macedo, Apolinário 2018, eq. 5-7",
     summary: "The images of rbsm, rbsm-filtered (shapes=printed) and rbsm-star, bit for bit, from the printed code: to read beside the papers.",
     params: &[VARIANT, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

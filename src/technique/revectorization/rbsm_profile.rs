@@ -12,6 +12,7 @@ pub const INFO: Info = Info {
     paper: "this project",
     summary: "Assigns a height to every run of an edge, by the way its ends turn: on average the most accurate hard edge from the same texels.",
     params: &[QUALITY, FILTER, FILTER_WIDTH, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

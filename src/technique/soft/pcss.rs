@@ -37,6 +37,7 @@ pub const INFO: Info = Info {
         ),
         classified::SKIP,
     ],
+    published: &[("search", "near"), ("taps", "nearest"), ("narrow", "taps")],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

@@ -75,6 +75,7 @@ pub const INFO: Info = Info {
             "decide pixels whose window is lit or in shadow by depth bounds of the map, before the search and after it: the same image",
         ),
     ],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

@@ -37,6 +37,17 @@ pub const INFO: Info = Info {
         SLACK,
         screen_space::SKIP,
     ],
+    published: &[
+        ("visibility", "printed"),
+        ("search_taps", "23"),
+        ("search", "near"),
+        ("narrow", "taps"),
+        ("footprint", "screen"),
+        ("bilateral", "second"),
+        ("surfaces", "depth"),
+        ("receiver", "fixed"),
+        ("depth_bias", "3"),
+    ],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
