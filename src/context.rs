@@ -1,7 +1,9 @@
 //! Objects that live as long as the caller's device: function tables, allocator, samplers and pipelines.
 
 use crate::device_features::DeviceFeatures;
-use crate::gpu::{Bindings, ComputePipeline, Constant, ContextDesc, Device, RasterPipeline, RasterState, ShaderStruct};
+use crate::gpu::{
+    Bindings, ComputePipeline, Constant, ContextDesc, Device, PipelineInfo, RasterPipeline, RasterState, ShaderStruct,
+};
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -223,6 +225,27 @@ impl Context {
     pub fn shaders(&self) -> BTreeSet<String> {
         let pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         pipelines.keys().map(|key| key.0.clone()).collect()
+    }
+
+    /// Describes the pipelines that were made so far, sorted by name. Statistics of their compiler are among it if the
+    /// device was made with [`DeviceFeatures::executable_statistics`].
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] comes from the driver.
+    pub fn pipelines(&self) -> Result<Vec<PipelineInfo>> {
+        let compute = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let raster = self.raster_pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let infos = compute.values().map(|p| p.info()).chain(raster.values().map(|p| p.info()));
+        let mut infos = infos.collect::<Result<Vec<_>>>()?;
+        infos.sort_by(|a, b| (&a.name, &a.constants).cmp(&(&b.name, &b.constants)));
+        Ok(infos)
+    }
+
+    /// Forgets the pipelines that were made so far: they are made anew when they are next asked for. Techniques keep
+    /// theirs. So [`Context::pipelines`] returns those of one technique, if it is prepared after this call.
+    pub fn forget_pipelines(&self) {
+        self.pipelines.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.raster_pipelines.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
     /// Optional features that the caller's device was made with.

@@ -5,7 +5,8 @@ use ash::vk;
 /// Features that the caller's device was made with beyond [`crate::requirements`]. Some techniques need them;
 /// [`crate::technique::Info::needs`] lists which.
 ///
-/// [`DeviceFeatures::of`] returns what a physical device offers, and [`DeviceFeatures::enable`] requests it.
+/// [`DeviceFeatures::of`] returns what a physical device offers, and [`DeviceFeatures::enable`] requests it;
+/// [`executable_statistics`](Self::executable_statistics) is left to the caller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeviceFeatures {
     /// `dynamicRendering`, for raster passes.
@@ -20,6 +21,11 @@ pub struct DeviceFeatures {
     pub fragment_stores: bool,
     /// `pipelineStatisticsQuery`, for [`crate::timing::Timings::with_statistics`].
     pub pipeline_statistics: bool,
+    /// `pipelineExecutableInfo` of the extension `VK_KHR_pipeline_executable_properties`: every pipeline is made with its
+    /// compiler's statistics, which [`crate::Context::pipelines`] returns. It serves the study of shaders, and drivers may
+    /// compile such pipelines anew instead of taking them from a cache. So [`DeviceFeatures::of`] leaves it off, and
+    /// [`DeviceFeatures::enable`] does not turn it on: enable the extension and its feature yourself.
+    pub executable_statistics: bool,
 }
 
 impl DeviceFeatures {
@@ -41,6 +47,7 @@ impl DeviceFeatures {
             int64_atomics: core.shader_int64 == vk::TRUE && v12.shader_buffer_int64_atomics == vk::TRUE,
             fragment_stores: core.fragment_stores_and_atomics == vk::TRUE,
             pipeline_statistics: core.pipeline_statistics_query == vk::TRUE,
+            executable_statistics: false,
         }
     }
 
@@ -58,6 +65,7 @@ impl DeviceFeatures {
             int64_atomics,
             fragment_stores,
             pipeline_statistics,
+            executable_statistics: _,
         } = self;
         let set = |feature: &mut vk::Bool32, on: bool| *feature |= vk::Bool32::from(on);
         set(&mut v13.dynamic_rendering, dynamic_rendering);
@@ -126,6 +134,7 @@ mod tests {
             int64_atomics: true,
             fragment_stores: true,
             pipeline_statistics: true,
+            executable_statistics: true,
         };
         let (mut core, mut v12, mut v13) = Default::default();
         DeviceFeatures::default().enable(&mut core, &mut v12, &mut v13);

@@ -42,9 +42,12 @@ pub struct Device {
     pub raw: ash::Device,
     pub(crate) push_descriptor_set: vk::PFN_vkCmdPushDescriptorSetKHR,
     pub(crate) debug_utils: Option<ash::ext::debug_utils::Device>,
+    /// Present if pipelines are made with their compiler's statistics.
+    pub(super) executables: Option<ash::khr::pipeline_executable_properties::Device>,
     pub(crate) limits: vk::PhysicalDeviceLimits,
     pub(crate) features: DeviceFeatures,
     device_type: vk::PhysicalDeviceType,
+    has_memory: bool,
     pub(crate) pipeline_cache: vk::PipelineCache,
     allocator: Arc<Mutex<Allocator>>,
     /// This field comes after the allocator, because fields are dropped in order and the allocator needs the device to
@@ -60,10 +63,12 @@ impl Device {
         let ContextDesc { instance, physical_device, device, .. } = *desc;
         // SAFETY: the caller of `Context::new` guarantees that the handles are valid.
         let load = |name: &CStr| unsafe { instance.get_device_proc_addr(device.handle(), name.as_ptr()) };
-        check_functions(load, desc.features.dynamic_rendering, desc.debug_utils)?;
+        check_functions(load, desc.features, desc.debug_utils)?;
         let push_descriptor_set = push_descriptor_set(load)?;
         // SAFETY: the caller of `Context::new` guarantees that the handles are valid.
         let properties = unsafe { instance.get_physical_device_properties(physical_device) };
+        // SAFETY: as above.
+        let memory = unsafe { instance.get_physical_device_memory_properties(physical_device) };
         #[cfg(feature = "app")]
         let _lists = crate::loader::look_up();
         Ok(Self {
@@ -72,9 +77,12 @@ impl Device {
             raw: device.clone(),
             push_descriptor_set,
             debug_utils: desc.debug_utils.then(|| ash::ext::debug_utils::Device::new(instance, device)),
+            executables: (desc.features.executable_statistics)
+                .then(|| ash::khr::pipeline_executable_properties::Device::new(instance, device)),
             limits: properties.limits,
             features: desc.features,
             device_type: properties.device_type,
+            has_memory: memory.memory_type_count > 0,
             pipeline_cache: desc.pipeline_cache,
             allocator,
             _keep_alive: desc.keep_alive.clone(),
@@ -95,6 +103,12 @@ impl Device {
     /// True for a driver that runs on the CPU, which has few threads, each of them fast.
     pub(crate) fn is_cpu(&self) -> bool {
         self.device_type == vk::PhysicalDeviceType::CPU
+    }
+
+    /// False for hardware that is not there, such as RADV's null device. It only compiles: images and buffers are made
+    /// without Vulkan objects, so that techniques can be prepared for the sake of their pipelines.
+    pub(super) fn has_memory(&self) -> bool {
+        self.has_memory
     }
 
     fn allocator(&self) -> MutexGuard<'_, Allocator> {
@@ -144,15 +158,19 @@ fn push_descriptor_set(load: impl Fn(&CStr) -> Loaded) -> Result<vk::PFN_vkCmdPu
 }
 
 /// Returns an error unless the device has the functions beyond Vulkan 1.0 that the library calls.
-fn check_functions(load: impl Fn(&CStr) -> Loaded, dynamic_rendering: bool, debug_utils: bool) -> Result<()> {
+fn check_functions(load: impl Fn(&CStr) -> Loaded, features: DeviceFeatures, debug_utils: bool) -> Result<()> {
     let version = "make the instance with the API version 1.3 (VkApplicationInfo::apiVersion)";
     let debug = "enable VK_EXT_debug_utils when you make the instance, or set ContextDesc::debug_utils to false";
+    let statistics = "enable VK_KHR_pipeline_executable_properties when you make the device, or set \
+                      DeviceFeatures::executable_statistics to false";
     let wanted = [
         (true, c"vkCmdPipelineBarrier2", version),
         (true, c"vkCmdWriteTimestamp2", version),
-        (dynamic_rendering, c"vkCmdBeginRendering", version),
+        (features.dynamic_rendering, c"vkCmdBeginRendering", version),
         (debug_utils, c"vkSetDebugUtilsObjectNameEXT", debug),
         (debug_utils, c"vkCmdBeginDebugUtilsLabelEXT", debug),
+        (features.executable_statistics, c"vkGetPipelineExecutablePropertiesKHR", statistics),
+        (features.executable_statistics, c"vkGetPipelineExecutableStatisticsKHR", statistics),
     ];
     match wanted.into_iter().find(|(is_called, name, _)| *is_called && load(name).is_none()) {
         None => Ok(()),
@@ -181,13 +199,17 @@ mod tests {
         let load = |known: Vec<&'static CStr>| {
             move |name: &CStr| known.contains(&name).then_some(of_core as unsafe extern "system" fn())
         };
-        assert!(check_functions(load(core.to_vec()), false, false).is_ok());
-        for (known, rendering, debug, words) in [
-            (&core[1..], false, false, "vkCmdPipelineBarrier2: make the instance with the API version 1.3"),
-            (&core, true, false, "vkCmdBeginRendering: make the instance"),
-            (&core, false, true, "vkSetDebugUtilsObjectNameEXT: enable VK_EXT_debug_utils"),
+        let none = DeviceFeatures::default();
+        let rendering = DeviceFeatures { dynamic_rendering: true, ..none };
+        let statistics = DeviceFeatures { executable_statistics: true, ..none };
+        assert!(check_functions(load(core.to_vec()), none, false).is_ok());
+        for (known, features, debug, words) in [
+            (&core[1..], none, false, "vkCmdPipelineBarrier2: make the instance with the API version 1.3"),
+            (&core, rendering, false, "vkCmdBeginRendering: make the instance"),
+            (&core, none, true, "vkSetDebugUtilsObjectNameEXT: enable VK_EXT_debug_utils"),
+            (&core, statistics, false, "vkGetPipelineExecutablePropertiesKHR: enable VK_KHR_pipeline_executable_prop"),
         ] {
-            let error = check_functions(load(known.to_vec()), rendering, debug).unwrap_err().to_string();
+            let error = check_functions(load(known.to_vec()), features, debug).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
     }

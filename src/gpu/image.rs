@@ -104,6 +104,9 @@ impl Image {
                 desc.name
             )));
         }
+        if !device.has_memory() {
+            return Ok(Self::empty(device, desc, extent, vk::Image::null()));
+        }
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(desc.format)
@@ -118,19 +121,7 @@ impl Image {
         let handle = unsafe { device.raw.create_image(&info, None) }
             .context(format!("vkCreateImage({}, {:?} {}x{})", desc.name, desc.format, extent[0], extent[1]))?;
         device.name(handle, desc.name);
-        let mut image = Self {
-            device: device.clone(),
-            allocation: None,
-            handle,
-            view: vk::ImageView::null(),
-            mip_views: vec![],
-            stencil_views: vec![],
-            format: desc.format,
-            extent,
-            layers: desc.layers,
-            memory_bytes: 0,
-            layout: Recorded::default(),
-        };
+        let mut image = Self::empty(device, desc, extent, handle);
         // SAFETY: the handle was just made.
         let requirements = unsafe { device.raw.get_image_memory_requirements(handle) };
         image.memory_bytes = requirements.size;
@@ -159,6 +150,23 @@ impl Image {
             }
         }
         Ok(image)
+    }
+
+    /// An image without memory and views.
+    fn empty(device: &Arc<Device>, desc: &ImageDesc<'_>, extent: [u32; 2], handle: vk::Image) -> Self {
+        Self {
+            device: device.clone(),
+            allocation: None,
+            handle,
+            view: vk::ImageView::null(),
+            mip_views: vec![],
+            stencil_views: vec![],
+            format: desc.format,
+            extent,
+            layers: desc.layers,
+            memory_bytes: 0,
+            layout: Recorded::default(),
+        }
     }
 
     fn make_view(

@@ -31,6 +31,10 @@ pub(crate) struct Interface {
     pub push_size: u32,
     /// Number and name of each specialization constant.
     constants: Vec<(u32, String)>,
+    /// Values that the pipeline is specialized with.
+    pub values: Vec<Constant>,
+    /// Shaders of the stages.
+    pub shaders: Vec<&'static str>,
     stages: Vec<Reflection>,
     /// Name for messages: that of the shader or of the pipeline.
     pub name: String,
@@ -40,6 +44,7 @@ impl Interface {
     pub(super) fn new<B: Bindings, P: ShaderStruct>(
         device: &Arc<Device>,
         name: &str,
+        shaders: Vec<&'static str>,
         stages: Vec<Reflection>,
     ) -> Result<Self> {
         let mut interface = Self {
@@ -50,6 +55,8 @@ impl Interface {
             push_stages: vk::ShaderStageFlags::empty(),
             push_size: size_of::<P>() as u32,
             constants: vec![],
+            values: vec![],
+            shaders,
             stages,
             name: name.into(),
         };
@@ -159,12 +166,13 @@ impl Interface {
 
     /// Entries and data of the specialization constants. The given names must be exactly those that the shaders
     /// declare.
-    pub(super) fn specialize(&self, given: &[Constant]) -> Result<(Vec<vk::SpecializationMapEntry>, Vec<u32>)> {
+    pub(super) fn specialize(&mut self, given: &[Constant]) -> Result<(Vec<vk::SpecializationMapEntry>, Vec<u32>)> {
         let names: Vec<_> = given.iter().map(|g| g.0).collect();
         let declared: Vec<_> = self.constants.iter().map(|c| c.1.as_str()).collect();
         if let Some(problem) = difference("specialization constants", &names, &declared) {
             return Err(Error::Shader { shader: self.name.clone(), problem });
         }
+        self.values = given.to_vec();
         Ok((entries(&self.constants, given), given.iter().map(|g| g.1).collect()))
     }
 }

@@ -3,6 +3,7 @@
 mod bind;
 mod buffer;
 mod device;
+mod executables;
 mod image;
 mod image_ref;
 mod interface;
@@ -16,6 +17,7 @@ pub(crate) use bind::bindings;
 pub use bind::{Bind, Bindings, Declared};
 pub use buffer::{Buffer, BufferDesc, MemoryKind};
 pub use device::{ContextDesc, Device};
+pub use executables::{Executable, PipelineInfo, Statistic, StatisticValue};
 #[cfg(feature = "app")]
 pub(crate) use image::aspect;
 pub use image::{Image, ImageDesc};

@@ -1,7 +1,7 @@
 //! Compute pipelines.
 
 use super::interface::{Constant, Interface, Module};
-use super::{Bindings, Device, ShaderStruct};
+use super::{Bindings, Device, PipelineInfo, ShaderStruct};
 use crate::error::VkContext;
 use crate::{Result, shaders};
 use ash::vk;
@@ -29,7 +29,7 @@ impl ComputePipeline {
         let shader = shaders::find(shader)?;
         let (module, reflection) = Module::new(device, shader)?;
         let local_size = reflection.local_size;
-        let interface = Interface::new::<B, P>(device, shader.name, vec![reflection])?;
+        let mut interface = Interface::new::<B, P>(device, shader.name, vec![shader.name], vec![reflection])?;
         let (entries, values) = interface.specialize(constants)?;
         let specialization =
             vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&values));
@@ -38,13 +38,24 @@ impl ComputePipeline {
             .module(module.handle)
             .name(c"main")
             .specialization_info(&specialization);
-        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(interface.layout);
+        let info = vk::ComputePipelineCreateInfo::default()
+            .flags(device.pipeline_flags())
+            .stage(stage)
+            .layout(interface.layout);
         // SAFETY: layout and module are alive, and they fit each other, because both come from one reflection.
         let handle = unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &[info], None) }
             .map_err(|(_, e)| e)
             .context(format!("vkCreateComputePipelines({})", shader.name))?[0];
         device.name(handle, shader.name);
         Ok(Self { interface, handle, local_size })
+    }
+
+    /// Describes the pipeline, with its compiler's statistics where the device was made for them.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`] comes from the driver.
+    pub fn info(&self) -> Result<PipelineInfo> {
+        PipelineInfo::new(&self.interface, self.handle)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Raster pipelines for dynamic rendering.
 
 use super::interface::{Constant, Interface, Module};
-use super::{Bindings, Device, Reflection, ResourceAccess, ShaderStruct};
+use super::{Bindings, Device, PipelineInfo, Reflection, ResourceAccess, ShaderStruct};
 use crate::error::VkContext;
 use crate::{Error, Result, shaders};
 use ash::vk;
@@ -189,13 +189,16 @@ impl RasterPipeline {
     pub fn new<B: Bindings, P: ShaderStruct>(device: &Arc<Device>, state: &RasterState<'_>) -> Result<Self> {
         let mut modules = vec![];
         let mut reflections = vec![];
+        let mut names = vec![];
         for shader in [Some(state.vertex), state.geometry, state.fragment].into_iter().flatten() {
-            let (module, reflection) = Module::new(device, shaders::find(shader)?)?;
+            let shader = shaders::find(shader)?;
+            let (module, reflection) = Module::new(device, shader)?;
+            names.push(shader.name);
             modules.push((reflection.stage, module));
             reflections.push(reflection);
         }
         check(device, state, &reflections)?;
-        let interface = Interface::new::<B, P>(device, state.name, reflections)?;
+        let mut interface = Interface::new::<B, P>(device, state.name, names, reflections)?;
         let (entries, values) = interface.specialize(state.constants)?;
         let specialization =
             vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&values));
@@ -262,6 +265,7 @@ impl RasterPipeline {
                 vk::Format::UNDEFINED
             });
         let info = vk::GraphicsPipelineCreateInfo::default()
+            .flags(device.pipeline_flags())
             .stages(&stages)
             .vertex_input_state(&vertex_input)
             .input_assembly_state(&assembly)
@@ -280,6 +284,14 @@ impl RasterPipeline {
         device.name(handle, state.name);
         let compare = state.depth.map_or(vk::CompareOp::ALWAYS, |d| d.compare);
         Ok(Self { interface, handle, compare, bias: state.bias })
+    }
+
+    /// Describes the pipeline, with its compiler's statistics where the device was made for them.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`] comes from the driver.
+    pub fn info(&self) -> Result<PipelineInfo> {
+        PipelineInfo::new(&self.interface, self.handle)
     }
 }
 
