@@ -87,7 +87,7 @@ impl DeviceArgs {
             TimingArg::Timestamps => Some(Timing::Timestamps),
             TimingArg::Wall => Some(Timing::Wall),
         };
-        Host::new(&HostDesc { device: self.device.clone(), validation: self.validate, timing })
+        Host::new(&HostDesc { device: self.device.clone(), validation: self.validate, timing, ..HostDesc::default() })
     }
 }
 

@@ -29,11 +29,14 @@ pub struct HostDesc {
     /// Clock that the times of passes come from. `None` takes timestamps unless they miss work, as those of Mesa 25's
     /// CPU driver miss compute passes. The first frame is repeated to find out.
     pub timing: Option<Timing>,
+    /// Opens the device for its compiler alone: pipelines are made with statistics where the driver has them, nothing is
+    /// ever submitted, and a device without memory will do, such as RADV's null hardware.
+    pub compile_only: bool,
 }
 
 impl Default for HostDesc {
     fn default() -> Self {
-        Self { device: None, validation: false, timing: Some(Timing::Timestamps) }
+        Self { device: None, validation: false, timing: Some(Timing::Timestamps), compile_only: false }
     }
 }
 
@@ -69,19 +72,28 @@ impl Host {
                 keep_alive: Some(owner.clone()),
             })
         }?;
-        let pool_info = vk::CommandPoolCreateInfo::default()
-            .queue_family_index(owner.queue_family)
-            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
-        // SAFETY: plain creations on a live device.
-        let pool = unsafe { owner.device.create_command_pool(&pool_info, None) }.context("vkCreateCommandPool")?;
-        // SAFETY: as above; the pool is destroyed here only if nothing else will.
-        let fence = unsafe { owner.device.create_fence(&vk::FenceCreateInfo::default(), None) }
-            .inspect_err(|_| unsafe { owner.device.destroy_command_pool(pool, None) })
-            .context("vkCreateFence")?;
-        context.device().name(pool, "host");
-        context.device().name(fence, "host");
         let info = DeviceInfo::new(&owner.instance, owner.physical_device);
-        Ok(Self { owner, context, pool, fence, info, timing: Cell::new(desc.timing) })
+        let (pool, fence) = Default::default();
+        let mut host = Self { owner, context, pool, fence, info, timing: Cell::new(desc.timing) };
+        if !desc.compile_only {
+            host.make_ready()?;
+        }
+        Ok(host)
+    }
+
+    /// Makes the objects that submissions need. Null hardware has none.
+    fn make_ready(&mut self) -> Result<()> {
+        let device = &self.owner.device;
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(self.owner.queue_family)
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY: plain creation on a live device; `drop` destroys the pool.
+        self.pool = unsafe { device.create_command_pool(&info, None) }.context("vkCreateCommandPool")?;
+        // SAFETY: as above.
+        self.fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }.context("vkCreateFence")?;
+        self.context.device().name(self.pool, "host");
+        self.context.device().name(self.fence, "host");
+        Ok(())
     }
 
     /// The library's context on this device.
@@ -183,6 +195,10 @@ impl Host {
 
     /// Allocates a command buffer and begins to record it.
     fn begin(&self) -> Result<vk::CommandBuffer> {
+        if self.owner.compile_only {
+            let problem = "the device was opened for its compiler alone (HostDesc::compile_only): it runs no commands";
+            return Err(Error::Usage(problem.into()));
+        }
         let device = &self.owner.device;
         let info = vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
         // SAFETY: the pool is used by this thread only (`Host` is not `Sync`).

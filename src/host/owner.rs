@@ -32,6 +32,8 @@ pub(super) struct Owner {
     pub queue_family: u32,
     pub debug_utils: bool,
     pub features: DeviceFeatures,
+    /// True if nothing is ever submitted: [`HostDesc::compile_only`].
+    pub compile_only: bool,
     pub messages: Messages,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     _entry: ash::Entry,
@@ -103,13 +105,14 @@ impl Owner {
             unsafe { instance.destroy_instance(None) };
             e
         };
-        let physical_device = select::choose(&instance, desc.device.as_deref()).map_err(destroy)?;
+        let physical_device = select::choose(&instance, desc.device.as_deref(), desc.compile_only).map_err(destroy)?;
         // SAFETY: the physical device belongs to the instance.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
         let queue_family = select::queue_family(&families)
             .ok_or_else(|| destroy(Error::NoDevice("the device has no queue with graphics and compute".into())))?;
         // SAFETY: as above; `choose` returns devices of at least version 1.3.
-        let features = unsafe { DeviceFeatures::of(&instance, physical_device) };
+        let mut features = unsafe { DeviceFeatures::of(&instance, physical_device) };
+        features.executable_statistics = desc.compile_only && has_executable_statistics(&instance, physical_device);
         let device = create_device(&instance, physical_device, queue_family, features).map_err(destroy)?;
         // SAFETY: the device was created with one queue of this family.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
@@ -121,6 +124,7 @@ impl Owner {
             queue_family,
             debug_utils,
             features,
+            compile_only: desc.compile_only,
             messages: Messages::default(),
             messenger: None,
             _entry: entry,
@@ -146,6 +150,20 @@ impl Owner {
     }
 }
 
+fn has_executable_statistics(instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> bool {
+    // SAFETY: the physical device belongs to the instance, here and below.
+    let extensions = unsafe { instance.enumerate_device_extension_properties(physical_device) }.unwrap_or_default();
+    let name = ash::khr::pipeline_executable_properties::NAME;
+    if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name)) {
+        return false;
+    }
+    let mut feature = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+    let mut has = vk::PhysicalDeviceFeatures2::default().push_next(&mut feature);
+    // SAFETY: as above; the device has the extension of the struct.
+    unsafe { instance.get_physical_device_features2(physical_device, &mut has) };
+    feature.pipeline_executable_info == vk::TRUE
+}
+
 fn create_device(
     instance: &ash::Instance,
     physical_device: vk::PhysicalDevice,
@@ -155,7 +173,7 @@ fn create_device(
     let needed = requirements();
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
-    let extensions: Vec<_> = needed.extensions.iter().map(|e| e.as_ptr()).collect();
+    let mut extensions: Vec<_> = needed.extensions.iter().map(|e| e.as_ptr()).collect();
     // SAFETY: the physical device belongs to the instance.
     let offered = unsafe { instance.get_physical_device_features(physical_device) };
     let mut features = vk::PhysicalDeviceFeatures {
@@ -167,12 +185,20 @@ fn create_device(
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true);
     // The host's raster passes need some of these features (`select` has checked them), and techniques need others.
     available.enable(&mut features, &mut v12, &mut v13);
-    let info = vk::DeviceCreateInfo::default()
+    let mut executables =
+        vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
+    if available.executable_statistics {
+        extensions.push(ash::khr::pipeline_executable_properties::NAME.as_ptr());
+    }
+    let mut info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)
         .enabled_features(&features)
         .push_next(&mut v12)
         .push_next(&mut v13);
+    if available.executable_statistics {
+        info = info.push_next(&mut executables);
+    }
     // SAFETY: `select::choose` has checked the extensions and features.
     unsafe { instance.create_device(physical_device, &info, None) }.context("vkCreateDevice")
 }
@@ -182,7 +208,10 @@ impl Drop for Owner {
         let _lists = loader::change();
         // SAFETY: everything made from the device held this owner and is gone.
         unsafe {
-            let _ = self.device.device_wait_idle();
+            // Null hardware has nothing that could be waited for: RADV crashes.
+            if !self.compile_only {
+                let _ = self.device.device_wait_idle();
+            }
             self.device.destroy_device(None);
             if let Some((debug, messenger)) = self.messenger.take() {
                 debug.destroy_debug_utils_messenger(messenger, None);

@@ -53,6 +53,9 @@ impl DeviceInfo {
     }
 }
 
+/// What null hardware lacks.
+const NO_MEMORY: &str = "memory: it cannot render";
+
 /// Index of the queue family that everything runs on.
 pub(super) fn queue_family(families: &[vk::QueueFamilyProperties]) -> Option<u32> {
     let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
@@ -69,7 +72,7 @@ fn missing_hardware(
     let heaps = memory.memory_heaps_as_slice();
     let is_usable = |t: &vk::MemoryType| heaps.get(t.heap_index as usize).is_some_and(|heap| heap.size > 0);
     if !memory.memory_types_as_slice().iter().any(is_usable) {
-        missing.push("memory: it cannot render".into());
+        missing.push(NO_MEMORY.into());
     }
     if queue_family(families).is_none() {
         missing.push("a queue with graphics and compute".into());
@@ -118,13 +121,22 @@ pub fn devices() -> Result<Vec<DeviceInfo>> {
     Ok(list?.into_iter().map(|(_, info)| info).collect())
 }
 
-/// The requested device, or else a device of the fastest kind among those that meet the requirements.
-pub(super) fn choose(instance: &ash::Instance, wanted: Option<&str>) -> Result<vk::PhysicalDevice> {
-    let (handles, infos): (Vec<_>, Vec<_>) = enumerate(instance)?.into_iter().unzip();
+/// The requested device, or else a device of the fastest kind among those that meet the requirements. With
+/// `compile_only`, memory is not among the requirements.
+pub(super) fn choose(instance: &ash::Instance, wanted: Option<&str>, compile_only: bool) -> Result<vk::PhysicalDevice> {
+    let (handles, mut infos): (Vec<_>, Vec<_>) = enumerate(instance)?.into_iter().unzip();
     if infos.is_empty() {
         return Err(no_driver("no Vulkan device was found"));
     }
+    if compile_only {
+        infos.iter_mut().for_each(excuse_memory);
+    }
     pick(&infos, wanted).map(|i| handles[i])
+}
+
+/// Takes memory off the list of what a device lacks.
+fn excuse_memory(device: &mut DeviceInfo) {
+    device.missing.retain(|missing| missing != NO_MEMORY);
 }
 
 /// Index of the device requested by index or part of its name, or else of a device of the fastest kind. Skips devices
@@ -192,6 +204,14 @@ mod tests {
             let error = error(&devices, Some(wanted));
             assert!(error.contains("Null hardware (RADV NAVI21) lacks memory: it cannot render"), "{error}");
         }
+        // Without memory it can still compile, but without the rest it cannot.
+        let excused = |missing: &[&str]| {
+            let mut device = device("Null hardware (RADV NAVI21)", "discrete", missing);
+            excuse_memory(&mut device);
+            device
+        };
+        assert_eq!(pick(&[cpu.clone(), excused(&[NO_MEMORY])], None).unwrap(), 1);
+        assert_eq!(excused(&[NO_MEMORY, "the feature synchronization2"]).missing, ["the feature synchronization2"]);
         let error_none = error(&[null], None);
         assert!(error_none.contains("0: Null hardware (RADV NAVI21) (discrete), lacks memory"), "{error_none}");
         let error = error(&devices, Some("GeForce"));

@@ -17,6 +17,7 @@ mod made;
 mod mirrors;
 mod noise;
 mod penumbra;
+mod pipelines;
 mod properties;
 mod revectorization;
 mod soft;
