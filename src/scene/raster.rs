@@ -7,6 +7,7 @@ use crate::gpu::{Buffer, BufferDesc, DepthState, Image, ImageDesc, MemoryKind, R
 use crate::host::Host;
 use crate::{Bind, Error, Frame, Result};
 use ash::vk;
+use std::sync::Arc;
 
 /// Options for drawing casters into the shadow map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +43,8 @@ pub enum CasterFaces {
 pub struct ShadowMap {
     depth: Image,
     instances: InstanceBuffer,
-    opaque: RasterPipeline,
-    masked: RasterPipeline,
+    opaque: Arc<RasterPipeline>,
+    masked: Arc<RasterPipeline>,
     faces: CasterFaces,
 }
 
@@ -60,8 +61,8 @@ pub struct GBuffer {
     /// Id of the visible triangle, counted over all instances in scene order; `u32::MAX` for the sky.
     pub triangle: Image,
     instances: InstanceBuffer,
-    opaque: RasterPipeline,
-    masked: RasterPipeline,
+    opaque: Arc<RasterPipeline>,
+    masked: Arc<RasterPipeline>,
 }
 
 /// Instances of one view, written by the CPU each frame. Only one frame is in flight, because the host waits.
@@ -109,7 +110,7 @@ const NORMAL: (u32, vk::Format) = (3, vk::Format::R32G32B32_SFLOAT);
 impl ShadowMap {
     /// Allocates a map of `size` texels for a scene with `instances` instances.
     pub fn new(host: &Host, size: [u32; 2], instances: usize, options: CasterOptions) -> Result<Self> {
-        let device = host.context().device();
+        let context = host.context();
         let desc = ImageDesc { array: true, ..ImageDesc::attachment("shadow map", vk::Format::D32_SFLOAT, size) };
         let state = RasterState {
             name: "shadow map",
@@ -128,10 +129,10 @@ impl ShadowMap {
             ..state.clone()
         };
         Ok(Self {
-            depth: Image::new(device, &desc)?,
+            depth: Image::new(context.device(), &desc)?,
             instances: InstanceBuffer::new(host, "shadow-map instances", instances)?,
-            opaque: RasterPipeline::new::<OpaqueBindings, ()>(device, &state)?,
-            masked: RasterPipeline::new::<MaterialBindings, MaterialPush>(device, &masked)?,
+            opaque: context.raster_pipeline::<OpaqueBindings, ()>(&state)?,
+            masked: context.raster_pipeline::<MaterialBindings, MaterialPush>(&masked)?,
             faces: options.faces,
         })
     }
@@ -194,7 +195,7 @@ impl GBuffer {
                 constants: &[("MASKED", is_masked.into())],
                 ..RasterState::default()
             };
-            RasterPipeline::new::<MaterialBindings, MaterialPush>(device, &state)
+            host.context().raster_pipeline::<MaterialBindings, MaterialPush>(&state)
         };
         Ok(Self {
             depth: target("camera depth", vk::Format::D32_SFLOAT)?,
