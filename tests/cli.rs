@@ -3,6 +3,7 @@
 
 mod json_page;
 
+use edgeshade::technique::{ALL, Kind};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -92,7 +93,7 @@ fn image_size(path: &Path) -> (u32, u32) {
 #[test]
 fn help_shows_examples_and_bare_calls_are_usage_errors() {
     let place = Place::new();
-    for sub in ["render", "compare", "bench", "list", "devices", "scenes"] {
+    for sub in ["render", "compare", "bench", "list", "devices", "pipelines", "scenes"] {
         let help = place.good(&[sub, "--help"]);
         assert!(help.contains("Example") && help.contains(&format!("edgeshade {sub}")), "{help}");
     }
@@ -440,6 +441,111 @@ fn a_closed_pipe_is_no_fault_and_a_full_disk_is() {
         let output = place.command(&["list"]).stdout(full).output().unwrap();
         assert_eq!(output.status.code(), Some(1));
         assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+    }
+}
+
+/// Words of an array.
+fn words(value: &Value) -> Vec<&str> {
+    value.as_array().unwrap().iter().map(|word| word.as_str().unwrap()).collect()
+}
+
+#[test]
+fn pipelines_are_listed_with_their_users() {
+    let place = Place::new();
+    let all = place.json(&["pipelines", "--validate", "--json"]);
+    assert_eq!(all["validation_messages"], serde_json::json!([]));
+    let has_statistics = all["has_statistics"].as_bool().unwrap();
+    let pipelines = all["pipelines"].as_array().unwrap();
+    let left_out = words(&all["left_out"]);
+    let techniques = ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))).map(|t| t.id);
+    for user in techniques.chain(["renderer"]) {
+        let is_left_out = left_out.iter().any(|line| line.starts_with(&format!("{user}, ")));
+        let is_used = pipelines.iter().any(|p| words(&p["users"]).contains(&user));
+        assert!(is_used != is_left_out, "{user}: {left_out:?}");
+    }
+    for pipeline in pipelines {
+        assert!(!words(&pipeline["shaders"]).is_empty(), "{pipeline}");
+        assert_eq!(pipeline["programs"].as_array().unwrap().is_empty(), !has_statistics, "{pipeline}");
+    }
+    let users_of = |name: &str| words(&pipelines.iter().find(|p| p["pipeline"] == name).unwrap()["users"]);
+    assert_eq!((users_of("filtering/pcf.comp"), users_of("common/shade.comp")), (vec!["pcf"], vec!["renderer"]));
+    assert!(users_of("common/depth_bounds.comp").starts_with(&["pcss", "rbssm"]));
+    let text = place.good(&["pipelines"]);
+    assert!(text.contains("filtering/pcf.comp WIDTH=3 ") && text.contains("shadow map, masked"), "{text}");
+    assert_eq!(text.contains("no statistics"), !has_statistics, "{text}");
+
+    let pcf = place.json(&["pipelines", "-t", "pcf:width=7", "--json", "-"]);
+    assert_eq!(pcf["techniques"][0]["params"]["width"], 7);
+    let own = pcf["pipelines"].as_array().unwrap();
+    assert!(own.len() < pipelines.len() && own.iter().all(|p| words(&p["users"]) == ["pcf"]), "{pcf}");
+    assert!(own.iter().any(|p| p["pipeline"] == "filtering/pcf.comp" && p["constants"]["WIDTH"] == 7), "{pcf}");
+
+    place.bad(&["pipelines", "-t", "pfc"], 2, &["pfc", "sm, pcf"]);
+    place.bad(&["pipelines", "-t", "ray-traced"], 2, &["ray-traced", "reference"]);
+    place.bad(&["pipelines", "--check", "missing.md"], 1, &["missing.md"]);
+    std::fs::write(place.path("page.md"), "# Other\n").unwrap();
+    place.bad(&["pipelines", "--check", "page.md"], 1, &["page.md", "no table of pipelines"]);
+    place.bad(&["pipelines", "--write", "page.md", "-t", "sm"], 2, &["--write"]);
+}
+
+/// The manifest of Mesa's driver for AMD GPUs, which compiles for GPUs that are not there.
+fn radv() -> Option<std::path::PathBuf> {
+    let folders = ["/etc", "/usr/local/share", "/usr/share"].map(|folder| Path::new(folder).join("vulkan/icd.d"));
+    let names = [format!("radeon_icd.{}.json", std::env::consts::ARCH), "radeon_icd.json".into()];
+    folders.iter().flat_map(|folder| names.iter().map(|name| folder.join(name))).find(|path| path.exists())
+}
+
+#[test]
+fn null_hardware_compiles_but_does_not_render() {
+    let place = Place::new();
+    let Some(manifest) = radv() else {
+        println!("skipped: Mesa's driver for AMD GPUs is not installed");
+        return;
+    };
+    let run = |args: &[&str]| {
+        let mut command = place.command(args);
+        let output = command.env("VK_DRIVER_FILES", &manifest).env("RADV_FORCE_FAMILY", "navi21").output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    let (code, stdout, stderr) = run(&["pipelines", "-t", "sm,edtsm", "--validate", "--json"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    let figures: Value = serde_json::from_str(&stdout).unwrap();
+    json_page::check("pipelines", &figures);
+    let (device, driver) = (figures["device"].as_str().unwrap(), figures["driver"].as_str().unwrap());
+    assert!(device.starts_with("Null hardware"), "{device}");
+    let of = |name: &str| {
+        let found = figures["pipelines"].as_array().unwrap().iter().find(|p| p["pipeline"] == name);
+        found.unwrap_or_else(|| panic!("no {name} in {figures}"))
+    };
+    let program = &of("filtering/sm.comp")["programs"][0];
+    assert_eq!(program["figures"]["registers"], program["reported"]["VGPRs"]);
+    assert!(program["figures"]["code_bytes"].as_u64().unwrap() > 100, "{program}");
+    // It counts as a GPU: a driver on the CPU is given another form, distance_transform/edt_row.comp.
+    of("distance_transform/edt_tile.comp");
+
+    // A table with a figure that is better than today's.
+    let registers = program["figures"]["registers"].as_u64().unwrap();
+    let page = |registers: u64| {
+        let rest = ["spilled_registers", "scratch_bytes", "code_bytes", "subgroups_per_simd"];
+        let rest = rest.map(|name| program["figures"][name].to_string()).join(" | ");
+        let row = format!("| `filtering/sm.comp` STEP=0 | {registers} | {rest} |");
+        std::fs::write(place.path("page.md"), format!("Device: {device}\nDriver: {driver}\n\n## Figures\n\n{row}\n"))
+    };
+    page(registers).unwrap();
+    let check = ["pipelines", "-t", "sm", "--check", "page.md"];
+    let (code, stdout, stderr) = run(&check);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    page(registers - 1).unwrap();
+    let (code, stdout, stderr) = run(&check);
+    assert_eq!(code, Some(1), "{stdout}{stderr}");
+    let fault = format!("FAULT: filtering/sm.comp STEP=0: registers {registers}, before {}", registers - 1);
+    assert!(stdout.contains(&fault) && stderr.contains("1 fault"), "{stdout}{stderr}");
+
+    for args in [&["render"][..], &["compare", "jenga", "-t", "sm"], &["bench", "--suite", "pcf", "--quick"]] {
+        let (code, stdout, stderr) = run(args);
+        assert_eq!(code, Some(1), "{args:?}: {stdout}{stderr}");
+        assert!(stderr.contains("lacks memory: it cannot render"), "{args:?}: {stderr}");
     }
 }
 

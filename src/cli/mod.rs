@@ -7,6 +7,7 @@ mod console;
 mod devices;
 mod edt;
 mod list;
+mod pipelines;
 mod progress;
 mod render;
 mod report;
@@ -58,6 +59,8 @@ enum Command {
     List(list::Args),
     /// List the Vulkan devices
     Devices(devices::Args),
+    /// List the pipelines of techniques with their compiler's statistics; submits nothing to the device
+    Pipelines(Box<pipelines::Args>),
     /// List the scenes that come with Edgeshade, or write their files
     Scenes(scenes::Args),
 }
@@ -67,6 +70,8 @@ enum Failure {
     Error(Error),
     /// The validation layer has reported faults; its messages are already printed.
     Validation(usize),
+    /// Pipelines that are worse than the table or over the budget; they are already printed.
+    Pipelines(usize),
 }
 
 impl From<Error> for Failure {
@@ -98,11 +103,15 @@ pub fn main() -> ExitCode {
         Command::Edt(args) => edt::run(&args),
         Command::List(args) => list::run(&args),
         Command::Devices(args) => devices::run(&args),
+        Command::Pipelines(args) => pipelines::run(&args),
         Command::Scenes(args) => scenes::run(&args),
     };
     let Err(failure) = outcome else { return ExitCode::SUCCESS };
     match &failure {
         Failure::Error(error) => console::complain(error),
+        Failure::Pipelines(n) => console::complain(format_args!(
+            "{n} faults of pipelines: mend them, or write the table anew with --write and say in the commit why"
+        )),
         Failure::Validation(1) => console::complain("the validation layer has reported a fault"),
         Failure::Validation(n) => console::complain(format_args!("the validation layer has reported {n} faults")),
     }

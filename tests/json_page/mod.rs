@@ -3,8 +3,9 @@
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// Objects whose field names are not fixed: parameters of techniques, counts of passes, classes of shapes.
-const NAMES_OF_THEIR_OWN: [&str; 3] = ["params", "counts", "classes"];
+/// Objects whose field names are not fixed: parameters of techniques, counts of passes, classes of shapes, specialization
+/// constants, what a driver reports about a pipeline.
+const NAMES_OF_THEIR_OWN: [&str; 5] = ["params", "counts", "classes", "constants", "reported"];
 
 /// Panics unless the page describes every field that the subcommand has written, either in the subcommand's section
 /// or in one of the sections for shared objects.
