@@ -17,7 +17,7 @@ endif
 
 # One target at a time: they share Cargo's build folder.
 .NOTPARALLEL:
-.PHONY: help demo test spv check-spv lint doc msrv deny bless scenes bench edt-peers setup setup-shaders setup-deny
+.PHONY: help demo test spv check-spv lint doc msrv deny bless pipelines bless-pipelines radv-manifest scenes bench edt-peers setup setup-shaders setup-deny
 
 help: ## List these targets
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1	\2/p' $(MAKEFILE_LIST) | expand -t 12
@@ -57,6 +57,22 @@ deny: setup-deny ## Check licences, sources and known vulnerabilities of the dep
 
 bless: setup ## Rewrite the golden images from what is rendered now
 	EDGESHADE_BLESS=1 $(CARGO) test golden $(CARGO_FLAGS)
+
+# Mesa's AMD driver compiles for GPUs that are not there; Debian's mesa-vulkan-drivers has it.
+RADV_MANIFEST ?= $(firstword $(wildcard $(foreach folder,/etc /usr/local/share /usr/share,\
+	$(foreach name,radeon_icd.$(shell uname -m).json radeon_icd.json,$(folder)/vulkan/icd.d/$(name)))))
+PIPELINES = $(CARGO) run $(CARGO_FLAGS) -- pipelines
+NAVI21 = RADV_FORCE_FAMILY=navi21 VK_DRIVER_FILES='$(RADV_MANIFEST)'
+
+radv-manifest: # Prints nothing if the driver is not installed.
+	@echo '$(RADV_MANIFEST)'
+
+pipelines: setup ## Check the budget of all pipelines on an AMD GPU that need not be there
+	@test -n '$(RADV_MANIFEST)' || { echo 'Mesa'"'"'s Vulkan driver for AMD GPUs is not installed (Debian: mesa-vulkan-drivers)'; exit 1; }
+	$(NAVI21) $(PIPELINES) --check results/pipelines-navi21.md
+
+bless-pipelines: setup ## Write the figures of all pipelines on that GPU, into results/
+	$(NAVI21) $(PIPELINES) --write results/pipelines-navi21.md
 
 scenes: ## Make the shipped scenes anew, into assets/
 	$(CARGO) run --release --example make_scenes $(CARGO_FLAGS)
