@@ -5,9 +5,9 @@ use super::edsm::border_kernel;
 use super::map_edges::MapEdges;
 use super::silhouette_view::SilhouetteView;
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{PixelPass, SKIP};
-use crate::technique::common::rbsm_receiver::DEPTH_BIAS;
+use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, SLACK};
 use crate::technique::{Info, Kind, Need, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Result};
 use ash::vk;
@@ -69,14 +69,7 @@ pub const INFO: Info = Info {
             "how far in depth an edge may lie before the receiver and still be on it, in slopes of its plane a texel",
         ),
         DEPTH_BIAS,
-        Param::float(
-            "slack",
-            0.0,
-            4.0,
-            0.2,
-            "texels a texel",
-            "how far a curved receiver may lie before its plane, a texel of distance",
-        ),
+        SLACK,
         SKIP,
     ],
     needs: &[Need::Casters, Need::Int64Atomics],
@@ -169,11 +162,7 @@ impl Passes for EdsmX {
             }
         }
         let bind = LookupBindings {
-            pixels: PixelBindings {
-                receiver: ReceiverBindings::new(view, inputs),
-                visibility: Bind::Image(visibility),
-                list: self.lookup.list(),
-            },
+            pixels: PixelBindings::new(view, inputs, visibility, self.lookup.list()),
             Keys: Bind::Buffer(self.map.keys()),
             Segments: Bind::Buffer(self.edges.segments().segments()),
             spill: Bind::Buffer(self.map.spill()),

@@ -17,14 +17,7 @@ shader_struct! {
 }
 
 pub(crate) const NORMAL_OFFSET: Param = Param { default: 0.1, ..receiver::NORMAL_OFFSET };
-pub(crate) const DEPTH_BIAS: Param = Param::float(
-    "depth_bias",
-    0.0,
-    16.0,
-    0.3,
-    "texel slopes",
-    "taken off the receiver's depth on top, in slopes of its plane a texel",
-);
+pub(crate) const DEPTH_BIAS: Param = Param { default: 0.3, ..receiver::DEPTH_BIAS };
 pub(crate) const SLACK: Param = Param::float(
     "slack",
     0.0,

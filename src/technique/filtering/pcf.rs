@@ -1,9 +1,9 @@
 //! Percentage-closer filtering.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::common::bindings::{CameraBindings, PixelBindings, ReceiverBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
-use crate::technique::common::receiver;
+use crate::technique::common::receiver::{self, ReceiverPush};
 use crate::technique::common::tiles::TileList;
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
@@ -21,14 +21,7 @@ pub const INFO: Info = Info {
     params: &[
         Param::odd("width", 1, 63, 3, "texels", "width of the kernel"),
         Param { default: 0.25, ..receiver::NORMAL_OFFSET },
-        Param::float(
-            "depth_bias",
-            0.0,
-            16.0,
-            0.5,
-            "texel slopes",
-            "taken off the receiver's depth on top, in slopes of its plane a texel",
-        ),
+        receiver::DEPTH_BIAS,
         Param::choice(
             "fetch",
             &["loop", "gather"],
@@ -48,7 +41,7 @@ pub const INFO: Info = Info {
 
 struct PercentageCloser {
     pcf: Pcf,
-    push: PcfPush,
+    push: ReceiverPush,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
@@ -63,7 +56,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let config = PcfConfig { width, gather: p.word("fetch") == "gather", skip };
     Ok(Box::new(PercentageCloser {
         pcf: Pcf::new(context, setup.extent, setup.map_size, config)?,
-        push: PcfPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
+        push: receiver::push(setup),
     }))
 }
 
@@ -74,16 +67,6 @@ impl Passes for PercentageCloser {
 
     fn memory_bytes(&self) -> u64 {
         self.pcf.memory_bytes()
-    }
-}
-
-shader_struct! {
-    /// Push constants of `glsl/filtering/pcf.comp` and `pcf_classify.comp`.
-    pub struct PcfPush {
-        /// Multiples of what a plane needs.
-        normal_offset: f32,
-        /// Fraction of a texel's slope, along both axes.
-        depth_bias: f32,
     }
 }
 
@@ -131,11 +114,11 @@ impl Pcf {
         let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
         let constants =
             [("WIDTH", width), ("GATHER", gather.into()), ("LISTED", listed.into()), ("BOUNDED", bounded.into())];
-        let filter = context.pipeline::<PcfBindings, PcfPush>("filtering/pcf.comp", &constants)?;
+        let filter = context.pipeline::<PcfBindings, ReceiverPush>("filtering/pcf.comp", &constants)?;
         let classify = match listed {
             true => {
                 let constants = [("WIDTH", width)];
-                Some(context.pipeline::<ClassifyBindings, PcfPush>("filtering/pcf_classify.comp", &constants)?)
+                Some(context.pipeline::<ClassifyBindings, ReceiverPush>("filtering/pcf_classify.comp", &constants)?)
             }
             false => None,
         };
@@ -159,7 +142,7 @@ impl Pcf {
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
-        push: PcfPush,
+        push: ReceiverPush,
         output: &Image,
     ) -> Result<()> {
         let [width, height] = output.extent();

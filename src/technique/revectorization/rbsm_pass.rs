@@ -1,7 +1,7 @@
 //! Revectorized visibility: every pixel by its texel's neighbourhood, those at an edge by the edge's shape.
 
 use crate::gpu::{Buffer, ComputePipeline, Constant, Image};
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{PixelPass, Step};
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
@@ -120,11 +120,7 @@ impl RbsmOfList {
         frame.dispatch(&Pass {
             name: "revectorize penumbrae",
             pipeline: &self.pipeline,
-            bind: &PixelBindings {
-                receiver: ReceiverBindings::new(view, inputs),
-                visibility: Bind::Image(output),
-                list,
-            },
+            bind: &PixelBindings::new(view, inputs, output, list),
             push: bytemuck::bytes_of(&push),
             threads,
         })
@@ -158,11 +154,7 @@ impl Rbsm {
         push: RbsmPush,
         output: &Image,
     ) -> Result<()> {
-        let bind = &PixelBindings {
-            receiver: ReceiverBindings::new(view, inputs),
-            visibility: Bind::Image(output),
-            list: self.pass.list(),
-        };
+        let bind = &PixelBindings::new(view, inputs, output, self.pass.list());
         self.pass.record(frame, ["revectorize", "revectorize edges"], bind, bytemuck::bytes_of(&push), output)
     }
 }

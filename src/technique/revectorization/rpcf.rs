@@ -3,7 +3,7 @@
 use super::rbsm_pass::check_max_distance;
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use crate::gpu::{Buffer, Image, bindings};
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::pixels::PixelPass;
 use crate::technique::common::rbsm_receiver::RbsmPush;
@@ -153,11 +153,7 @@ impl Rpcf {
             bounds.record(frame, inputs)?;
         }
         let bind = &RpcfBindings {
-            pixels: PixelBindings {
-                receiver: ReceiverBindings::new(view, inputs),
-                visibility: Bind::Image(output),
-                list: self.pass.list(),
-            },
+            pixels: PixelBindings::new(view, inputs, output, self.pass.list()),
             // Without bounds the shader's binding still wants an image, which it does not read.
             blocks: self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
         };

@@ -1,10 +1,10 @@
 //! What `pcss`, `rbssm` and `soft-auto` share: the classification of pixels by the depths under their search window, a pass
 //! that classifies pixels and works on the others, and its filter alone, over pixels that another pass has listed.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::Param;
 use crate::technique::check_odd;
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
@@ -19,16 +19,6 @@ pub(super) const SKIP: Param = Param::choice(
     0,
     "decide pixels whose whole search window is lit or in shadow by depth bounds of the map: the same image",
 );
-
-shader_struct! {
-    /// Push constants of the passes that search for blockers.
-    pub struct SoftPush {
-        /// Multiples of what a plane needs.
-        normal_offset: f32,
-        /// Fraction of a texel's slope, along both axes.
-        depth_bias: f32,
-    }
-}
 
 bindings! {
     /// Everything that a search for blockers reads and writes.
@@ -143,7 +133,7 @@ impl ClassifiedPass {
     }
 
     fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> SearchBindings<'a> {
-        let pixels = search_pixels(view, inputs, output, self.pass.list());
+        let pixels = PixelBindings::borderless(view, inputs, output, self.pass.list());
         let [hsm, blocks] = self.classes.bind(inputs);
         SearchBindings { pixels, hsm, blocks, half_widths: Bind::Input(&inputs.depth) }
     }
@@ -176,7 +166,7 @@ impl MeasuredFilter {
             name: self.name,
             pipeline: &self.pipeline,
             bind: &SearchBindings {
-                pixels: search_pixels(view, inputs, output, list.bind()),
+                pixels: PixelBindings::borderless(view, inputs, output, list.bind()),
                 hsm: unread,
                 blocks: unread,
                 half_widths: Bind::Image(half_widths),
@@ -187,14 +177,4 @@ impl MeasuredFilter {
         list.count(frame);
         Ok(())
     }
-}
-
-/// The pixels that a search may leave the map for.
-pub(super) fn search_pixels<'a>(
-    view: &'a Buffer,
-    inputs: &'a Inputs<'_>,
-    output: &'a Image,
-    list: Bind<'a>,
-) -> PixelBindings<'a> {
-    PixelBindings { receiver: ReceiverBindings::borderless(view, inputs), visibility: Bind::Image(output), list }
 }

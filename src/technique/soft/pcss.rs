@@ -1,10 +1,10 @@
 //! Percentage-closer soft shadows.
 
-use super::classified::{self, ClassifiedPass, MeasuredFilter, SearchBindings, SoftPush, check_taps};
+use super::classified::{self, ClassifiedPass, MeasuredFilter, SearchBindings, check_taps};
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::pixels::Step;
-use crate::technique::common::receiver;
+use crate::technique::common::receiver::{self, ReceiverPush};
 use crate::technique::{Info, Kind, Param, Passes, Setup, classes_view};
 use crate::{Context, Frame, Inputs, Result};
 use std::sync::Arc;
@@ -27,14 +27,7 @@ pub const INFO: Info = Info {
             "windows of no more texels than the filter has taps: taps all the same, or the exact mean of the texels",
         ),
         Param { default: 0.25, ..receiver::NORMAL_OFFSET },
-        Param::float(
-            "depth_bias",
-            0.0,
-            16.0,
-            0.5,
-            "texel slopes",
-            "taken off the receiver's depth on top, in slopes of its plane a texel",
-        ),
+        receiver::DEPTH_BIAS,
         classified::SKIP,
     ],
     needs: &[],
@@ -43,7 +36,7 @@ pub const INFO: Info = Info {
 
 struct SoftShadows {
     pcss: Pcss,
-    push: SoftPush,
+    push: ReceiverPush,
     /// To be looked at.
     classes_view: Option<Image>,
 }
@@ -62,7 +55,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     Ok(Box::new(SoftShadows {
         classes_view: classes_view(context, setup, pcss.is_listed())?,
         pcss,
-        push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
+        push: receiver::push(setup),
     }))
 }
 
@@ -113,7 +106,7 @@ fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<Com
         ("STEP", step as u32),
         ("NEAREST_BLOCKER", narrow.into()),
     ];
-    context.pipeline::<SearchBindings, SoftPush>("soft/pcss.comp", &constants)
+    context.pipeline::<SearchBindings, ReceiverPush>("soft/pcss.comp", &constants)
 }
 
 /// The filter alone, over pixels that another pass lists, as wide as it says; of the search nothing matters.
@@ -154,7 +147,7 @@ impl Pcss {
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
-        push: SoftPush,
+        push: ReceiverPush,
         output: &Image,
     ) -> Result<()> {
         let names = ["pcss classify", "pcss"];
@@ -168,7 +161,7 @@ impl Pcss {
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
-        push: SoftPush,
+        push: ReceiverPush,
         classes: &Image,
     ) -> Result<()> {
         self.pass.record_classes(frame, view, inputs, ("pcss classes", bytemuck::bytes_of(&push)), classes)

@@ -1,6 +1,5 @@
 //! The width of an area light's penumbra at every pixel, for filters that work on an image of hard shadows.
 
-use super::classified::search_pixels;
 use crate::gpu::{Buffer, Image, ImageDesc, bindings, shader_struct};
 use crate::technique::check_odd;
 use crate::technique::common::bindings::PixelBindings;
@@ -119,7 +118,7 @@ impl PenumbraWidth {
         self.hsm.record(frame, inputs)?;
         self.bounds.record(frame, inputs)?;
         let bind = &WidthBindings {
-            pixels: search_pixels(view, inputs, &self.widths, self.pass.list()),
+            pixels: PixelBindings::borderless(view, inputs, &self.widths, self.pass.list()),
             hsm: Bind::Image(self.hsm.bounds()),
             blocks: Bind::Image(self.bounds.blocks()),
             shadows: Bind::Image(shadows),

@@ -6,8 +6,9 @@ use super::screen_filter::{Footprint, Kernel, ScreenFilter, ScreenFilterConfig, 
 use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search;
 use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::receiver::{self, ReceiverPush};
 use crate::technique::common::surface::SurfaceTest;
-use crate::technique::filtering::sm::{Sm, SmPush};
+use crate::technique::filtering::sm::Sm;
 use crate::technique::revectorization::rbsm_pass::{Rbsm, RbsmOfList, Revectorization};
 use crate::technique::revectorization::revectorized;
 use crate::technique::{Param, Passes, Setup, visibility_image};
@@ -72,7 +73,7 @@ pub(super) enum Hard {
     /// Revectorized: of all pixels, and of listed ones.
     Revectorized(Rbsm, RbsmOfList, RbsmPush),
     /// One test a pixel, likewise.
-    Test(Sm, Sm, SmPush),
+    Test(Sm, Sm, ReceiverPush),
 }
 
 impl Hard {
@@ -85,9 +86,7 @@ impl Hard {
 
     /// Plain tests by a technique's parameters.
     pub(super) fn test(context: &Context, setup: &Setup) -> Result<Self> {
-        let p = &setup.params;
-        let push = SmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") };
-        Ok(Self::Test(Sm::new(context)?, Sm::of_list(context)?, push))
+        Ok(Self::Test(Sm::new(context)?, Sm::of_list(context)?, receiver::push(setup)))
     }
 
     /// Of every pixel.

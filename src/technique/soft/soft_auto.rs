@@ -1,12 +1,14 @@
 //! A hybrid of soft shadows.
 
-use super::classified::{MapClasses, MeasuredFilter, SearchBindings, SoftPush, check_taps, search_pixels};
+use super::classified::{MapClasses, MeasuredFilter, SearchBindings, check_taps};
 use super::pcss::{self, PcssConfig};
 use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, RbssmVisibility, VISIBILITY, check_least_width};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::receiver::{self, ReceiverPush};
 use crate::technique::revectorization::rbsm_pass::{RbsmConfig, RbsmOfList, Revectorization};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
 use crate::technique::{Info, Kind, Param, Passes, Setup};
@@ -81,7 +83,7 @@ pub const INFO: Info = Info {
 
 struct Hybrid {
     passes: SoftAuto,
-    push: SoftPush,
+    push: ReceiverPush,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
@@ -101,7 +103,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     };
     Ok(Box::new(Hybrid {
         passes: SoftAuto::new(context, setup.extent, setup.map_size, config)?,
-        push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
+        push: receiver::push(setup),
     }))
 }
 
@@ -257,18 +259,18 @@ impl SoftAuto {
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
-        push: SoftPush,
+        push: ReceiverPush,
         output: &Image,
     ) -> Result<()> {
         self.classes.record(frame, inputs)?;
         for list in self.lists().into_iter().flatten() {
             list.clear(frame);
         }
-        let SoftPush { normal_offset, depth_bias } = push;
+        let ReceiverPush { normal_offset, depth_bias } = push;
         let edge_push = RbsmPush { normal_offset, depth_bias, slack: 0.0 };
         let [hsm, blocks] = self.classes.bind(inputs);
         let [hard, kernel, wide] = self.lists().map(|l| l.map_or(Bind::Buffer(&self.unlisted), PixelList::bind));
-        let pixels = search_pixels(view, inputs, output, self.estimate.list());
+        let pixels = PixelBindings::borderless(view, inputs, output, self.estimate.list());
         let search = SearchBindings { pixels, hsm, blocks, half_widths: Bind::Image(&self.half_widths) };
         let bind = &EstimateBindings { search, hard, kernel, wide };
         let names = ["classify penumbrae", "search blockers"];
