@@ -133,14 +133,6 @@ impl Param {
     }
 }
 
-/// Rejects numbers that no kernel has along its side: even ones, and those above `most`.
-pub(crate) fn check_odd(what: &str, n: u32, most: u32) -> Result<()> {
-    if n % 2 == 1 && n <= most {
-        return Ok(());
-    }
-    Err(Error::Parameter(format!("{n} {what} are not possible: an odd number, 1 to {most}")))
-}
-
 /// Checked values for every row of a table.
 #[derive(Clone, Debug, Default)]
 pub struct Params {

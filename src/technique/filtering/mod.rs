@@ -1,4 +1,4 @@
 //! The shadow map's own tests: one a pixel, or the mean of many.
 
-pub mod pcf;
-pub mod sm;
+pub(super) mod pcf;
+pub(super) mod sm;

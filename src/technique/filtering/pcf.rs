@@ -1,7 +1,7 @@
 //! Percentage-closer filtering.
 
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
-use crate::technique::common::bindings::{CameraBindings, PixelBindings, ReceiverBindings};
+use crate::technique::common::bindings::{CameraBindings, PixelBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::receiver::{self, ReceiverPush};
 use crate::technique::common::tiles::TileList;
@@ -39,40 +39,14 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
-struct PercentageCloser {
-    pcf: Pcf,
-    push: ReceiverPush,
-}
-
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
-    let p = &setup.params;
-    let width = p.int("width");
-    let skip = match p.word("skip") {
-        "auto" if width >= SKIP_FROM_WIDTH => PcfSkip::Pixels,
-        "pixels" => PcfSkip::Pixels,
-        "tiles" => PcfSkip::Tiles,
-        _ => PcfSkip::Off,
-    };
-    let config = PcfConfig { width, gather: p.word("fetch") == "gather", skip };
-    Ok(Box::new(PercentageCloser {
-        pcf: Pcf::new(context, setup.extent, setup.map_size, config)?,
-        push: receiver::push(setup),
-    }))
-}
-
-impl Passes for PercentageCloser {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        self.pcf.record(frame, view, inputs, self.push, visibility)
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.pcf.memory_bytes()
-    }
+bindings! {
+    struct ClassifyBindings { ..camera: CameraBindings, blocks, visibility, list }
+    struct PcfBindings { ..pixels: PixelBindings, blocks }
 }
 
 /// Way to find pixels whose whole kernel agrees without filtering. The image is the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PcfSkip {
+#[derive(PartialEq)]
+enum Skip {
     /// Not at all: every pixel is filtered.
     Off,
     /// Each pixel asks the depth bounds first.
@@ -81,91 +55,76 @@ pub enum PcfSkip {
     Tiles,
 }
 
-/// Settings that are fixed when the pass is made.
-#[derive(Clone, Copy, Debug)]
-pub struct PcfConfig {
-    /// Texels along the kernel's side: odd, 1 to 63.
-    pub width: u32,
-    /// Four texels a gather, instead of one a fetch.
-    pub gather: bool,
-    /// Values that are not filtered.
-    pub skip: PcfSkip,
-}
-
-bindings! {
-    struct ClassifyBindings { ..camera: CameraBindings, blocks, visibility, list }
-    struct PcfBindings { ..pixels: PixelBindings, blocks }
-}
-
-/// The pass with its pipelines, and what it skips by.
-pub struct Pcf {
-    filter: Arc<ComputePipeline>,
-    /// Present only with [`PcfSkip::Tiles`].
+struct PercentageCloser {
+    /// Present only with [`Skip::Tiles`].
     classify: Option<Arc<ComputePipeline>>,
-    /// Not with [`PcfSkip::Off`].
+    filter: Arc<ComputePipeline>,
+    /// Not with [`Skip::Off`].
     bounds: Option<DepthBounds>,
     tiles: TileList,
+    push: ReceiverPush,
 }
 
-impl Pcf {
-    /// Allocates for a camera image and a shadow map.
-    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcfConfig) -> Result<Self> {
-        let PcfConfig { width, gather, skip } = config;
-        let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
-        let constants =
-            [("WIDTH", width), ("GATHER", gather.into()), ("LISTED", listed.into()), ("BOUNDED", bounded.into())];
-        let filter = context.pipeline::<PcfBindings, ReceiverPush>("filtering/pcf.comp", &constants)?;
-        let classify = match listed {
-            true => {
-                let constants = [("WIDTH", width)];
-                Some(context.pipeline::<ClassifyBindings, ReceiverPush>("filtering/pcf_classify.comp", &constants)?)
-            }
-            false => None,
-        };
-        let bounds = match skip {
-            PcfSkip::Off => None,
-            _ => Some(DepthBounds::new(context, map_size)?),
-        };
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
+    let p = &setup.params;
+    let width = p.int("width");
+    let skip = match p.word("skip") {
+        "auto" if width >= SKIP_FROM_WIDTH => Skip::Pixels,
+        "pixels" => Skip::Pixels,
+        "tiles" => Skip::Tiles,
+        _ => Skip::Off,
+    };
+    let listed = skip == Skip::Tiles;
+    let classify = match listed {
+        true => {
+            let constants = [("WIDTH", width)];
+            Some(context.pipeline::<ClassifyBindings, ReceiverPush>("filtering/pcf_classify.comp", &constants)?)
+        }
+        false => None,
+    };
+    let constants = [
+        ("WIDTH", width),
+        ("GATHER", (p.word("fetch") == "gather").into()),
+        ("LISTED", listed.into()),
+        ("BOUNDED", (skip == Skip::Pixels).into()),
+    ];
+    Ok(Box::new(PercentageCloser {
+        classify,
+        filter: context.pipeline::<PcfBindings, ReceiverPush>("filtering/pcf.comp", &constants)?,
+        bounds: if skip == Skip::Off { None } else { Some(DepthBounds::new(context, setup.map_size)?) },
         // Where nothing is listed the shader's binding still wants a buffer.
-        let tiles = TileList::new(context.device(), "pcf tiles", if listed { extent } else { [0; 2] })?;
-        Ok(Self { filter, classify, bounds, tiles })
-    }
+        tiles: TileList::new(context.device(), "pcf tiles", if listed { setup.extent } else { [0; 2] })?,
+        push: receiver::push(setup),
+    }))
+}
 
-    /// Bytes of images and lists.
-    pub fn memory_bytes(&self) -> u64 {
-        self.tiles.buffer().size() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
-    }
-
-    /// Writes the visibility of every pixel into `output`.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: ReceiverPush,
-        output: &Image,
-    ) -> Result<()> {
-        let [width, height] = output.extent();
-        let all = Threads::Count([width, height, 1]);
+impl Passes for PercentageCloser {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         if let Some(bounds) = &mut self.bounds {
             bounds.record(frame, inputs)?;
         }
-        let receiver = ReceiverBindings::new(view, inputs);
+        let pixels = PixelBindings::new(view, inputs, visibility, Bind::Buffer(self.tiles.buffer()));
         // Without bounds the shader's binding still wants an image, which it does not read.
         let blocks = self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks()));
-        let (visibility, list) = (Bind::Image(output), Bind::Buffer(self.tiles.buffer()));
-        let push = bytemuck::bytes_of(&push);
+        let push = bytemuck::bytes_of(&self.push);
+        let [width, height] = visibility.extent();
+        let mut threads = Threads::Count([width, height, 1]);
         if let Some(classify) = &self.classify {
             self.tiles.clear(frame);
+            let PixelBindings { receiver, visibility, list } = pixels;
             let bind = &ClassifyBindings { camera: receiver.camera, blocks, visibility, list };
-            frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads: all })?;
+            frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads })?;
+            threads = self.tiles.threads();
         }
-        let threads = if self.classify.is_some() { self.tiles.threads() } else { all };
-        let bind = &PcfBindings { pixels: PixelBindings { receiver, visibility, list }, blocks };
+        let bind = &PcfBindings { pixels, blocks };
         frame.dispatch(&Pass { name: "pcf", pipeline: &self.filter, bind, push, threads })?;
         if self.classify.is_some() {
             self.tiles.count(frame);
         }
         Ok(())
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.tiles.buffer().size() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
     }
 }

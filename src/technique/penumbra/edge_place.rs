@@ -3,7 +3,7 @@
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::revectorization::rbsm_pass::{RbsmConfig, check_max_distance};
+use crate::technique::revectorization::rbsm_pass::RbsmConfig;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
@@ -21,11 +21,7 @@ pub struct EdgePlace {
 
 impl EdgePlace {
     /// Makes the pipeline for the function that the hard shadows are made by; [`RbsmConfig::listed`] does not matter.
-    ///
-    /// # Errors
-    /// [`crate::Error::Parameter`] for a longest edge out of range.
     pub fn new(context: &Context, hard: RbsmConfig) -> Result<Self> {
-        check_max_distance(hard.max_distance)?;
         let [function, quality] = hard.revectorization.constants();
         let fixed = ("FIXED", hard.fixed_depth.into());
         let constants = [fixed, ("MAX_DISTANCE", hard.max_distance), function, quality, ("STEPS", STEPS)];

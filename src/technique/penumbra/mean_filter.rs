@@ -4,7 +4,6 @@ use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::nearest_edge::NearestEdge;
 use super::shared::{PenumbraPush, scratch};
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
-use crate::technique::check_odd;
 use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
@@ -24,7 +23,6 @@ pub struct MeanFilter {
 impl MeanFilter {
     /// Allocates for a camera image; `taps` a pass, odd, 1 to 63.
     pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, taps: u32) -> Result<Self> {
-        check_odd("taps of the filter", taps, 63)?;
         let pass = |vertical: bool| {
             let planes = config.surfaces == SurfaceTest::Planes;
             let constants = [

@@ -2,7 +2,6 @@
 
 use super::shared::{PenumbraPush, scratch};
 use crate::gpu::{Buffer, ComputePipeline, Constant, Image, bindings};
-use crate::technique::check_odd;
 use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::hsm::Hsm;
@@ -90,7 +89,6 @@ impl SeedWidth {
         config: WidthConfig,
     ) -> Result<Self> {
         let WidthConfig { search_taps, window, meet, metric, .. } = config;
-        check_odd("taps along the side of the blocker search", search_taps, 63)?;
         let narrow = window == SearchWindow::Blockers;
         let constants = [
             ("PLANES", (surfaces == SurfaceTest::Planes).into()),

@@ -4,7 +4,7 @@ use crate::gpu::{Buffer, ComputePipeline, Constant, Image};
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{PixelPass, Step};
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// Treatment of a fragment at an edge.
@@ -71,22 +71,13 @@ pub struct RbsmConfig {
     pub revectorization: Revectorization,
     /// Compare with the fragment's own depth everywhere, as the listings do, not with its plane.
     pub fixed_depth: bool,
-    /// `MAXDIST`, texels: 1 to 64.
+    /// `MAXDIST`, texels.
     pub max_distance: u32,
     /// Fragments at an edge are listed and worked on by a second dispatch, instead of where they are found.
     pub listed: bool,
 }
 
-/// The shaders' loops and signed distances hold for these only.
-pub(crate) fn check_max_distance(max_distance: u32) -> Result<()> {
-    match max_distance {
-        1..=64 => Ok(()),
-        n => Err(Error::Parameter(format!("max_distance {n} is not possible: 1 to 64 texels"))),
-    }
-}
-
 fn pipeline(context: &Context, config: RbsmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
-    check_max_distance(config.max_distance)?;
     let [function, quality] = config.revectorization.constants();
     let fixed = ("FIXED", config.fixed_depth.into());
     let mut constants = vec![fixed, ("MAX_DISTANCE", config.max_distance), function, ("STEP", step as u32)];
