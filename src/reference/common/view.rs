@@ -64,6 +64,9 @@ pub(crate) struct Verdict {
 }
 
 impl Verdict {
+    /// Verdict of a pixel with too much in doubt to follow up.
+    pub const ANYTHING: Self = Self { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
+
     pub const fn sure(visibility: f64) -> Self {
         Self { visibility, doubt: 0.0, rounding: 0.0 }
     }
