@@ -17,8 +17,8 @@ use crate::technique::revectorization::revectorized::{self, DEPTH_BIAS, MAX_DIST
 use crate::technique::{PENUMBRA, Param, Passes, Setup};
 use crate::{Context, Frame, Inputs, Result};
 
-/// Off by default: the filter blurs penumbrae of one width more than it smooths them. Without it their error against traced
-/// penumbrae is smaller on nearly all scenes.
+/// The filter is off by default, since it blurs penumbrae of one width more than it smooths them: without it their error
+/// against traced penumbrae is smaller on nearly all scenes.
 const FILTER_WIDTH: Param = filter_width(0.0);
 const SOFT_FILTER_WIDTH: Param = filter_width(0.1);
 
@@ -134,7 +134,7 @@ const START_RADIUS: u32 = 32;
 enum Penumbrae {
     /// One width for all, world units; 0 for one that fits the light.
     Fixed(f64),
-    /// As wide as the area light makes them, times `beta`.
+    /// Widths that the area light gives, times `beta`.
     OfLight { beta: f32 },
 }
 
@@ -143,7 +143,7 @@ struct Euclidean {
     seeds: EdgeSeeds,
     edt: Edt,
     nearest: NearestEdge,
-    /// None if its width is 0.
+    /// Absent if neither the filter has a width nor penumbrae have widths of their own.
     filter: Option<MeanFilter>,
     push: RbsmPush,
     penumbrae: Penumbrae,

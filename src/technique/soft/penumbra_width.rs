@@ -102,8 +102,7 @@ impl PenumbraWidth {
         self.pass.is_listed()
     }
 
-    /// Writes the widths. Where a pixel turns out to lie in no penumbra, its visibility is known and is written into both other
-    /// images.
+    /// Writes the widths. The visibility of a pixel that lies in no penumbra is known: it is written into both other images.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -90,8 +90,8 @@ pub(super) struct RbssmConfig {
     pub window: SearchWindow,
     /// Function that is averaged.
     pub visibility: RbssmVisibility,
-    /// Smallest width of the filter, texels. A light too small for such a penumbra anywhere has a narrower one; a light of
-    /// size 0 keeps its hard edges.
+    /// Smallest width of the filter, texels. The filter is narrower only if the light is too small to cast such a penumbra at
+    /// all: a light of size 0 keeps its hard edges.
     pub least_width: f32,
     /// `MAXDIST`, texels.
     pub max_distance: u32,
