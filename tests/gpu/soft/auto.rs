@@ -69,7 +69,7 @@ fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) {
 #[test]
 fn it_equals_its_mirror_on_scenes() {
     with_gpu(|host| {
-        // Lights of such sizes that each kind of filter has pixels.
+        // The lights have sizes at which each kind of filter gets pixels.
         let cases = [
             ("robot", 4.0, 1024, true),
             ("courtyard", 6.0, 512, true),
@@ -184,7 +184,8 @@ fn pixels_are_listed_for_each_kind_of_filter() {
     });
 }
 
-/// With a light without size, it equals RBSM*, bit for bit, whether by hard edges or by filters without width.
+/// Under a light without size, the image equals that of RBSM*, bit for bit, whether by hard edges or by filters without
+/// width.
 #[test]
 fn a_light_without_size_is_the_hard_technique() {
     with_gpu(|host| {

@@ -166,7 +166,7 @@ fn it_is_the_naive_form_on_every_scene() {
     });
 }
 
-/// With a light without size, it equals the hard technique, bit for bit.
+/// Under a light without size, the image equals that of the hard technique, bit for bit.
 #[test]
 fn a_light_without_size_is_the_hard_technique() {
     with_gpu(|host| {
