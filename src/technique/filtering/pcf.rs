@@ -47,7 +47,7 @@ bindings! {
 /// Way to find pixels whose whole kernel agrees without filtering. The image is the same.
 #[derive(PartialEq)]
 enum Skip {
-    /// Not at all: every pixel is filtered.
+    /// Every pixel is filtered.
     Off,
     /// Each pixel asks the depth bounds first.
     Pixels,
@@ -59,7 +59,7 @@ struct PercentageCloser {
     /// Present only with [`Skip::Tiles`].
     classify: Option<Arc<ComputePipeline>>,
     filter: Arc<ComputePipeline>,
-    /// Not with [`Skip::Off`].
+    /// Absent with [`Skip::Off`].
     bounds: Option<DepthBounds>,
     tiles: TileList,
     push: ReceiverPush,
