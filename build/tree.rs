@@ -28,7 +28,7 @@ impl Tree {
         Self { root: root.into() }
     }
 
-    /// All shaders, sorted: `*.{comp,vert,frag,geom}` in the [`ROOMS`] and in `test/`, and `example/*.comp`.
+    /// All shaders, sorted: `*.{comp,vert,frag,geom}` in the [`ROOMS`] and in `test/`, and `example/*.{comp,frag}`.
     pub fn shaders(&self) -> Result<Vec<String>, String> {
         let mut files = Vec::new();
         walk(&self.root, "", &mut files).map_err(|e| format!("glsl/: {e}"))?;
@@ -36,7 +36,7 @@ impl Tree {
         for file in &files {
             let (folder, name) = file.split_once('/').unwrap_or(("", file));
             let placed = match folder {
-                "example" => stage(name) == Some("comp"),
+                "example" => matches!(stage(name), Some("comp" | "frag")),
                 _ if folder == "test" || ROOMS.contains(&folder) => {
                     matches!(stage(name), Some("comp" | "vert" | "frag" | "geom"))
                 }
@@ -45,7 +45,7 @@ impl Tree {
             if !placed || name.contains('/') {
                 return Err(format!(
                     "glsl/{file}: not a place for this shader; shaders are glsl/<room>/*.{{comp,vert,frag,geom}}, where \
-                     the rooms are {}, examples glsl/example/*.comp, those of tests glsl/test/*, and includes end in .glsl",
+                     the rooms are {}, examples glsl/example/*.{{comp,frag}}, those of tests glsl/test/*, and includes end in .glsl",
                     ROOMS.join(", ")
                 ));
             }

@@ -1,4 +1,4 @@
-//! What lives as long as the caller's device: function tables, allocator, samplers, pipelines.
+//! Objects that live as long as the caller's device: function tables, allocator, samplers and pipelines.
 
 use crate::device_features::DeviceFeatures;
 use crate::gpu::{Bindings, ComputePipeline, Constant, ContextDesc, Device, RasterPipeline, RasterState, ShaderStruct};
@@ -10,12 +10,12 @@ use std::ffi::CStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What the library needs of a device.
+/// Requirements of the library on a device.
 #[derive(Clone, Debug)]
 pub struct Requirements {
     /// Smallest API version of instance and device.
     pub api_version: u32,
-    /// Device extensions. Of Vulkan 1.4 the feature `pushDescriptor` will do instead.
+    /// Device extensions. The feature `pushDescriptor` of Vulkan 1.4 replaces the extension for push descriptors.
     pub extensions: &'static [&'static CStr],
     /// Features of Vulkan 1.0.
     pub features: vk::PhysicalDeviceFeatures,
@@ -23,9 +23,9 @@ pub struct Requirements {
     pub newer_features: &'static [&'static str],
 }
 
-/// What every technique needs: the baseline. Techniques that need more say so in their registry entry,
-/// [`crate::technique::Info::needs`]; `edgeshade list ID` prints it. Make the device with the [`DeviceFeatures`] for it,
-/// and hand these to [`Context::new`].
+/// Requirements of every technique, called the baseline. Techniques that need more list it in their registry entry,
+/// [`crate::technique::Info::needs`], which `edgeshade list ID` prints. For these, make the device with the matching
+/// [`DeviceFeatures`] and hand them to [`Context::new`].
 pub fn requirements() -> Requirements {
     Requirements {
         api_version: vk::API_VERSION_1_3,
@@ -42,13 +42,13 @@ pub fn requirements() -> Requirements {
 const VULKAN_1_4: u32 = vk::make_api_version(0, 1, 4, 0);
 
 impl Requirements {
-    /// What `physical_device` lacks, by name; empty if it has all.
+    /// Names of the requirements that `physical_device` lacks; empty if it meets all.
     ///
     /// # Safety
     /// `physical_device` belongs to `instance`, whose API version is at least 1.1.
     pub unsafe fn missing(&self, instance: &ash::Instance, physical_device: vk::PhysicalDevice) -> Vec<String> {
         let mut missing = vec![];
-        // SAFETY: vouched for by the caller, here and below.
+        // SAFETY: guaranteed by the caller, here and below.
         let version = unsafe { instance.get_physical_device_properties(physical_device) }.api_version;
         if version < self.api_version {
             let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
@@ -57,7 +57,7 @@ impl Requirements {
         }
         // SAFETY: as above.
         let extensions = unsafe { instance.enumerate_device_extension_properties(physical_device) }.unwrap_or_default();
-        // Part of Vulkan 1.4.
+        // The extension is part of Vulkan 1.4.
         let is_core = |name: &CStr| name == ash::khr::push_descriptor::NAME && version >= VULKAN_1_4;
         for needed in self.extensions.iter().filter(|name| !is_core(name)) {
             if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(needed)) {
@@ -83,21 +83,21 @@ impl Requirements {
     }
 }
 
-/// Shader and specialization constants.
+/// Name of the shader, and its specialization constants.
 type PipelineKey = (String, Vec<Constant>);
 
 /// The library's side of a caller's device. It creates no queue and submits nothing.
 ///
-/// Dropping it (and every technique prepared with it) needs the GPU to be done with all frames
-/// recorded through it, and the caller's device to be still alive.
+/// When it and the techniques prepared with it are dropped, the GPU must be done with all frames recorded through it,
+/// and the caller's device must still be alive.
 pub struct Context {
     device: Arc<Device>,
     nearest: vk::Sampler,
     nearest_clamped: vk::Sampler,
     pipelines: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
-    /// By the text of their state, which names every part of it.
+    /// Raster pipelines by the debug text of their state, which contains every part of the state.
     raster_pipelines: Mutex<HashMap<String, Arc<RasterPipeline>>>,
-    /// A raster pass was recorded: later frames must wait for the stages of one.
+    /// True once a raster pass was recorded. Later frames must then wait for the stages of raster passes.
     has_rastered: AtomicBool,
 }
 
@@ -105,14 +105,15 @@ impl Context {
     /// Wraps the caller's device.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] names what the physical device lacks, or what to enable when the device is made;
-    /// [`Error::Allocation`] and [`Error::Vulkan`] are of the allocator and the samplers.
+    /// [`Error::NoDevice`] names what the physical device lacks, or what to enable when the device is made.
+    /// [`Error::Allocation`] and [`Error::Vulkan`] come from the allocator and the samplers.
     ///
     /// # Safety
-    /// The handles are valid and belong together, the device was created with what [`requirements`]
-    /// and [`ContextDesc::features`] list, and all of it outlives the context and everything made from it.
+    /// The handles are valid and belong together. The device was created with the extensions and features that
+    /// [`requirements`] and [`ContextDesc::features`] list. All of them outlive the context and everything made from
+    /// it.
     pub unsafe fn new(desc: &ContextDesc<'_>) -> Result<Self> {
-        // SAFETY: vouched for by the caller.
+        // SAFETY: guaranteed by the caller.
         let missing = unsafe { requirements().missing(desc.instance, desc.physical_device) };
         if !missing.is_empty() {
             return Err(Error::NoDevice(format!("the device lacks {}", missing.join(", "))));
@@ -133,7 +134,7 @@ impl Context {
             }
         };
         let device = Arc::new(Device::new(desc, allocator)?);
-        // Texels outside a shadow map count as farther than everything: a border of depth 1.
+        // Texels outside a shadow map count as farther than everything, so the border has depth 1.
         let info = vk::SamplerCreateInfo::default()
             .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_BORDER)
             .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_BORDER)
@@ -144,7 +145,7 @@ impl Context {
             .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
             .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE);
         let nearest_clamped = device.sampler(&clamped, "nearest, clamped").inspect_err(|_| {
-            // SAFETY: nobody has it yet.
+            // SAFETY: the sampler has not been used yet.
             unsafe { device.raw.destroy_sampler(nearest, None) };
         })?;
         Ok(Self {
@@ -157,27 +158,28 @@ impl Context {
         })
     }
 
-    /// The shared device.
+    /// The device that everything made from this context shares.
     pub fn device(&self) -> &Arc<Device> {
         &self.device
     }
 
-    /// Most pixels that an image of this device may have a side.
+    /// Largest width or height that an image may have on this device, in pixels.
     pub fn largest_side(&self) -> u32 {
         self.device.limits.max_image_dimension2_d
     }
 
-    /// Nearest filtering; outside the image 1.
+    /// Sampler with nearest filtering that returns 1 outside the image.
     pub fn nearest(&self) -> vk::Sampler {
         self.nearest
     }
 
-    /// Nearest filtering; outside the image its border goes on.
+    /// Sampler with nearest filtering that repeats the border texels outside the image.
     pub(crate) fn nearest_clamped(&self) -> vk::Sampler {
         self.nearest_clamped
     }
 
-    /// The compute pipeline of a shader that binds `B`, with the given specialization constants, made once.
+    /// Returns the compute pipeline of a shader with the given specialization constants, which binds the resources `B`
+    /// and has the push constants `P`. It is made at the first call.
     ///
     /// # Errors
     /// Errors are those of [`ComputePipeline::new`].
@@ -197,7 +199,8 @@ impl Context {
         Ok(pipeline)
     }
 
-    /// The raster pipeline of a state, made once; its stages bind `B`, and all see the push constants `P`.
+    /// Returns the raster pipeline of a state, whose stages bind the resources `B` and have the push constants `P`. It
+    /// is made at the first call.
     ///
     /// # Errors
     /// Errors are those of [`RasterPipeline::new`].
@@ -216,13 +219,13 @@ impl Context {
         Ok(pipeline)
     }
 
-    /// Shaders of the compute pipelines that were made so far.
+    /// Names of the shaders whose compute pipelines have been made so far.
     pub fn shaders(&self) -> BTreeSet<String> {
         let pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         pipelines.keys().map(|key| key.0.clone()).collect()
     }
 
-    /// What the caller's device was made with.
+    /// Optional features that the caller's device was made with.
     pub fn features(&self) -> DeviceFeatures {
         self.device.features
     }
@@ -238,7 +241,7 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: the owner vouches that the GPU is done with it.
+        // SAFETY: the owner guarantees that the GPU is done with it.
         unsafe {
             self.device.raw.destroy_sampler(self.nearest, None);
             self.device.raw.destroy_sampler(self.nearest_clamped, None);

@@ -32,7 +32,7 @@ pub enum Error {
         technique: String,
         /// Name of the input.
         input: &'static str,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
     /// A parameter has a wrong name or value; the message lists what is allowed.
@@ -43,7 +43,7 @@ pub enum Error {
     Shader {
         /// Path under `glsl/`.
         shader: String,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: String,
     },
     /// A file could not be read or written.

@@ -1,4 +1,5 @@
-//! One frame's recording: labels, barriers, timestamps, bindings, dispatches. Nothing else records.
+//! Recording of one frame: labels, barriers, timestamps, bindings, dispatches and draws. No other module records
+//! commands.
 
 mod bind;
 mod copy;
@@ -19,12 +20,12 @@ use ash::vk::{self, Handle};
 use std::borrow::Cow;
 use std::ffi::CString;
 
-/// How many workgroups run.
+/// Number of workgroups that run.
 #[derive(Clone, Copy)]
 pub enum Threads<'a> {
-    /// At least this many threads in x, y and z, rounded up to whole workgroups.
+    /// Number of threads in x, y and z, rounded up to whole workgroups.
     Count([u32; 3]),
-    /// As many workgroups as a `VkDispatchIndirectCommand` at this offset of a buffer says.
+    /// Buffer and byte offset of a `VkDispatchIndirectCommand` that holds the number of workgroups.
     Indirect(&'a Buffer, u64),
 }
 
@@ -32,20 +33,20 @@ pub enum Threads<'a> {
 pub struct Pass<'a> {
     /// Name for labels and timings; unique among the passes that a technique records into a frame.
     pub name: &'a str,
-    /// What runs.
+    /// Pipeline that runs.
     pub pipeline: &'a ComputePipeline,
-    /// Resources of the pass, in the type that the pipeline was made with.
+    /// Resources of the pass, in a value of the type that the pipeline was made with.
     pub bind: &'a dyn Bindings,
     /// Push constants; see [`crate::gpu::ShaderStruct`].
     pub push: &'a [u8],
-    /// How much runs.
+    /// Number of threads or workgroups that run.
     pub threads: Threads<'a>,
 }
 
-/// Records into the caller's command buffer, from [`Frame::begin`] to [`Frame::finish`] or [`Frame::end`].
+/// Recording into the caller's command buffer, from [`Frame::begin`] to [`Frame::finish`] or [`Frame::end`].
 ///
-/// Dropped before either, as by a `?` between them, it makes the techniques forget what they recorded with it, so that the
-/// command buffer may be thrown away or submitted.
+/// A frame may be dropped before either, for example by a `?`. The techniques then forget what they recorded in it, so
+/// the command buffer may be discarded or submitted.
 pub struct Frame<'a> {
     context: &'a Context,
     cmd: vk::CommandBuffer,
@@ -53,26 +54,28 @@ pub struct Frame<'a> {
     timings: Option<&'a mut Timings>,
     hazards: Hazards,
     groups: u32,
-    /// States that this frame has changed, in case its commands never run.
+    /// States that this frame has changed. They are reset if the frame is dropped before it is finished.
     changed: Vec<Recorded>,
     closed: bool,
-    /// Passes until one fails, for tests of what an error half-way leaves.
+    /// Number of passes until one fails, for tests of errors in the middle of a recording.
     #[cfg(test)]
     pub(crate) passes_left: Option<u32>,
-    /// Ends the names of passes; see [`Frame::mark_passes`].
+    /// Suffix for the names of passes; see [`Frame::mark_passes`].
     mark: &'static str,
-    /// The stages in which this frame and those before it touch memory, as far as this frame has waited for them.
+    /// Stages in which this frame and earlier frames access memory. This frame has already waited for the earlier
+    /// accesses in these stages.
     stages: vk::PipelineStageFlags2,
-    /// Called before each pass, with its name, and after it.
+    /// Function to call before each pass, with the name of the pass, and after it.
     #[cfg(feature = "app")]
     cut: Option<Cut<'a>>,
 }
 
-/// Takes away the command buffer recorded so far and returns one to go on with, which is recording for the same queue.
+/// Function that takes the command buffer recorded so far and returns another one for the rest of the frame. The new
+/// command buffer is recording for the same queue.
 #[cfg(feature = "app")]
 pub(crate) type Cut<'a> = &'a mut dyn FnMut(Option<&str>) -> vk::CommandBuffer;
 
-/// Every stage in which the library itself touches memory, those of raster passes apart.
+/// Every stage in which the library accesses memory, except the stages of raster passes.
 const OWN_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
     vk::PipelineStageFlags2::COMPUTE_SHADER.as_raw()
         | vk::PipelineStageFlags2::DRAW_INDIRECT.as_raw()
@@ -82,21 +85,22 @@ const MEMORY: vk::AccessFlags2 =
     vk::AccessFlags2::from_raw(vk::AccessFlags2::MEMORY_READ.as_raw() | vk::AccessFlags2::MEMORY_WRITE.as_raw());
 
 impl<'a> Frame<'a> {
-    /// Starts recording. `handoff` says how the caller reads the output, of this frame and of the one
-    /// before: the library's images are reused from frame to frame on the same queue, ordered by a
-    /// barrier here, so any number of frames may be in flight.
+    /// Starts recording. `handoff` states how the caller reads the output, both of this frame and of the one before.
+    /// The library reuses its images from frame to frame on the same queue. A barrier that is recorded here orders the
+    /// frames, so any number of them may be in flight.
     ///
     /// # Safety
     /// * `cmd` is recording, outside a render pass, for a queue with compute (and graphics, for techniques with raster
     ///   passes), and belongs to the context's device.
     /// * Command buffers recorded through one context are submitted to one queue, once each, in the order of their
-    ///   recording. Where one with a finished frame is thrown away instead,
-    ///   [`Technique::reset`](crate::technique::Technique::reset) is called on every technique recorded into it before the
-    ///   technique records again: layouts and kept results are tracked as recorded.
-    /// * Techniques, inputs and the casters' vertex buffers outlive the execution.
-    /// * Every [`ImageRef`] handed to a technique with this frame is true: the view is one of the image and of the stated
-    ///   format, the image has the stated extent, layers and samples, was made with `SAMPLED`, and is in the stated layout,
-    ///   visible to [`Inputs::STAGE`](crate::Inputs::STAGE), while the commands run.
+    ///   recording. If a command buffer with a finished frame is discarded instead, the caller calls
+    ///   [`Technique::reset`](crate::technique::Technique::reset) on every technique recorded into it before that
+    ///   technique records again, because layouts and kept results are tracked as recorded.
+    /// * Techniques, inputs and the casters' vertex buffers outlive the execution of the commands.
+    /// * Every [`ImageRef`] that a technique gets with this frame is true: the view belongs to the image and has the
+    ///   stated format; the image has the stated extent, layers and samples and was made with `SAMPLED`; and while the
+    ///   commands run, the image is in the stated layout and its contents are visible to
+    ///   [`Inputs::STAGE`](crate::Inputs::STAGE).
     pub unsafe fn begin(
         context: &'a Context,
         cmd: vk::CommandBuffer,
@@ -132,13 +136,13 @@ impl<'a> Frame<'a> {
         frame
     }
 
-    /// Notes what the commands recorded so far leave, and returns what was there before.
+    /// Sets a state to its value after the commands recorded so far, and returns the previous value.
     pub(crate) fn note(&mut self, state: &Recorded, value: i32) -> i32 {
         self.changed.push(state.clone());
         state.set(value)
     }
 
-    /// Marks the current place of the recording, for [`Frame::since`] and [`Frame::give_up`].
+    /// Returns the current place in the recording, for [`Frame::since`] and [`Frame::give_up`].
     pub(crate) fn mark(&self) -> Mark {
         Mark { changes: self.changed.len(), groups: self.groups }
     }
@@ -148,7 +152,7 @@ impl<'a> Frame<'a> {
         &self.changed[mark.changes..]
     }
 
-    /// Forgets what was recorded since, and closes the groups that it left open.
+    /// Resets the states changed since the mark, and closes the groups opened since then.
     pub(crate) fn give_up(&mut self, mark: &Mark) {
         self.since(mark).iter().for_each(Recorded::forget);
         while self.groups > mark.groups {
@@ -166,11 +170,12 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
-    /// Starts a recording that is cut into several command buffers, one a pass. Barriers and debug labels hold across
-    /// them: both are of the queue's order, not of a command buffer.
+    /// Starts a recording that is cut into several command buffers, one for each pass. Barriers and debug labels work
+    /// across them, because both follow the order of the queue, not of a command buffer.
     ///
     /// # Safety
-    /// That of [`Frame::begin`]; what `cut` takes away is submitted at once.
+    /// The contract is that of [`Frame::begin`]. In addition, each command buffer that `cut` takes is submitted at
+    /// once.
     #[cfg(feature = "app")]
     pub(crate) unsafe fn begin_cut(
         context: &'a Context,
@@ -178,13 +183,13 @@ impl<'a> Frame<'a> {
         timings: &'a mut Timings,
         cut: Cut<'a>,
     ) -> Self {
-        // SAFETY: vouched for by the caller.
+        // SAFETY: guaranteed by the caller.
         let mut frame = unsafe { Self::begin(context, cmd, Handoff::default(), Some(timings)) };
         frame.cut = Some(cut);
         frame
     }
 
-    /// The context this frame records for.
+    /// The context that this frame records for.
     pub fn context(&self) -> &'a Context {
         self.context
     }
@@ -203,7 +208,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Runs a compute pass, after the barrier that it needs, if it needs one.
+    /// Records a compute pass, and the barrier that it needs before it, if any.
     pub(crate) fn dispatch(&mut self, pass: &Pass<'_>) -> Result<()> {
         #[cfg(test)]
         self.fail_in_turn(pass.name)?;
@@ -221,8 +226,8 @@ impl<'a> Frame<'a> {
         self.hazard(&uses);
         let query = self.begin_pass(pass.name);
         let (raw, cmd) = (&self.context.device().raw, self.cmd);
-        // SAFETY: the command buffer records (contract of `begin`); bindings and push constants were
-        // checked against the shader above.
+        // SAFETY: the command buffer is recording (contract of `begin`); bindings and push constants were checked
+        // against the shader above.
         unsafe {
             raw.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::COMPUTE, pass.pipeline.handle);
             self.push_descriptors(vk::PipelineBindPoint::COMPUTE, interface, &bind);
@@ -243,7 +248,8 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
-    /// Writes bytes (a multiple of 4) into a buffer, in stream order: no CPU copy to keep.
+    /// Writes bytes (a multiple of 4) into a buffer, in the order of the commands. The bytes are copied into the
+    /// command buffer, so the caller need not keep them.
     pub(crate) fn update(&mut self, buffer: &Buffer, bytes: &[u8]) {
         self.hazard(&[(buffer.handle().as_raw(), TRANSFER_USE)]);
         for (i, part) in bytes.chunks(UPDATE).enumerate() {
@@ -253,12 +259,12 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Notes how many tiles the pass recorded last worked on: a `u32` at `offset` of `counter`.
+    /// Reports the number of tiles that the last recorded pass worked on: a `u32` at `offset` of `counter`.
     pub(crate) fn count_tiles(&mut self, tiles_total: u32, counter: &Buffer, offset: u64) {
         self.count(Counted::Tiles(tiles_total), counter, offset);
     }
 
-    /// Notes something that the pass recorded last has counted: a `u32` at `offset` of `counter`.
+    /// Reports a number that the last recorded pass has counted: a `u32` at `offset` of `counter`.
     pub(crate) fn count(&mut self, counted: Counted, counter: &Buffer, offset: u64) {
         if self.timings.is_none() {
             return;
@@ -273,8 +279,8 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Ends recording and hands `output` over as the caller asked at [`Frame::begin`]: the result is the image
-    /// in the layout that it is left in. Image and view stay the same for as long as the technique lives.
+    /// Ends the recording and hands `output` over as the caller asked at [`Frame::begin`]. The result names the image,
+    /// its view and its layout after the hand-over. Image and view stay the same as long as the technique lives.
     pub fn finish(mut self, output: &Image) -> ImageRef {
         self.close();
         let barrier = self
@@ -287,7 +293,7 @@ impl<'a> Frame<'a> {
         ImageRef { layout: self.handoff.layout, ..output.as_ref() }
     }
 
-    /// Ends a recording that hands nothing over.
+    /// Ends the recording without handing over an image.
     pub fn end(mut self) {
         self.close();
     }
@@ -323,17 +329,18 @@ impl<'a> Frame<'a> {
 
     fn image_barriers(&self, barriers: &[vk::ImageMemoryBarrier2<'_>]) {
         let info = vk::DependencyInfo::default().image_memory_barriers(barriers);
-        // SAFETY: `begin`'s contract; the old layouts are those that the last barrier left.
+        // SAFETY: `begin`'s contract; the old layouts are those that the last barriers left.
         unsafe { self.context.device().raw.cmd_pipeline_barrier2(self.cmd, &info) };
     }
 
-    /// Brings images of ours into `GENERAL` where they are not: at first use and after a hand-over.
+    /// Brings images of the library into `GENERAL` if they are in another layout, as at first use and after a
+    /// hand-over.
     fn transition<'i>(&mut self, images: impl Iterator<Item = &'i Image>, stage: vk::PipelineStageFlags2) {
         self.transition_to(vk::ImageLayout::GENERAL, images, stage);
     }
 
-    /// Brings an image of ours into a layout for transfers. After the copy [`Self::transition`] brings it back, since
-    /// every other command finds the library's images in `GENERAL`.
+    /// Brings an image of the library into a layout for transfers. After the copy, [`Self::transition`] brings it back,
+    /// because all other commands expect the library's images in `GENERAL`.
     fn transition_for_copy(&mut self, image: &Image, layout: vk::ImageLayout) {
         self.transition_to(layout, [image].into_iter(), TRANSFER_USE.stage);
     }
@@ -379,8 +386,8 @@ impl<'a> Frame<'a> {
         unsafe { self.context.device().raw.cmd_pipeline_barrier2(self.cmd, &info) };
     }
 
-    /// Appends `mark` to the names of all passes from here to the next call: a technique that records the same passes
-    /// twice in a frame tells them apart by it.
+    /// Appends `mark` to the names of all passes from here to the next call. It distinguishes passes that a technique
+    /// records twice in a frame.
     pub(crate) fn mark_passes(&mut self, mark: &'static str) {
         self.mark = mark;
     }
@@ -404,7 +411,8 @@ impl<'a> Frame<'a> {
         self.cut(None);
     }
 
-    /// Passes begin and end here, for a frame that is cut into passes.
+    /// Switches to the next command buffer if the frame is cut into passes. Called at the beginning and end of each
+    /// pass.
     #[inline]
     fn cut(&mut self, _next: Option<&str>) {
         #[cfg(feature = "app")]
@@ -443,7 +451,7 @@ pub(crate) struct Mark {
     groups: u32,
 }
 
-/// What makes copies visible to the CPU once a fence has signalled.
+/// Barrier that makes copies visible to the CPU once a fence has signalled.
 const TO_HOST: Barrier = Barrier {
     src_stage: vk::PipelineStageFlags2::ALL_TRANSFER,
     src_access: vk::AccessFlags2::TRANSFER_WRITE,
@@ -451,7 +459,7 @@ const TO_HOST: Barrier = Barrier {
     dst_access: vk::AccessFlags2::HOST_READ,
 };
 
-/// Bytes that one command may update.
+/// Largest number of bytes that one update command may write.
 const UPDATE: usize = 65536;
 
 const INDIRECT_USE: Use = Use {

@@ -1,4 +1,4 @@
-//! Where on the light a sample lies.
+//! Stratified sample points on the light.
 
 /// A bijective scramble of 64 bits (the finaliser of SplitMix64).
 pub(crate) fn mix(mut x: u64) -> u64 {
@@ -8,7 +8,7 @@ pub(crate) fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Points of the unit square: one in each cell of a grid, jittered by a hash of pixel and seed.
+/// Points of the unit square: one in each stratum of a grid, jittered by a hash of pixel and seed.
 #[derive(Clone, Copy)]
 pub struct Stratified {
     grid: u32,
@@ -16,7 +16,7 @@ pub struct Stratified {
 }
 
 impl Stratified {
-    /// `grid * grid` cells.
+    /// Makes the points of `grid * grid` strata.
     pub fn new(grid: u32, pixel: u64, seed: u64) -> Self {
         Self { grid, base: mix(mix(seed).wrapping_add(pixel)) }
     }
@@ -25,8 +25,8 @@ impl Stratified {
     pub fn point(&self, i: u32) -> [f64; 2] {
         let h = mix(self.base.wrapping_add(u64::from(i)));
         let unit = |bits: u32| f64::from(bits) * (-32f64).exp2();
-        let cell = |c: u32, bits: u32| (f64::from(c) + unit(bits)) / f64::from(self.grid);
-        [cell(i % self.grid, h as u32), cell(i / self.grid, (h >> 32) as u32)]
+        let place = |c: u32, bits: u32| (f64::from(c) + unit(bits)) / f64::from(self.grid);
+        [place(i % self.grid, h as u32), place(i / self.grid, (h >> 32) as u32)]
     }
 }
 

@@ -1,4 +1,4 @@
-//! The SPIR-V modules that `build.rs` embeds, by their path under `glsl/`.
+//! The SPIR-V modules that `build.rs` embeds, found by the paths of their sources under `glsl/`.
 
 use crate::{Error, Result};
 
@@ -14,10 +14,10 @@ pub struct Shader {
 }
 
 impl Shader {
-    /// The module as words in the machine's byte order, as `vkCreateShaderModule` wants it.
+    /// The module as words in the machine's byte order, as `vkCreateShaderModule` expects it.
     ///
     /// # Errors
-    /// [`Error::Shader`] when the bytes are no SPIR-V.
+    /// [`Error::Shader`] if the bytes are not SPIR-V.
     pub fn code(&self) -> Result<Vec<u32>> {
         ash::util::read_spv(&mut std::io::Cursor::new(self.spirv))
             .map_err(|e| Error::Shader { shader: self.name.into(), problem: format!("not SPIR-V: {e}") })
@@ -29,7 +29,7 @@ pub fn all() -> &'static [Shader] {
     TABLE
 }
 
-/// Those of the crate's own tests.
+/// Shaders of the crate's own tests.
 #[cfg(test)]
 const TESTS: &[Shader] = &[
     Shader { name: "test/quads.frag", spirv: include_bytes!("../spv/test/quads.frag.spv") },

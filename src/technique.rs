@@ -1,9 +1,9 @@
-//! The registry: the only list of techniques, with each one's parameter table and constructor.
+//! The registry: the only list of techniques, with the parameter table and the constructor of each.
 //!
-//! Techniques and their passes live in rooms, which `glsl/`, `src/reference` and `tests/gpu` have too. A room uses what is in
-//! the rooms before it: [`common`]; then [`filtering`], [`revectorization`], [`distance_transform`] and [`caster_edges`],
-//! which do not know each other; then [`penumbra`] and [`soft`], which use all of these but [`caster_edges`].
-//! `tests/rooms.rs` checks it.
+//! Techniques and their passes live in rooms, and `glsl/`, `src/reference` and `tests/gpu` have the same rooms.
+//! [`common`] uses no other room. [`filtering`], [`revectorization`], [`distance_transform`] and [`caster_edges`] use
+//! only [`common`]. [`penumbra`] and [`soft`] use all of these except [`caster_edges`]. `tests/rooms.rs` checks these
+//! rules.
 
 pub mod caster_edges;
 pub mod common;
@@ -24,25 +24,25 @@ use ash::vk;
 use common::view::ViewBuffer;
 use std::sync::Arc;
 
-/// What a technique is to be prepared for.
+/// Description of the images, parameters and casters that a technique is prepared for.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// Size of the camera image, pixels.
+    /// Size of the camera image, in pixels.
     pub extent: [u32; 2],
-    /// Size of the shadow map, texels; up to 16384 a side.
+    /// Size of the shadow map, in texels; at most 16384 per side.
     pub map_size: [u32; 2],
     /// Format of the visibility image.
     pub output: OutputFormat,
-    /// Parameters; [`Technique`]s get them checked.
+    /// Parameters of the technique.
     pub params: Params,
-    /// Also make the images of [`Technique::intermediates`], where these cost a pass and memory of their own.
+    /// True to make those images of [`Technique::intermediates`] too that cost an extra pass and memory.
     pub intermediates: bool,
-    /// Triangle meshes that cast, for the techniques that know them; the others take no notice.
+    /// Triangle meshes that cast shadows, for the techniques that use them. Other techniques ignore them.
     pub casters: Option<Arc<Casters>>,
 }
 
 impl Setup {
-    /// The casters that a technique needs.
+    /// Returns the casters, or an error if there are none.
     pub(crate) fn casters(&self, technique: &str) -> Result<&Arc<Casters>> {
         self.casters.as_ref().ok_or_else(|| {
             let problem =
@@ -75,23 +75,23 @@ impl OutputFormat {
     }
 }
 
-/// A prepared technique: it has its images and pipelines and records without allocating.
+/// A prepared technique. It owns its images and pipelines, and it records without allocating GPU memory.
 ///
-/// It may be dropped or prepared anew once the GPU is done with the frames recorded with it.
+/// It may be dropped once the GPU is done with the frames recorded with it.
 pub trait Technique {
-    /// Records all passes and returns the visibility image as later commands of the same frame find it,
-    /// in `GENERAL`. [`Frame::finish`] hands [`Technique::output`] over to the caller.
+    /// Records all passes and returns the visibility image, which is in `GENERAL` for later commands of the same frame.
+    /// [`Frame::finish`] hands [`Technique::output`] over to the caller.
     ///
     /// # Errors
     /// [`Error::Input`] names the input that is missing, contradicts itself or does not fit, and the remedy. After any
-    /// error the technique forgets what it had recorded in this call: the command buffer may be submitted or thrown away,
-    /// and the next call starts anew.
+    /// error the technique forgets what it recorded in this call. The command buffer may then be submitted or
+    /// discarded, and the next call starts anew.
     fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef>;
 
     /// The visibility image.
     fn output(&self) -> &Image;
 
-    /// Named images made on the way, for viewing; some only where [`Setup::intermediates`] asked for them.
+    /// Intermediate images for viewing, with their names. Some exist only if [`Setup::intermediates`] asked for them.
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
         vec![]
     }
@@ -99,34 +99,35 @@ pub trait Technique {
     /// Bytes of device memory that the technique holds.
     fn memory_bytes(&self) -> u64;
 
-    /// Forgets everything recorded so far: layouts, and what is kept while the light stands still. Call it where a command
-    /// buffer with a finished frame of this technique is thrown away; the next frame costs as much as the first.
+    /// Forgets everything recorded so far: layouts, and results that are kept while the light stands still. Call it if
+    /// a command buffer with a finished frame of this technique is discarded. The next frame then costs as much as the
+    /// first.
     ///
-    /// What [`prepare`] hands out does it for all techniques alike; by itself a technique does nothing.
+    /// Techniques from [`prepare`] implement it; the default does nothing.
     fn reset(&mut self) {}
 }
 
-/// The passes of one technique; [`prepare`] adds what all techniques have in common.
+/// The passes of one technique. [`prepare`] adds the parts that all techniques have in common.
 pub trait Passes {
-    /// Records all passes, which write every pixel of `visibility`. The inputs are checked, `view` holds their
-    /// [constants](common::view::ViewConstants).
+    /// Records all passes, which write every pixel of `visibility`. The inputs have been checked, and `view` holds
+    /// their [constants](common::view::ViewConstants).
     ///
     /// # Errors
     /// Errors are those of [`Technique::record`].
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()>;
 
-    /// Returns what [`Technique::intermediates`] does.
+    /// Returns the images for [`Technique::intermediates`].
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {
         vec![]
     }
 
-    /// Bytes of device memory, without the visibility's.
+    /// Bytes of device memory, without the visibility image.
     fn memory_bytes(&self) -> u64 {
         0
     }
 }
 
-/// The technique that [`prepare`] hands out: its passes, and what its recordings leave behind.
+/// The technique that [`prepare`] returns: its passes, and the states that its recordings have changed.
 struct Prepared {
     info: &'static Info,
     passes: Box<dyn Passes>,
@@ -182,12 +183,12 @@ impl Technique for Prepared {
 /// Makes the passes of a technique, for [`prepare`].
 pub type Prepare = fn(&Context, &Setup) -> Result<Box<dyn Passes>>;
 
-/// How a technique comes to its result.
+/// Way in which a technique produces its result.
 #[derive(Clone, Copy)]
 pub enum Kind {
-    /// Recorded into a frame.
+    /// Technique whose passes are recorded into a frame.
     RealTime(Prepare),
-    /// Truth or near-truth, made by the command-line tool from the scene itself, not from a shadow map.
+    /// Ground truth, or nearly so. The command-line tool computes it from the scene; it is not recorded into a frame.
     Reference,
 }
 
@@ -197,26 +198,30 @@ pub struct Info {
     pub id: &'static str,
     /// The technique's full name.
     pub title: &'static str,
-    /// Where it was published.
+    /// Publication that describes it.
     pub paper: &'static str,
-    /// One sentence: what a user gets.
+    /// One sentence that tells the user what the technique does.
     pub summary: &'static str,
-    /// The parameter table: CLI, viewer and documentation come from it.
+    /// The parameter table, which the command line, the viewer and the documentation use.
     pub params: &'static [Param],
-    /// What it needs of device and inputs beyond the baseline, [`crate::requirements`].
+    /// Settings of the form that the paper describes, with `preset=published`, where it departs from the defaults. The
+    /// biases are tuned for that form. Empty if the defaults are that form, or if no paper describes the technique.
+    pub published: &'static [(&'static str, &'static str)],
+    /// Requirements on device and inputs beyond the baseline, [`crate::requirements`].
     pub needs: &'static [Need],
-    /// How it is made.
+    /// Real-time technique with its constructor, or reference.
     pub kind: Kind,
 }
 
-/// The width of penumbrae that do not depend on the light's size; 0 is [`penumbra::fixed_width::default_penumbra`].
+/// The width of penumbrae that do not depend on the light's size; 0 selects
+/// [`penumbra::fixed_width::default_penumbra`].
 const PENUMBRA: Param = Param::float(
     "penumbra",
     0.0,
     1e9,
     0.0,
     "world units",
-    "full width of the penumbra; 0 = 15 texels of a map of 1024, half-way through the light's depth range",
+    "full width of the penumbra; 0 = width of 15 texels of a 1024 x 1024 map, in the middle of the light's depth range",
 );
 
 /// Every technique.
@@ -226,6 +231,7 @@ pub const ALL: &[Info] = &[
     revectorization::rbsm::INFO,
     revectorization::rbsm_filtered::INFO,
     revectorization::rbsm_branches::INFO,
+    revectorization::rbsm_listings::INFO,
     revectorization::rbsm_star::INFO,
     revectorization::rbsm_profile::INFO,
     revectorization::rpcf::INFO,
@@ -247,8 +253,9 @@ pub const ALL: &[Info] = &[
         id: "area-samples",
         title: "Averaged shadow maps over an area light",
         paper: "the ground truth of Macedo et al. 2017-2019",
-        summary: "Averages the hard shadows of many points on the light, a shadow map each; carries their aliasing and bias.",
+        summary: "Averages the hard shadows of many points on the light, with one shadow map each; keeps their aliasing and bias.",
         params: &[Param::int("samples", 1, 16384, 256, "shadow maps", "points on the area light")],
+        published: &[("samples", "1024")],
         needs: &[],
         kind: Kind::Reference,
     },
@@ -259,8 +266,9 @@ pub const ALL: &[Info] = &[
         summary: "The truth for fixed-size penumbrae: distances in the world to the exact boundary of the hard shadow.",
         params: &[
             PENUMBRA,
-            Param::int("subsamples", 1, 16, 4, "samples", "samples along a pixel's side that the boundary is found by"),
+            Param::int("subsamples", 1, 16, 4, "samples", "samples per side of a pixel for finding the boundary"),
         ],
+        published: &[],
         needs: &[],
         kind: Kind::Reference,
     },
@@ -275,14 +283,15 @@ pub const ALL: &[Info] = &[
             65536,
             1024,
             "rays",
-            "rays a pixel over the area light; 1 = the light's centre",
+            "rays per pixel over the area light; 1 = the light's centre only",
         )],
+        published: &[],
         needs: &[],
         kind: Kind::Reference,
     },
 ];
 
-/// The entry of an id; the error lists all ids.
+/// Finds the entry with an id. The error lists all ids.
 pub fn find(id: &str) -> Result<&'static Info> {
     ALL.iter().find(|t| t.id == id).ok_or_else(|| {
         let ids: Vec<_> = ALL.iter().map(|t| t.id).collect();
@@ -290,7 +299,7 @@ pub fn find(id: &str) -> Result<&'static Info> {
     })
 }
 
-/// Prepares a real-time technique by id.
+/// Prepares the real-time technique with this id.
 pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Technique>> {
     let info = find(id)?;
     let Kind::RealTime(prepare) = info.kind else {
@@ -298,17 +307,20 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
         return Err(Error::Parameter(problem));
     };
     if !setup.params.are_for(info) {
-        let problem = format!("the parameters are another technique's: make them with Params::new or parse for {id}");
+        let problem =
+            format!("the parameters belong to another technique: make them for {id} with Params::new or Params::parse");
         return Err(Error::Parameter(problem));
     }
     if let Some(need) = info.needs.iter().find(|n| !n.is_met(context.features())) {
-        return Err(Error::NoDevice(format!("{id} needs {}; this device was made without", need.text())));
+        return Err(Error::NoDevice(format!("{id} needs {}, which this device was made without", need.text())));
     }
     let largest = context.device().limits.max_image_dimension2_d.min(16384);
     for (what, size) in [("image", setup.extent), ("shadow map", setup.map_size)] {
         if size.contains(&0) || size.iter().any(|&n| n > largest) {
             let [w, h] = size;
-            return Err(Error::Parameter(format!("a {w}x{h} {what} is not possible: 1 to {largest} a side")));
+            return Err(Error::Parameter(format!(
+                "a {w}x{h} {what} is not possible: it must have 1 to {largest} per side"
+            )));
         }
     }
     Ok(Box::new(Prepared {
@@ -325,7 +337,7 @@ fn visibility_image(device: &Arc<Device>, name: &str, setup: &Setup) -> Result<I
     Image::new(device, &ImageDesc::storage(name, setup.output.format(), setup.extent))
 }
 
-/// What pixels are classified as, for viewing, where they are classified at all.
+/// Image of the pixels' classes, for viewing. `None` if nobody asked for it or the technique does not classify pixels.
 fn classes_view(context: &Context, setup: &Setup, classified: bool) -> Result<Option<Image>> {
     if !setup.intermediates || !classified {
         return Ok(None);

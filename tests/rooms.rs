@@ -292,6 +292,70 @@ fn modules_form_no_circle() {
     assert!(PICTURES[0].keys().eq(modules.keys()), "docs/architecture.md, modules: {:?}", PICTURES[0].keys());
 }
 
+/// Functions that a shader's text declares without a body. Text within parentheses may span lines; comments do not count.
+fn declared(text: &str) -> Vec<String> {
+    let code: String = text.lines().map(|l| l.split("//").next().unwrap_or_default().to_owned() + "\n").collect();
+    let is_type = |word: &str| word.starts_with(|c: char| c.is_alphabetic()) && word != "return" && word != "else";
+    let mut found = vec![];
+    // At the top level only: whatever stands in braces is a body, a structure or a block.
+    let mut depth = 0;
+    let mut statement = String::new();
+    for c in code.chars() {
+        match c {
+            '{' => depth += 1,
+            '}' => {
+                depth -= 1;
+                statement.clear();
+            }
+            ';' if depth == 0 => {
+                let last_line = statement.trim().lines().filter(|l| !l.starts_with('#')).collect::<Vec<_>>().join(" ");
+                if let Some((head, _)) = last_line.split_once('(')
+                    && let [kind, name] = head.split_whitespace().collect::<Vec<_>>()[..]
+                    && is_type(kind)
+                    && name.chars().all(|c| c.is_alphanumeric() || c == '_')
+                {
+                    found.push(name.to_owned());
+                }
+                statement.clear();
+            }
+            c if depth == 0 => statement.push(c),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Levels of includes below a shader: 0 for a file that includes nothing.
+fn levels(tree: &tree::Tree, file: &str) -> usize {
+    let text = tree.read(file).unwrap();
+    let names = text.lines().filter_map(|l| l.trim().strip_prefix("#include \"")?.split('"').next());
+    names.map(|name| 1 + levels(tree, &tree.resolve(file, name).unwrap())).max().unwrap_or(0)
+}
+
+#[test]
+fn a_shader_holds_its_main_and_reads_from_top_to_bottom() {
+    let tree = tree::Tree::new(root().join("glsl"));
+    let shaders = tree.shaders().unwrap();
+    assert!(shaders.len() > 50, "{}", shaders.len());
+    for shader in &shaders {
+        assert!(tree.read(shader).unwrap().contains("\nvoid main() {"), "glsl/{shader} does not contain its main");
+        assert!(levels(&tree, shader) <= 2, "glsl/{shader} has {} levels of includes", levels(&tree, shader));
+    }
+    for (file, text) in files("glsl", &["glsl", "comp", "vert", "frag", "geom"]) {
+        assert!(shaders.contains(&file) || !text.contains("void main"), "glsl/{file} is included and has a main");
+        let public = ["lib/rbsm.glsl", "lib/rbsm_listings.glsl"].contains(&file.as_str());
+        let mut declared = declared(&text);
+        declared.retain(|name| !(public && ["shadowTest", "shadowTest2x2"].contains(&name.as_str())));
+        assert_eq!(declared, [""; 0], "glsl/{file} leaves functions to the file that includes it");
+    }
+    // The check can fail.
+    let text = "#version 460\n// float f(int a);\nlayout(local_size_x = 8) in;\nfloat a(int b) { return f(b); }\n\
+                struct S { int a; };\nconst vec2 k = vec2(0.0);\nfloat shadowTest(\n  vec2 p);\n";
+    assert_eq!(declared(text), ["shadowTest"]);
+    assert_eq!(levels(&tree, "lib/octahedral.glsl"), 0);
+    assert_eq!(levels(&tree, "filtering/sm.comp"), 2);
+}
+
 /// The checks themselves can fail.
 #[test]
 fn wrong_arrows_and_circles_are_found() {

@@ -1,4 +1,4 @@
-//! A small engine that embeds Edgeshade; `Engine::draw` shows all that it takes.
+//! A small engine that embeds Edgeshade; `Engine::draw` shows everything that is needed.
 //!
 //! The engine owns the instance, the device, the queue, the command buffers, the depth buffer, the shadow map and all
 //! synchronization between its passes. Edgeshade owns the visibility image and everything needed to make it. It
@@ -74,7 +74,7 @@ struct Slot {
     fence: vk::Fence,
     /// A picture for each view, and the buffer for reading it back.
     views: Vec<(Texture, (vk::Buffer, *const u8))>,
-    /// Moments that the pictures being read back show.
+    /// Moments of the animation that the pictures being read back show.
     pending: Vec<Moment>,
 }
 
@@ -279,8 +279,8 @@ impl Engine {
         Ok(())
     }
 
-    /// Draws the engine's shadow map if the light has moved. The barrier before it waits for Edgeshade's reads of the
-    /// last frame. The barrier after it makes the map ready for Edgeshade's reads.
+    /// Draws the engine's shadow map if the light has moved. The barrier before the pass waits for Edgeshade's reads in
+    /// the last frame. The barrier after the pass makes the map ready for Edgeshade's reads.
     fn draw_shadow_map(&mut self, cmd: vk::CommandBuffer, now: &Moment) {
         if self.map_version.replace(now.light_version) == Some(now.light_version) {
             return;

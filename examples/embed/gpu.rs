@@ -1,4 +1,4 @@
-//! The engine's own Vulkan code: instance, device, images, pipelines. Edgeshade knows nothing of this file.
+//! The engine's own Vulkan code: instance, device, images, pipelines. Edgeshade does not depend on this file.
 //!
 //! One argument covers the unsafe blocks of this file and of `engine.rs` that have no comment of their own: they call
 //! Vulkan with handles that this engine made from one device, and `Gpu` destroys these after the device is idle.
@@ -28,7 +28,7 @@ pub struct Gpu {
     pub device: ash::Device,
     pub queue: vk::Queue,
     pub family: u32,
-    /// Features that the device was made with for Edgeshade's techniques.
+    /// Optional features for Edgeshade's techniques that the device was made with.
     pub features: DeviceFeatures,
     pub debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT, *const Mutex<Vec<String>>)>,

@@ -1,4 +1,4 @@
-//! Embedding of Edgeshade in an engine that knows nothing of it; see `engine.rs`.
+//! Embedding of Edgeshade in an engine that was written without it; see `engine.rs`.
 //!
 //! `cargo run --no-default-features --example embed -- [sm|pcf] [standard-depth] [normals] [d16] [throw-away]
 //! [validate]` draws and checks some frames. With `--mistakes` it makes every mistake that Edgeshade must reject, and

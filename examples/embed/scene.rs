@@ -21,7 +21,7 @@ pub struct Moment {
     pub light_version: u64,
 }
 
-/// Moment that one view of a frame shows. The cameras move every frame, the light every third frame.
+/// Returns the moment that one view of a frame shows. The cameras move every frame, the light every third frame.
 pub fn moment(frame: u32, view: usize, extent: [u32; 2], depth: DepthRange) -> Moment {
     let aspect = f64::from(extent[0]) / f64::from(extent[1]);
     let turn = 0.3 + 0.13 * f64::from(frame) + 2.5 * view as f64;
@@ -60,8 +60,8 @@ fn box_span(from: DVec3, along: DVec3, margin: f64) -> Option<(f64, f64)> {
 }
 
 impl Moment {
-    /// Expected result at the centre of a pixel, with the surface that it sees: 0 sky, 1 ground, 2 to 7 the box's
-    /// faces.
+    /// Returns the expected result at the centre of a pixel, and the surface that the pixel sees: 0 is the sky, 1 the
+    /// ground, and 2 to 7 are the box's faces.
     fn seen(&self, pixel: [u32; 2], extent: [u32; 2]) -> (u8, Seen) {
         let [x, y] = [0, 1].map(|i| (2.0 * f64::from(pixel[i]) + 1.0) / f64::from(extent[i]) - 1.0);
         let t = (0.5 * FOV_Y).tan();

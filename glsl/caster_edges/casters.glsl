@@ -40,6 +40,22 @@ const uint SILHOUETTE_WEIGHT = 0xFFFFu; // number of sides of a shadow volume th
 const uint SILHOUETTE_BOUNDARY = 1u << 16; // the edge has a single face
 const uint SILHOUETTE_OUTLINE = 1u << 17;  // the surface does not continue beyond the edge
 
+// Header of the list of silhouette edges.
+struct SilhouetteHeader {
+  uint groups[3];   // dispatch arguments for 64 edges per workgroup
+  uint count;
+  uint max_weight;
+  uint volumes[4];  // draw arguments for quads of shadow volumes: 6 vertices per edge, one instance per copy
+  uint quads[4];    // draw arguments for one quad per edge
+  uint walks[3];    // dispatch arguments for 4 edges per workgroup
+};
+
+// An instance as the camera sees it, for shadow volumes; filled by src/technique/caster_edges/volumes.rs.
+struct VolumeCamera {
+  mat4 clip_from_object; // composed in f64, like the one of the G-buffer
+  uint shells;           // 1: only triangles that face the light count, each edge once
+};
+
 // Workgroups are numbered along x, then y.
 const uint MAX_GROUPS_X = 65535;
 uint chunkIndex(uvec3 group) { return group.x + MAX_GROUPS_X * group.y; }

@@ -5,7 +5,6 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "casters.glsl"
 #include "edge_map.glsl"
-#include "silhouettes.glsl"
 
 layout(local_size_x = 64) in;
 

@@ -1,15 +1,15 @@
 // Map of edge ids. Its cells are the squares between four texel centres; cell (i, j) is centred at (i, j), in texels.
 // The edges of a point's cell are all the edges that the point can meet on its way to the cell's corners. Each cell
-// keeps the edges that enter it. The K nearest to its centre have slots, ordered by 64-bit keys: the high word is the
-// squared distance, whose float bits order like integers, the low word the segment. An empty slot is greater than every
-// key.
+// keeps the edges that enter it. The K nearest to its centre have slots, ordered by 64-bit keys. The high word of a key
+// is the squared distance, whose float bits have the same order as integers. The low word is the segment. An empty slot
+// is greater than every key.
 #ifndef EDGESHADE_EDGE_MAP
 #define EDGESHADE_EDGE_MAP
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_EXT_shader_atomic_int64 : require
 #include "lib/edge_segment.glsl"
 #include "edge_cells.glsl"
-#include "lib/bias.glsl"
+#include "lib/shadow_test.glsl"
 
 layout(constant_id = 0) const int K = 2;       // slots per cell
 layout(constant_id = 1) const bool KILL = true; // leave out edges that lie behind everything around the cell

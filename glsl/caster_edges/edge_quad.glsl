@@ -1,6 +1,6 @@
 // A rectangle around an edge of the shadow map, without vertex buffers: the vertex index selects edge and corner, 6
 // vertices per edge.
-// Include after map_edge.glsl.
+// Include after drawn_edge.glsl.
 #ifndef EDGESHADE_EDGE_QUAD
 #define EDGESHADE_EDGE_QUAD
 

@@ -31,8 +31,8 @@ const uint EMPTY = 0xFFFFFFFFu;
 const float SNAPPED = 1.0 / 128.0;
 // The way in which a point was decided, for pictures.
 const float BY_ANCHORS = 0.0, BY_EVIDENCE = 1.0, BY_CONTACT = 2.0, BY_NEAREST = 3.0, BY_FACE = 4.0;
-// A face is extended beyond its triangle while it lies at most this many tolerances before the receiver. A face farther
-// before it has ended on the way.
+// A face is extended beyond its triangle while it lies at most this many tolerances in front of the receiver. A face
+// farther in front must have ended in between.
 const float FOLLOWED = 32.0;
 // Distance beyond an edge, texels, at which the map tells whether light arrives; more than half a texel's diagonal.
 const float BEYOND = 0.75;
@@ -42,8 +42,8 @@ struct EdgePoint {
   float depth;
   vec2 plane;      // change of the receiver plane's depth per texel
   float tolerance; // an edge this close to the receiver's depth may lie on the receiver
-  float bias;      // taken off the receiver's depth at an anchor
-  float slack;     // depth per texel of distance by which a curved receiver may lie before its plane
+  float bias;      // subtracted from the receiver's depth at an anchor
+  float slack;     // depth per texel of distance by which a curved receiver may lie in front of its plane
   float steepest;  // slope, in depth per texel, beyond which an occluder's surface is not followed
 };
 
@@ -105,19 +105,19 @@ struct Evidence {
   bvec4 open;          // anchors that the point can reach
   bvec4 likely;        // those, and anchors that only hidden edges separate from it
   bvec4 settled;       // anchors that no edge passes too closely
-  ivec4 layers;        // layers of casters before the receiver: at the point minus at each anchor, by the edges between
+  ivec4 layers;        // layers of casters in front of the receiver, at the point minus at each anchor, by the edges between
   vec4 first_crossing; // parameter of the first crossing on the walk to each anchor
   bvec4 from_inside;   // the point is on the occluder's side of that edge
-  bvec4 under_first;   // the extended face beside that edge lies before the point
-  float nearest;       // squared distance of the nearest edge before the receiver
+  bvec4 under_first;   // the extended face beside that edge lies in front of the point
+  float nearest;       // squared distance of the nearest edge in front of the receiver
   float nearest_line;  // signed distance from its line
-  bool under_nearest;  // the point is inside this edge, and its extended face lies before the point
-  bool covered;        // the triangle beside an edge lies before the point
+  bool under_nearest;  // the point is inside this edge, and its extended face lies in front of the point
+  bool covered;        // the triangle beside an edge lies in front of the point
   vec2 of_side;        // squared distances of the nearest edge with the point outside, and of the nearest with it inside
 };
 
-// Tests whether a shadow ends at an edge that the point is inside of: beyond the edge's nearest place the map sees the
-// receiver.
+// Tests whether a shadow ends at an edge that the point is inside of. It does if the map sees the receiver beyond the
+// edge's nearest place.
 bool litBeyond(EdgeSegment e, float foot, EdgePoint p, ivec2 map_size) {
   vec2 place = e.a + foot * (e.b - e.a), away = place - p.texels, d = e.b - e.a;
   float far = length(away);
@@ -129,8 +129,8 @@ bool litBeyond(EdgeSegment e, float foot, EdgePoint p, ivec2 map_size) {
 
 void consider(EdgeSegment e, EdgePoint p, Anchors a, ivec2 map_size, inout Evidence v) {
   float foot = segmentFoot(e, p.texels);
-  // Only an edge before the receiver can shadow it. An edge on the receiver is the receiver's own, or belongs to an
-  // object that stands on it: it separates anchors, but proves no shadow.
+  // Only an edge in front of the receiver can shadow it. An edge on the receiver is the receiver's own, or belongs to
+  // an object that stands on it. It separates anchors, but proves no shadow.
   bool casts = planeDepth(p, e.a + foot * (e.b - e.a)) - segmentDepth(e, foot) > p.tolerance;
   float line = lineDistance(e, p.texels), d2 = segmentDistance2(e, p.texels), face;
   bool in_face = faceCovers(e, p.texels, face);
@@ -158,8 +158,8 @@ void consider(EdgeSegment e, EdgePoint p, Anchors a, ivec2 map_size, inout Evide
     vec2 x = p.texels + s * (c - p.texels);
     float depth = segmentDepth(e, segmentFoot(e, x)), above = planeDepth(p, x) - depth;
     crossed = crossed && above >= -p.tolerance;
-    // An edge far behind the surface that the anchor sees is hidden there, so crossing it changes nothing. If it lies
-    // before the receiver, this is only likely.
+    // An edge far behind the surface that the anchor sees is hidden there, so crossing it changes nothing. If the edge
+    // lies in front of the receiver, this is only likely.
     bool hidden = !a.lit[k] && depth - a.stored[k] > p.steepest * distance(x, c) + p.tolerance;
     if (crossed && !(hidden && above <= p.tolerance)) v.open[k] = false;
     if (crossed && !hidden) v.likely[k] = false;
@@ -236,7 +236,7 @@ bool litByEdges(EdgePoint p, Anchors a, ivec2 map_size, out float border, out fl
   bvec4 surely = both(v.open, a.sure);
   bool some_lit = any(both(v.open, a.lit)), some_dark = any(both(v.open, not(a.lit)));
   bool inside = v.nearest_line > 0.0 || any(v.from_inside);
-  // A lit anchor sees a surface that nothing covers, so the point got these layers on the way.
+  // A lit anchor sees a surface that nothing covers, so these layers begin on the way to the point.
   bool layered = any(both(both(v.settled, both(a.sure, a.lit)), greaterThan(v.layers, ivec4(0))));
   int leading_under = countOf(v.under_first) + (v.under_nearest ? 1 : 0);
   bool lit;

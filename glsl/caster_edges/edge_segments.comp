@@ -3,7 +3,6 @@
 // map and at the light before the division, so that no point behind the light is ever divided.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
-#include "silhouettes.glsl"
 #include "lib/edge_segment.glsl"
 
 layout(local_size_x = 64) in;

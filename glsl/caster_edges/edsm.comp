@@ -6,7 +6,6 @@
 // occluder's texture has holes.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "edsm_border.glsl"
 

@@ -1,7 +1,7 @@
 #version 460
 // Writes the signed distance of an edge, and its priority as depth: the depth test keeps the smallest.
 #extension GL_GOOGLE_include_directive : require
-#include "map_edge.glsl"
+#include "drawn_edge.glsl"
 #include "edsm_distance.glsl"
 
 layout(constant_id = 0) const bool COSINE = false;

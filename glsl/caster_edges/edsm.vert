@@ -1,7 +1,7 @@
 #version 460
 // Draws a quad around each edge: Kenzel, "Edge Distance Shadow Mapping" (2013), section 3.2.2.
 #extension GL_GOOGLE_include_directive : require
-#include "map_edge.glsl"
+#include "drawn_edge.glsl"
 #include "edge_quad.glsl"
 
 layout(push_constant, scalar) uniform Push {

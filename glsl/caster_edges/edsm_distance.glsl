@@ -1,5 +1,5 @@
 // Value of an edge in the edge distance map: Kenzel, "Edge Distance Shadow Mapping" (2013), section 3.2.3.
-// Include after map_edge.glsl.
+// Include after drawn_edge.glsl.
 #ifndef EDGESHADE_EDSM_DISTANCE
 #define EDGESHADE_EDSM_DISTANCE
 
@@ -15,7 +15,7 @@ struct EdgeDistance {
 // priority is
 //   COSINE: |d| within the edge's span; beyond it the larger of |d| and the cosine at the corner; all in half widths.
 //   else:   the distance to the edge itself. If two edges end in the nearest corner and are equally near, the one whose
-//           line is farther wins: where a point is outside of both, that edge has it outside.
+//           line is farther wins. If the point lies outside the shape, this edge has the point on its outer side.
 EdgeDistance edgeDistance(EdgeSegment e, vec2 p, float half_width, bool cosine) {
   precise vec2 d = e.b - e.a, away = p - e.a;
   precise float l = length(d), t = dot(away, d) / (l * l);

@@ -4,7 +4,6 @@
 // these are evaluated exactly; see edge_rule.glsl.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "edge_rule.glsl"
 #include "edsm_border.glsl"
 #include "common/pixel_steps.glsl"
@@ -16,8 +15,8 @@ layout(binding = 11) writeonly uniform image2D decisions;
 
 layout(push_constant, scalar) uniform Push {
   float edge_bias;  // fraction of the plane's change of depth per texel within which an edge lies on the receiver
-  float depth_bias; // fraction of the same that is taken off the receiver's depth at an anchor
-  float slack;      // by how much a curved receiver may lie before its plane: texel depths per texel of distance
+  float depth_bias; // fraction of the same that is subtracted from the receiver's depth at an anchor
+  float slack;      // by how much a curved receiver may lie in front of its plane: texel depths per texel of distance
   float half_border; // of soft borders, texels; 0: hard
 } push;
 

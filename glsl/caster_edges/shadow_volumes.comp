@@ -18,7 +18,7 @@ layout(binding = 6) writeonly uniform image2D visibility;
 layout(binding = 7) writeonly uniform image2D count_image; // for pictures
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // in the shadow map: multiples of what a plane needs
+  float normal_offset; // in the shadow map: multiples of the offset that a plane needs
 } push;
 
 float visibilityAt(ivec2 pixel, bool in_volume) {

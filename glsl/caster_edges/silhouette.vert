@@ -3,7 +3,6 @@
 // 6 vertices per edge: the first two make the line, the others make lines that are not drawn.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
-#include "volumes.glsl"
 #include "silhouette.glsl"
 
 layout(binding = 0, scalar) readonly buffer Positions { float positions[]; };

@@ -1,14 +1,14 @@
 #version 460
-// Finds the edges that bound shadows: by the side test for techniques that cut a shadow map at edges, by their
-// multiplicity for shadow volumes (Kim, Kim, Turk 2008). Two dispatches, one that counts and one that writes (WRITE),
-// enclose a scan. So the list keeps the order of the meshes' edges, however workgroups are scheduled.
+// Finds the edges that bound shadows. Techniques that store edges in a map of the shadow map's size need those that
+// pass the side test; shadow volumes need the multiplicity of edges (Kim, Kim, Turk 2008). One dispatch counts edges, a
+// scan follows, and a second dispatch writes them (WRITE). The list therefore keeps the order of the meshes' edges,
+// however workgroups are scheduled.
 //
 // side(T) = dir(T, e) sigma(T) is the side of the directed edge on which the third vertex of triangle T lies, seen from
 // the light. If all triangles lie on one side, the edge is an outline. The sum of the sides is the number of sheets of
 // a shadow volume that stand on the edge.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
-#include "silhouettes.glsl"
 
 layout(constant_id = 0) const bool WRITE = false;
 layout(constant_id = 1) const bool SHELLS = true; // count closed meshes as shells, which halves the volumes

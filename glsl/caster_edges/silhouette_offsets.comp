@@ -3,7 +3,6 @@
 // workgroup. Also writes the arguments of later draws and dispatches.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
-#include "silhouettes.glsl"
 
 layout(local_size_x = 256) in;
 

@@ -4,7 +4,6 @@
 // Departure: corners are tested on the receiver's plane, so that a sloped receiver does not shadow itself.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "sssm_quadrant.glsl"
 

@@ -2,7 +2,7 @@
 // Writes the point of an edge in a cell, and its key as depth: the depth test keeps the smallest key and, of equal
 // ones, the first drawn.
 #extension GL_GOOGLE_include_directive : require
-#include "map_edge.glsl"
+#include "drawn_edge.glsl"
 #include "sssm_cell.glsl"
 
 layout(constant_id = 0) const bool KILL = true;

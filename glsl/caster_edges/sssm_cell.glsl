@@ -1,7 +1,7 @@
 // Cells of a shadow silhouette map: Sen, Cammarano, Hanrahan, "Shadow Silhouette Maps" (2003). Cell (i, j) reaches from
 // the centre of texel (i, j) of the shadow map to the centre of texel (i + 1, j + 1), so that each of its corners has a
 // depth.
-// Include after map_edge.glsl.
+// Include after drawn_edge.glsl.
 #ifndef EDGESHADE_SSSM_CELL
 #define EDGESHADE_SSSM_CELL
 

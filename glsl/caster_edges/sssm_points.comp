@@ -4,8 +4,7 @@
 // point. The map is the same as that of the raster path.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
-#include "silhouettes.glsl"
-#include "map_edge.glsl"
+#include "drawn_edge.glsl"
 #include "sssm_cell.glsl"
 
 const int KEYS = 0, WINNERS = 1, POINTS = 2;

@@ -3,7 +3,6 @@
 #ifndef EDGESHADE_VOLUME
 #define EDGESHADE_VOLUME
 #include "casters.glsl"
-#include "volumes.glsl"
 
 layout(binding = 0, scalar) readonly buffer Positions { float positions[]; };
 layout(binding = 1, scalar) readonly buffer Lights { CasterLight lights[]; };

@@ -1,6 +1,6 @@
 #version 460
-// Counts shadow volumes by blending: +1 where a ray leaves a volume, -1 where it enters one, times the edge's
-// multiplicity.
+// Counts shadow volumes by blending. It adds the edge's multiplicity where a ray leaves a volume, and subtracts it
+// where the ray enters one.
 
 layout(location = 0) flat in float weight;
 layout(location = 0) out float count;

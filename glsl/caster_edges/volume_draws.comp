@@ -3,8 +3,6 @@
 // left out or scissored.
 #extension GL_GOOGLE_include_directive : require
 #include "casters.glsl"
-#include "volumes.glsl"
-#include "silhouettes.glsl"
 
 layout(constant_id = 0) const bool BLENDED = false; // weights are blended at once, without copies
 

@@ -47,7 +47,7 @@ DepthBounds blockBounds(ivec2 first) {
   b.low = 1.0e38;
   b.high = -1.0e38;
   for (int i = 0; i < 16; ++i) {
-    // From the block's centre to the quad's first texel.
+    // The way from the block's centre to the quad's first texel.
     vec2 t = vec2(2 * (i & 3), 2 * (i >> 2)) - 3.5;
     vec4 d = quads[i] - (dot(b.slope, t) + vec4(b.slope.y, b.slope.x + b.slope.y, b.slope.x, 0.0));
     b.low = min(b.low, min(min(d.x, d.y), min(d.z, d.w)));

@@ -1,6 +1,6 @@
 #version 460
-// Builds the min/max pyramid of a shadow map, up to five levels at a time. A cell of level 0 covers 2 x 2 texels; the
-// map itself serves as the level below. The image is padded to powers of two, so that cell c of level l covers the
+// Builds the min/max pyramid of a shadow map, up to five levels at a time. An entry of level 0 covers 2 x 2 texels; the
+// map itself serves as the level below. The image is padded to powers of two, so that entry c of level l covers the
 // texels c 2^(l+1) to (c+1) 2^(l+1) - 1 whatever the map's size. Texels outside the map count as 1, farther than
 // everything.
 #extension GL_GOOGLE_include_directive : require
@@ -25,11 +25,11 @@ layout(push_constant, scalar) uniform Push {
   int levels; // levels to write, 1 to 5
 } push;
 
-shared vec2 cells[8][8];
+shared vec2 entries[8][8];
 
 vec2 merge(vec2 a, vec2 b) { return vec2(min(a.x, b.x), max(a.y, b.y)); }
 
-// Returns a cell of the level before. Where that level is only one cell wide or high, there is no cell beside it.
+// Returns an entry of the level before. Where that level is only one entry wide or high, there is no entry beside it.
 vec2 cellOf(ivec2 at) {
   return all(lessThan(at, textureSize(finer, 0))) ? texelFetch(finer, at, 0).xy : vec2(1.0);
 }
@@ -49,24 +49,24 @@ void main() {
   ivec2 t = ivec2(gl_LocalInvocationID.xy);
   vec2 b = vec2(1.0, 0.0);
   for (int i = 0; i < 4; ++i) {
-    ivec2 cell = 2 * block + ivec2(i & 1, i >> 1);
-    vec2 q = quad(2 * cell);
-    imageStore(level_0, cell, vec4(q, 0.0, 0.0));
+    ivec2 entry = 2 * block + ivec2(i & 1, i >> 1);
+    vec2 q = quad(2 * entry);
+    imageStore(level_0, entry, vec4(q, 0.0, 0.0));
     b = merge(b, q);
   }
   if (push.levels > 1) imageStore(level_1, block, vec4(b, 0.0, 0.0));
-  cells[t.y][t.x] = b;
+  entries[t.y][t.x] = b;
   for (int level = 2; level <= 4; ++level) {
     barrier();
     int n = 1 << (level - 2);
     if (level < push.levels && all(equal(t & (2 * n - 1), ivec2(0)))) {
-      b = merge(merge(b, cells[t.y][t.x + n]), merge(cells[t.y + n][t.x], cells[t.y + n][t.x + n]));
-      cells[t.y][t.x] = b;
+      b = merge(merge(b, entries[t.y][t.x + n]), merge(entries[t.y + n][t.x], entries[t.y + n][t.x + n]));
+      entries[t.y][t.x] = b;
       vec4 value = vec4(b, 0.0, 0.0);
-      ivec2 cell = block >> (level - 1);
-      if (level == 2) imageStore(level_2, cell, value);
-      if (level == 3) imageStore(level_3, cell, value);
-      if (level == 4) imageStore(level_4, cell, value);
+      ivec2 entry = block >> (level - 1);
+      if (level == 2) imageStore(level_2, entry, value);
+      if (level == 3) imageStore(level_3, entry, value);
+      if (level == 4) imageStore(level_4, entry, value);
     }
   }
 }

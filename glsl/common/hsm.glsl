@@ -7,13 +7,13 @@
 const int HSM_UMBRA = 0, HSM_LIT = 1, HSM_PENUMBRA = -1;
 
 // Minimum and maximum of the stored depths over the texels `first` to `last`, both included. The bounds are
-// conservative: they cover a window that is wider by less than one pyramid cell on each side. Such a cell is between a
+// conservative: they cover a window that is wider by less than one pyramid entry on each side. Such an entry is between a
 // quarter of the window's wider side and all of it. Outside the map all depths are 1.
 vec2 hsmBounds(sampler2D hsm, ivec2 first, ivec2 last) {
   ivec2 map_last = ivec2(view.map_size) - 1;
   bool leaves = any(lessThan(first, ivec2(0))) || any(greaterThan(last, map_last));
   ivec2 a = clamp(first, ivec2(0), map_last), b = clamp(last, ivec2(0), map_last);
-  // The finest level at which the window touches at most 4 cells along each axis; a cell of level l has 2^(l+1) texels.
+  // The finest level at which the window touches at most 4 entries along each axis; an entry of level l has 2^(l+1) texels.
   int wider = max(b.x - a.x, b.y - a.y);
   int shift = max(findMSB(wider) - 1, 1);
   if (any(greaterThan((b >> shift) - (a >> shift), ivec2(3)))) ++shift;
@@ -22,8 +22,8 @@ vec2 hsmBounds(sampler2D hsm, ivec2 first, ivec2 last) {
   vec2 bounds = leaves ? vec2(1.0, 1.0) : vec2(1.0, 0.0);
   for (int y = a.y; y <= b.y; ++y) {
     for (int x = a.x; x <= b.x; ++x) {
-      vec2 cell = texelFetch(hsm, ivec2(x, y), shift - 1).xy;
-      bounds = vec2(min(bounds.x, cell.x), max(bounds.y, cell.y));
+      vec2 entry = texelFetch(hsm, ivec2(x, y), shift - 1).xy;
+      bounds = vec2(min(bounds.x, entry.x), max(bounds.y, entry.y));
     }
   }
   return bounds;
@@ -45,11 +45,11 @@ int classify(sampler2D hsm, SoftReceiver r, vec2 half_width, float margin) {
   ivec2 first, last;
   windowRange(r, half_width, margin, first, last);
   vec2 bounds = hsmBounds(hsm, first, last);
-  // The receiver's plane over the window: its depth in the middle, and by how much it rises to a corner.
+  // The receiver's plane over the window: its depth in the middle, and its rise from there to a corner.
   vec2 middle = 0.5 * vec2(first + last) + 0.5 - r.at, reach = 0.5 * vec2(last - first);
   float depth = r.map.depth + dot(r.slope, middle);
   float rise = dot(abs(r.slope), reach);
-  // The taps sum their references in another order: stay on the safe side of the rounding.
+  // The taps sum their references in another order, so the bound allows for the difference in rounding.
   float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), reach + abs(middle));
   // An empty texel never shadows, whatever the reference.
   if (min(depth + rise + rounding, 1.0) <= bounds.x) return HSM_LIT;

@@ -41,9 +41,9 @@ int decideBlocks(sampler2D blocks, int level, ivec2 first, ivec2 last, float ref
 int decideKernel(sampler2D blocks, PcfKernel k, float drop, int w, ivec2 map_size) {
   ivec2 first = k.base, last = k.base + w;
   if (any(lessThan(first, ivec2(0))) || any(greaterThanEqual(last, map_size))) return UNDECIDED;
-  // Blocks have at least w + 1 texels a side, so the kernel touches at most 2 x 2 of them.
+  // Blocks have at least w + 1 texels per side, so the kernel touches at most 2 x 2 of them.
   int level = w < 8 ? 0 : w < 16 ? 1 : w < 32 ? 2 : 3;
-  // The kernel sums its references in another order: stay on the safe side of the rounding.
+  // The kernel sums its references in another order, so the bound allows for the difference in rounding.
   return decideBlocks(blocks, level, first, last, k.reference, k.slope, drop, 2.5e-7);
 }
 

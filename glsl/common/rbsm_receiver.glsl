@@ -1,6 +1,6 @@
 // Common part of the revectorization passes: push constants, a pixel's point in the shadow map, and the shadow test on
 // the receiver's plane. A shader that defines MAP_GOES_ON reads the map's border texels outside the map.
-// Include after common/map_receiver.glsl.
+// Include after common/receiver.glsl.
 #ifndef EDGESHADE_RBSM_RECEIVER
 #define EDGESHADE_RBSM_RECEIVER
 #define RBSM_GATHER
@@ -12,9 +12,9 @@ layout(constant_id = 0) const bool FIXED = false; // the listings' fixed depth i
 layout(binding = 3) uniform sampler2DArray shadow_map;
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // multiples of what a plane needs
+  float normal_offset; // multiples of the offset that a plane needs
   float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
-  float slack;         // by how much a curved receiver may lie before its plane: texel depths per texel of distance
+  float slack;         // by how much a curved receiver may lie in front of its plane: texel depths per texel of distance
 } push;
 
 // Returns the texel to read for one that may lie outside the map. Filters with windows wider than the map define

@@ -1,7 +1,8 @@
-// A camera pixel's surface point: position and normal in the camera's view space.
+// A camera pixel's surface point: position and normal in the camera's view space; then place, depth and plane in the
+// shadow map.
 #ifndef EDGESHADE_RECEIVER
 #define EDGESHADE_RECEIVER
-#include "lib/bias.glsl"
+#include "lib/shadow_test.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/light_space.glsl"
 #include "view.glsl"
@@ -94,6 +95,38 @@ vec3 offsetReceiver(Receiver r, LightPoint l, float texels, int layer) {
   float offset = texels * texelSize(m, l, vec2(view.map_size)) * planeOffsetTexels(m, r.normal);
   precise vec3 p = r.position + r.normal * (offset + r.error);
   return p;
+}
+
+// The same point as the shadow map sees it.
+struct MapReceiver {
+  vec2 uv;
+  float depth;       // bias subtracted
+  vec2 plane;        // d(depth)/d(uv) of the receiver's plane
+  float texel_depth; // change of depth over a texel's world size along the light's axis
+};
+
+// Returns true if the visibility needs no texel of the shadow map; `decided` then holds it. `normal_offset` is in
+// multiples of the offset that a plane needs. `depth_bias` is a fraction of the plane's change of depth per texel, summed over
+// both axes.
+bool mapReceiver(Receiver r, float normal_offset, float depth_bias, out MapReceiver m, out float decided) {
+  decided = 1.0;
+  if (!r.surface) return true;
+  if (dot(r.normal, towardsLight(r.position, 0)) <= 0.0) {
+    decided = 0.0;
+    return true;
+  }
+  LightPoint l = lightSpace(r.position, 0);
+  if (!l.inside) return true;
+  l = lightSpace(offsetReceiver(r, l, normal_offset, 0), 0);
+  if (!l.inside) return true;
+  m.uv = l.uv;
+  m.plane = receiverPlane(view.light_clip_from_view[0], view.light_depth_scale[0], l, r.normal);
+  vec2 map_size = vec2(view.map_size), slope = abs(m.plane) / map_size;
+  float bias = DEPTH_ULPS + depth_bias * (slope.x + slope.y);
+  precise float depth = l.depth - bias;
+  m.depth = depth;
+  m.texel_depth = texelDepth(view.light_clip_from_view[0], view.light_depth_scale[0], l, map_size);
+  return false;
 }
 
 #endif

@@ -7,7 +7,7 @@
 #define EDGESHADE_SHADOW_MAP_TEST
 #include "lib/shadow_test.glsl"
 
-// `normal_offset` is in multiples of what a plane needs, `depth_bias` in depth units.
+// `normal_offset` is in multiples of the offset that a plane needs, `depth_bias` in depth units.
 float shadowMapTest(sampler2DArray shadow_map, Receiver r, LightPoint l, float normal_offset, float depth_bias) {
   l = lightSpace(offsetReceiver(r, l, normal_offset, 0), 0);
   if (!l.inside) return 1.0;

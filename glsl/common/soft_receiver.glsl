@@ -1,6 +1,6 @@
 // A camera pixel's surface point as the shadow map of an area light sees it. The shader declares its own push
 // constants.
-// Include after common/map_receiver.glsl.
+// Include after common/receiver.glsl.
 #ifndef EDGESHADE_SOFT_RECEIVER
 #define EDGESHADE_SOFT_RECEIVER
 #include "lib/area_light.glsl"
@@ -27,7 +27,7 @@ bool softReceiver(ivec2 pixel, AreaLight a, float normal_offset, float depth_bia
   return false;
 }
 
-// Depth of the receiver's plane at a texel's centre, bias taken off.
+// Depth of the receiver's plane at a texel's centre, bias subtracted.
 float softReference(SoftReceiver r, ivec2 texel) {
   precise vec2 away = vec2(texel) + 0.5 - r.at;
   precise float reference = r.map.depth + (r.slope.x * away.x + r.slope.y * away.y);

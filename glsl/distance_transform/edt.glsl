@@ -1,9 +1,9 @@
 // Common part of the passes of the exact Euclidean distance transform: constants, push constants, and the comparison of
 // two seeds.
 //
-// Seeds come as a vertical bit mask with one word per column and block of 32 rows: bit y % 32 of word
-// x + width * (y / 32). A label is x | y << 16 of a seed, or NO_SEED. Of several nearest seeds the one with the smallest y counts, then
-// the one with the smallest x. Sides are at most 65535 pixels; all arithmetic is in 32 bits.
+// Seeds come as a vertical bit mask with one word per column and block of 32 rows: bit y % 32 of word x + width * (y /
+// 32). A label is x | y << 16 of a seed, or NO_SEED. Among several nearest seeds, the one with the smallest y is
+// chosen, then the one with the smallest x. Sides are at most 65535 pixels; all arithmetic is in 32 bits.
 #ifndef EDGESHADE_EDT
 #define EDGESHADE_EDT
 #extension GL_EXT_scalar_block_layout : require

@@ -1,5 +1,5 @@
 #version 460
-// Packs a floating-point or normalised mask into the vertical bit mask of edt.glsl. Texels other than 0 are seeds.
+// Packs a floating-point or normalised mask into the vertical bit mask of edt.glsl. Pixels other than 0 are seeds.
 #extension GL_GOOGLE_include_directive : require
 #include "edt.glsl"
 

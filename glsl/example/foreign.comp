@@ -13,7 +13,7 @@ layout(binding = 3, r32f) writeonly uniform image2D visibility;
 layout(push_constant) uniform Light {
   mat4 clip_from_world;
   float depth_scale; // near * far / (far - near) of a spot light, 0 for a directional light
-  float bias;        // taken off the receiver's depth
+  float bias;        // subtracted from the receiver's depth
 } light;
 
 float shadowTest(ShadowPoint p, ivec2 texel) {

@@ -3,7 +3,6 @@
 // pcf_classify.comp listed. The image is the same. See lib/pcf.glsl.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "lib/pcf.glsl"
 #include "common/pcf_bounds.glsl"
 #include "pcf_receiver.glsl"

@@ -3,7 +3,6 @@
 // tiles with any other pixel. The bounds are conservative, so the result is the same as that of filtering every pixel.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "lib/pcf.glsl"
 #include "common/pcf_bounds.glsl"
 #include "pcf_receiver.glsl"

@@ -1,10 +1,10 @@
 // Common part of pcf.comp and pcf_classify.comp: a pixel either needs no texel of the map, or has a kernel in it.
-// Include after common/map_receiver.glsl and lib/pcf.glsl.
+// Include after common/receiver.glsl and lib/pcf.glsl.
 #ifndef EDGESHADE_PCF_RECEIVER
 #define EDGESHADE_PCF_RECEIVER
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // multiples of what a plane needs
+  float normal_offset; // multiples of the offset that a plane needs
   float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
 } push;
 

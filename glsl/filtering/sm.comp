@@ -8,7 +8,7 @@
 layout(binding = 3) uniform sampler2DArray shadow_map;
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // multiples of what a plane needs
+  float normal_offset; // multiples of the offset that a plane needs
   float depth_bias;    // depth units, in addition
 } push;
 

@@ -1,6 +1,6 @@
-// From the camera's view space to the shadow map: position, depth, and the receiver's plane.
-// Binding-free: include it anywhere. World and view spaces are right-handed. The map's depth runs from 0 near to 1 far,
-// and v points down.
+// A point of the camera's view space in the shadow map: position, depth, and the receiver's plane. Binding-free:
+// include it anywhere. World and view spaces are right-handed. The map's depth runs from 0 near to 1 far, and v points
+// down.
 #ifndef EDGESHADE_LIGHT_SPACE
 #define EDGESHADE_LIGHT_SPACE
 

@@ -10,11 +10,11 @@
 struct PcfKernel {
   ivec2 base;      // first of the (w+1)^2 texels
   vec2 f;          // offset of the kernel within a texel, 0 to 1
-  float reference; // receiver depth at the centre of `base`, bias taken off
+  float reference; // receiver depth at the centre of `base`, bias subtracted
   vec2 slope;      // change of the receiver's depth per texel
 };
 
-// `depth` has its bias taken off.
+// `depth` has its bias subtracted.
 PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, int w, vec2 map_size) {
   precise PcfKernel k;
   precise vec2 x = uv * map_size - 0.5;
@@ -22,7 +22,7 @@ PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, int w, vec2 map_size) {
   k.f = x - first;
   k.base = ivec2(first) - (w - 1) / 2;
   k.slope = plane / map_size;
-  // From the point to the centre of `base`, in texels.
+  // The last factor is the way from the point to the centre of `base`, in texels.
   k.reference = depth + dot(k.slope, vec2(k.base) - x);
   return k;
 }

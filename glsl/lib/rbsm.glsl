@@ -39,9 +39,9 @@ struct ShadowPoint {
   ivec2 texel;   // texel that it falls into
   vec2 fraction; // place within the texel, in (0, 1)
   ivec2 origin;  // texel that z belongs to: `texel`, except for the samples of a filter
-  float z;       // depth of the receiver's plane at the origin's centre, bias taken off; or the fragment's own depth
+  float z;       // depth of the receiver's plane at the origin's centre, bias subtracted; or the fragment's own depth
   vec2 dz;       // change of the plane's depth per texel; 0: the fixed depth of the listings
-  float slack;   // depth per texel of distance by which a curved receiver may lie before its plane; 0: plane
+  float slack;   // depth per texel of distance by which a curved receiver may lie in front of its plane; 0: plane
 };
 
 // [JCGT] eq. 1: 1 if lit, 0 in shadow. Defined by the including shader.
@@ -208,7 +208,7 @@ float filterSilhouette(vec3 d, vec4 nrd) {
   return clamp(v, 0.0, 1.0);
 }
 
-// Both listing 4 and listing 5 call this function computeRBSMVisibility.
+// Visibility of a fragment at an edge. Listing 4 and listing 5 both have this name for their functions.
 float computeRBSMVisibility(vec3 d, vec4 nrd, bool silhouette_recovery) {
   return silhouette_recovery ? recoverSilhouette(d, nrd) : filterSilhouette(d, nrd);
 }

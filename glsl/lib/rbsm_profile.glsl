@@ -1,7 +1,6 @@
 // The edge profile, this project's own revectorization. Each side of a texel whose neighbour differs belongs to a run.
 // The run has a height over the side, and fragments below that height take the other visibility. The profile covers
-// every shape of edge: Z steps, U ends, gaps and bars; corners keep the shadow test. Include like lib/rbsm.glsl. It
-// needs lib/rbsm_line.glsl.
+// every shape of edge: Z steps, U ends, gaps and bars; corners keep the shadow test. Include like lib/rbsm.glsl.
 //
 // Heights are in texels into the fragment's texel, along a run of L texels, at u in [0, L]:
 //   Z: the ends turn different ways. The height is the line between the middles of the steps at both ends.
@@ -12,7 +11,92 @@
 #ifndef EDGESHADE_RBSM_PROFILE
 #define EDGESHADE_RBSM_PROFILE
 #include "lib/rbsm.glsl"
-#include "lib/rbsm_line.glsl"
+
+// A unit piece of the boundary: a texel inside, and the direction out of it.
+struct Crack {
+  ivec2 texel;
+  ivec2 across;
+};
+
+struct FittedLine {
+  ivec2 origin; // places are relative to the centre of this texel
+  vec2 normal;  // unit length, from inside to outside
+  float offset; // dot product of the normal with places on the line
+};
+
+const int FITTED_CRACKS = 8;    // number walked on either side of the first
+const float LEAST_ACROSS = 0.3; // a line with a smaller component across a side has no useful height over it
+
+// Moves on to the next crack. Returns false where four texels meet like a chess board, so that there are two ways on.
+bool nextCrack(ShadowPoint p, float s, inout Crack crack, inout ivec2 along) {
+  ivec2 ahead = crack.texel + along, beyond = ahead + crack.across;
+  bool ahead_inside = shadowTest(p, ahead) == s, beyond_inside = shadowTest(p, beyond) == s;
+  ivec2 across = crack.across;
+  if (ahead_inside && beyond_inside) {
+    crack = Crack(beyond, -along);
+    along = across;
+  } else if (ahead_inside) {
+    crack.texel = ahead;
+  } else if (!beyond_inside) {
+    crack.across = along;
+    along = -across;
+  }
+  return ahead_inside || !beyond_inside;
+}
+
+// Fits a least-squares line to the middles of the cracks around `first`, then moves it into the middle of the gap
+// between the centres of inside and outside texels. Returns false if the boundary cannot be followed far enough, or if
+// no line separates the centres.
+bool fittedLine(ShadowPoint p, float s, Crack first, out FittedLine line) {
+  line = FittedLine(first.texel, vec2(0.0), 0.0);
+  Crack cracks[2 * FITTED_CRACKS + 1];
+  cracks[0] = first;
+  int count = 1;
+  for (int side = -1; side <= 1; side += 2) {
+    Crack crack = first;
+    ivec2 along = side * abs(first.across.yx);
+    for (int i = 0; i < FITTED_CRACKS; ++i) {
+      if (!nextCrack(p, s, crack, along)) return false;
+      cracks[count++] = crack;
+    }
+  }
+  // Sums of halves are exact.
+  vec2 sum = vec2(0.0), outwards = vec2(0.0);
+  for (int i = 0; i < count; ++i) {
+    sum += vec2(cracks[i].texel - line.origin) + 0.5 * vec2(cracks[i].across);
+    outwards += vec2(cracks[i].across);
+  }
+  vec2 mean = sum / float(count);
+  precise float difference = 0.0, twice_product = 0.0;
+  for (int i = 0; i < count; ++i) {
+    vec2 m = vec2(cracks[i].texel - line.origin) + 0.5 * vec2(cracks[i].across) - mean;
+    difference += m.x * m.x - m.y * m.y;
+    twice_product += 2.0 * m.x * m.y;
+  }
+  // Principal axis of the middles.
+  float r = length(vec2(difference, twice_product));
+  vec2 axis = difference >= 0.0 ? vec2(r + difference, twice_product) : vec2(twice_product, r - difference);
+  axis = r > 0.0 ? normalize(axis) : vec2(1.0, 0.0);
+  line.normal = vec2(-axis.y, axis.x);
+  if (dot(line.normal, outwards) < 0.0) line.normal = -line.normal;
+  float inside = -1e9, outside = 1e9;
+  for (int i = 0; i < count; ++i) {
+    vec2 at = vec2(cracks[i].texel - line.origin);
+    inside = max(inside, dot(line.normal, at));
+    outside = min(outside, dot(line.normal, at + vec2(cracks[i].across)));
+  }
+  line.offset = 0.5 * (inside + outside);
+  return inside < outside;
+}
+
+// Height of the line over a crack, measured into the crack's texel, `distance` texels from the texel's centre in
+// direction `along`. Returns false if the line is too steep there.
+bool heightOver(FittedLine line, Crack crack, float distance, ivec2 along, out float height) {
+  float across = dot(line.normal, vec2(crack.across));
+  vec2 at = vec2(crack.texel - line.origin) + 0.5 * vec2(crack.across) + distance * vec2(along);
+  height = (dot(line.normal, at) - line.offset) / across;
+  return abs(across) > LEAST_ACROSS;
+}
 
 const int RUN_ONLY = 0, NEIGHBOURS = 1, LINE = 2;
 
@@ -157,6 +241,14 @@ float profileHeight(Profile f, float place) {
   return h;
 }
 
+// Change of that height a texel along the run.
+float profileSlope(Profile f, float place) {
+  float u = f.before + place, run = float(MAXDIST);
+  if (f.fade < 0) return u < run ? -f.heights.x / run : 0.0;
+  if (f.fade > 0) return f.texels - u < run ? f.heights.y / run : 0.0;
+  return (f.heights.y - f.heights.x + 4.0 * f.bow * (1.0 - 2.0 * u / f.texels)) / f.texels;
+}
+
 // Sides over which the fragment may lie below the height: left, right, +v, -v.
 bvec4 sidesInReach(ShadowPoint p, vec3 d, int quality) {
   bvec4 sides = discontinuitySides(d);
@@ -178,6 +270,25 @@ float revectorizeProfile(ShadowPoint p, vec3 d, int quality) {
     if (from_side[k] < profileHeight(edgeProfile(p, s, SIDES[k], quality), place)) return d.z;
   }
   return s;
+}
+
+// The same with a ramp of `width` texels, above 0 to 1, across the boundary. The distance to the boundary is measured
+// along its normal, to first order. Only fragments of texels at an edge have one. The farthest of them lie half a texel
+// from the boundary, so a wider ramp would end in a step.
+float filterProfile(ShadowPoint p, vec3 d, int quality, float width) {
+  bvec4 sides = discontinuitySides(d);
+  vec4 from_side = vec4(p.fraction.x, 1.0 - p.fraction.x, 1.0 - p.fraction.y, p.fraction.y);
+  precise float inside = 1.0;
+  for (int k = 0; k < 4; ++k) {
+    if (!sides[k]) continue;
+    float place = k < 2 ? p.fraction.y : p.fraction.x;
+    Profile f = edgeProfile(p, 1.0 - d.z, SIDES[k], quality);
+    float slope = profileSlope(f, place);
+    float distance = (from_side[k] - profileHeight(f, place)) / sqrt(1.0 + slope * slope);
+    inside = min(inside, 0.5 + distance / width);
+  }
+  inside = max(inside, 0.0);
+  return d.z > 0.0 ? 1.0 - inside : inside;
 }
 
 float RBSMProfile(ShadowPoint p, int quality) {

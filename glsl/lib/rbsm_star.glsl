@@ -8,17 +8,23 @@
 #define EDGESHADE_RBSM_STAR
 #include "lib/rbsm.glsl"
 
-// Eq. 7 for a fragment at an edge, on either side.
-float computeRBSMStarVisibility(vec3 d, vec4 nrd) {
+// Eq. 7 before its threshold, for a fragment at an edge, on either side: the ramp of listing 5 across L shapes. U, O
+// and I shapes keep the shadow test; listing 5 makes bars and gaps of one texel's width vanish.
+float computeRBSMStarRamp(vec3 d, vec4 nrd) {
   float s = 1.0 - d.z;
   if (nrd.z != 0.0 || nrd.w != 0.0) return s;
   precise float v = d.z + (2.0 * s - 1.0) * (nrd.x + nrd.y);
-  return v < 0.5 ? 0.0 : 1.0;
+  return clamp(v, 0.0, 1.0);
 }
 
-float revectorizeStar(ShadowPoint p, vec3 d) {
-  return computeRBSMStarVisibility(d, normalizeFragmentDistanceToSE(computeFragmentDistanceToSE(p, d)));
+// Eq. 7.
+float computeRBSMStarVisibility(vec3 d, vec4 nrd) { return computeRBSMStarRamp(d, nrd) < 0.5 ? 0.0 : 1.0; }
+
+float revectorizeRamp(ShadowPoint p, vec3 d) {
+  return computeRBSMStarRamp(d, normalizeFragmentDistanceToSE(computeFragmentDistanceToSE(p, d)));
 }
+
+float revectorizeStar(ShadowPoint p, vec3 d) { return revectorizeRamp(p, d) < 0.5 ? 0.0 : 1.0; }
 
 float RBSMStar(ShadowPoint p) {
   float s = shadowTest(p, p.texel);

@@ -1,6 +1,6 @@
 // Percentage-closer filtering of revectorized visibility, RPCF: [CG] Macedo, Apolinario, "Improved anti-aliasing for
-// Euclidean distance transform shadow mapping", section 5. Averages [JCGT] listing 5, or another function, over w x w
-// texel offsets.
+// Euclidean distance transform shadow mapping", section 5. Averages the ramp of eq. 7, or another function, over w x w
+// texel offsets. The paper averages [JCGT] listing 5.
 //
 // The shader defines RPCF_WIDTH, odd, 1 to 31, and WINDOW_MOST as RPCF_WIDTH. It then includes lib/rbsm_profile.glsl,
 // lib/rbsm_star.glsl, lib/texel_window.glsl and this file, in this order. Before it calls rpcfMean it tests every texel
@@ -8,8 +8,8 @@
 #ifndef EDGESHADE_RPCF
 #define EDGESHADE_RPCF
 
-// Mean visibility over the kernel around p.texel. `function` is 0 for listing 5, 1 for RBSM*, 2 for the edge profile
-// with RUN_ONLY.
+// Mean visibility over the kernel around p.texel. `function` is 0 for the ramp of eq. 7, 1 for RBSM*, 2 for the edge
+// profile with RUN_ONLY, 3 for listing 5 as printed.
 float rpcfMean(ShadowPoint p, int function) {
   const int w = RPCF_WIDTH;
   ivec2 first = p.texel - w / 2;
@@ -34,13 +34,15 @@ float rpcfMean(ShadowPoint p, int function) {
           continue;
         }
         vec4 nrd = normalizeFragmentDistanceToSE(fragmentDistance(t, p.fraction));
-        sum += function == 0 ? filterSilhouette(d, nrd) : computeRBSMStarVisibility(d, nrd);
+        sum += function == 3   ? filterSilhouette(d, nrd)
+               : function == 0 ? computeRBSMStarRamp(d, nrd)
+                               : computeRBSMStarVisibility(d, nrd);
       }
     }
     if (left_texels[j] != 0u) left_rows |= 1u << j;
   }
-  // Only a few texels are left, each followed for itself. They have a loop of their own: a loop nested in the one above
-  // would run in all of its rounds.
+  // Only a few texels are left, and each is followed for itself. They have a loop of their own, because a loop nested
+  // in the one above would run in all of its rounds.
   while (left_rows != 0u) {
     int j = findLSB(left_rows), i = findLSB(left_texels[j]);
     left_texels[j] &= left_texels[j] - 1u;
@@ -49,8 +51,9 @@ float rpcfMean(ShadowPoint p, int function) {
     q.texel = first + ivec2(i, j);
     float s = bitAt(window_rows[j + 1], i) ? 1.0 : 0.0;
     vec3 d = computeDiscontinuity(q, s);
-    if (function == 0) sum += revectorizeShadowEdge(q, d, false);
+    if (function == 0) sum += revectorizeRamp(q, d);
     else if (function == 1) sum += revectorizeStar(q, d);
+    else if (function == 3) sum += revectorizeShadowEdge(q, d, false);
     else sum += revectorizeProfile(q, d, RUN_ONLY);
   }
   return clamp((float(uniform_lit) + sum) / float(w * w), 0.0, 1.0);

@@ -1,6 +1,13 @@
-// The shadow test: [JCGT] eq. 1; 1 is lit, 0 is in shadow. Binding-free: functions take the sampler as an argument.
+// The shadow test, [JCGT] eq. 1: 1 is lit, 0 is in shadow; and the bounds of the rounding errors that its bias covers. Binding-free: functions take the sampler as an argument.
 #ifndef EDGESHADE_SHADOW_TEST
 #define EDGESHADE_SHADOW_TEST
+
+// These bounds cover what single precision loses. They do not depend on the scene's scale.
+
+// Relative error of a view-space position reconstructed from a D32 depth and carried through two f32 matrices.
+const float POSITION_ULPS = 4.0 / 8388608.0;
+// Absolute error of a depth in [0, 1]: the map's own rasterisation and the receiver's transform.
+const float DEPTH_ULPS = 4.0 / 8388608.0;
 
 // Depth of a texel by index. Texels outside the map are farther than everything; no index wraps or leaves the image.
 float shadowMapDepth(sampler2DArray shadow_map, ivec2 texel, int layer, ivec2 map_size) {

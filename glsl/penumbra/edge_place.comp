@@ -7,7 +7,6 @@
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "lib/rbsm_profile.glsl"
 #include "lib/rbsm_star.glsl"
@@ -34,7 +33,7 @@ float hardVisibility(Receiver r) {
   vec4 N;
   float s = testNeighbourhood(p, N);
   vec3 d = packDiscontinuity(N, s);
-  return decideByNeighbourhood(p, s, d, v) ? v : revectorize(p, d);
+  return decideByNeighbourhood(p, s, d, 0.0, v) ? v : revectorize(p, d, 0.0);
 }
 
 void workOn(ivec2 pixel) {

@@ -19,7 +19,7 @@ layout(push_constant, scalar) uniform Push {
   float tolerance;     // of the test for one surface: pixels per pixel, or a share of the depth
   int step;            // of nearest_block.comp, blocks
   float beta;          // of seed_width.comp: factor of the penumbra width
-  float normal_offset; // of seed_width.comp's blocker search: multiples of what a plane needs
+  float normal_offset; // of seed_width.comp's blocker search: multiples of the offset that a plane needs
   float depth_bias;    // of the same search: fraction of the plane's change of depth per texel, over both axes
 } push;
 

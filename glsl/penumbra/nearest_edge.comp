@@ -78,10 +78,11 @@ Nearest findNearest(ivec2 pixel, Receiver p) {
   return nearest;
 }
 
-// Correction for shadows beyond the nearest edge. Eq. 8 knows that edge alone: it is too dark where a shadow is thinner
-// than its penumbra, and too light in a gap that is. So taps read the hard shadows along the line through pixel and
-// edge, over the width of the penumbra. The result is the mean difference between the taps and the values that a single
-// edge would give. Taps within EDGE_PIXELS of the edge, and those on other surfaces, do not count.
+// Correction for shadows beyond the nearest edge. Eq. 8 considers that edge alone: it is too dark where a shadow is
+// thinner than its penumbra, and too light in a gap that is thinner than its penumbra. So taps read the hard shadows
+// along the line through pixel and edge, over the width of the penumbra. The result is the mean difference between the
+// taps and the values that a single edge would give. Taps within EDGE_PIXELS of the edge, and those on other surfaces,
+// do not count.
 const float EDGE_PIXELS = 1.5;
 
 float beyondEdge(ivec2 pixel, Receiver p, vec3 apart, float share, float own, int taps) {

@@ -1,8 +1,7 @@
 // Search for the nearest edge in the world. Candidates are labels of seeds; the nearest one on the pixel's own surface
-// counts. If every seed has a penumbra width of its own (SOFT), distances are shares of that width: the edge counts in
-// whose penumbra the pixel lies deepest, and intensities are continuous where widths meet. The paper takes the edge at
-// the smallest distance (MEET_NEAREST).
-// Include after edge_seeds.glsl.
+// counts. If every seed has a penumbra width of its own (SOFT), distances are shares of that width. The edge in whose
+// penumbra the pixel lies deepest then counts, and intensities are continuous where widths meet. The paper takes the
+// edge at the smallest distance (MEET_NEAREST). Include after edge_seeds.glsl.
 #ifndef EDGESHADE_NEAREST_EDGE
 #define EDGESHADE_NEAREST_EDGE
 

@@ -8,7 +8,6 @@
 // tilted receiver gets its proper length.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
 #include "edge_seeds.glsl"

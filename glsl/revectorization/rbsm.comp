@@ -1,16 +1,16 @@
 #version 460
-// Revectorized visibility by one of four functions: silhouette recovery, filtering, RBSM* and the edge profile; see
-// lib/rbsm*.glsl.
+// Revectorized visibility by one of five functions; see rbsm_function.glsl.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "lib/rbsm_profile.glsl"
 #include "lib/rbsm_star.glsl"
 #include "rbsm_function.glsl"
 #include "common/pixel_steps.glsl"
+
+layout(constant_id = 5) const float FILTER_WIDTH = 0.0; // of the edge profile, texels; 0: hard
 
 // Finds the visibility of a pixel. Returns false if the pixel is left for the dispatch over the list.
 bool visibilityAt(ivec2 pixel, out float v) {
@@ -19,9 +19,9 @@ bool visibilityAt(ivec2 pixel, out float v) {
   vec4 N;
   float s = testNeighbourhood(p, N);
   vec3 d = packDiscontinuity(N, s);
-  if (decideByNeighbourhood(p, s, d, v)) return true;
+  if (decideByNeighbourhood(p, s, d, FILTER_WIDTH, v)) return true;
   if (STEP == LIST) return false;
-  v = revectorize(p, d);
+  v = revectorize(p, d, FILTER_WIDTH);
   return true;
 }
 

@@ -1,15 +1,16 @@
-// Revectorized visibility of a point in the shadow map by one of four functions: silhouette recovery, filtering, RBSM*
-// and the edge profile; see lib/rbsm*.glsl. Most points follow from the texel and its four neighbours
+// Revectorized visibility of a point in the shadow map by one of five functions: silhouette recovery, the ramp, RBSM*,
+// the edge profile, and filtering as printed; see lib/rbsm*.glsl. Most points follow from the texel and its four neighbours
 // (decideByNeighbourhood), those at an edge from the edge's shape (revectorize).
 // Include after lib/rbsm_profile.glsl and lib/rbsm_star.glsl.
 #ifndef EDGESHADE_RBSM_FUNCTION
 #define EDGESHADE_RBSM_FUNCTION
 
-const int SILHOUETTE = 0, FILTERED = 1, STAR = 2, PROFILE = 3;
+const int SILHOUETTE = 0, RAMP = 1, STAR = 2, PROFILE = 3, PRINTED = 4;
 layout(constant_id = 2) const int FUNCTION = SILHOUETTE;
 layout(constant_id = 3) const int QUALITY = 0; // of the edge profile: run, neighbours, line
 
-bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v) {
+// `filter_width` is that of the edge profile's ramp in texels, 0 for a hard edge.
+bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, float filter_width, out float v) {
   v = s;
   if (d.x == 0.0 && d.y == 0.0) return true;
   switch (FUNCTION) {
@@ -17,25 +18,28 @@ bool decideByNeighbourhood(ShadowPoint p, float s, vec3 d, out float v) {
       if (s == 0.0) return true;
       v = 0.0;
       return d.x == 0.75 || d.y == 0.75;
-    case FILTERED:
+    case PRINTED:
       v = d.z;
       return d.x == 0.75 && d.y == 0.75;
+    case RAMP:
     case STAR:
       return d.x == 0.75 || d.y == 0.75;
     default:
-      return !any(sidesInReach(p, d, QUALITY));
+      return filter_width == 0.0 && !any(sidesInReach(p, d, QUALITY));
   }
 }
 
-float revectorize(ShadowPoint p, vec3 d) {
+float revectorize(ShadowPoint p, vec3 d, float filter_width) {
   switch (FUNCTION) {
     case SILHOUETTE:
-    case FILTERED:
+    case PRINTED:
       return revectorizeShadowEdge(p, d, FUNCTION == SILHOUETTE);
+    case RAMP:
+      return revectorizeRamp(p, d);
     case STAR:
       return revectorizeStar(p, d);
     default:
-      return revectorizeProfile(p, d, QUALITY);
+      return filter_width > 0.0 ? filterProfile(p, d, QUALITY, filter_width) : revectorizeProfile(p, d, QUALITY);
   }
 }
 

@@ -5,7 +5,6 @@
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "lib/rbsm_profile.glsl"
 

@@ -8,7 +8,6 @@ layout(constant_id = 2) const int WIDTH = 7; // odd
 #define RPCF_WIDTH WIDTH
 #define WINDOW_MOST WIDTH
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/rbsm_receiver.glsl"
 #include "lib/rbsm_profile.glsl"
 #include "lib/rbsm_star.glsl"
@@ -18,7 +17,7 @@ layout(constant_id = 2) const int WIDTH = 7; // odd
 #include "common/pcf_bounds.glsl"
 #include "common/pixel_steps.glsl"
 
-layout(constant_id = 3) const int FUNCTION = 0; // listing 5, RBSM*, the edge profile
+layout(constant_id = 3) const int FUNCTION = 0; // as rpcfMean numbers them
 layout(constant_id = 5) const bool BOUNDED = false;
 
 layout(binding = 6) uniform sampler2D blocks; // depth_bounds.comp; read only if BOUNDED

@@ -11,7 +11,6 @@
 // every tap found a blocker is still filtered, since light may fall through a gap between taps.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
 #include "lib/pcf.glsl"
@@ -32,7 +31,7 @@ layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if STEP
 layout(binding = 8) uniform sampler2D half_widths; // soft_auto.comp; of the filter, texels; read if STEP is MEASURED
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // multiples of what a plane needs
+  float normal_offset; // multiples of the offset that a plane needs
   float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
 } push;
 

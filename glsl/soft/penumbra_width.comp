@@ -6,7 +6,6 @@
 // whatever width their blockers would give. Their visibility is then known as well.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
 #include "lib/pcf.glsl"
@@ -26,7 +25,7 @@ layout(binding = 8) writeonly uniform image2D shadows;
 layout(binding = 9) writeonly uniform image2D between;
 
 layout(push_constant, scalar) uniform Push {
-  float normal_offset; // multiples of what a plane needs
+  float normal_offset; // multiples of the offset that a plane needs
   float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
   float reach;         // half-width of the filter to come in penumbra half-widths, at least 1: widths must exist this far
 } push;

@@ -11,7 +11,6 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
 #define MAP_GOES_ON
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
 #include "common/rbsm_receiver.glsl"

@@ -116,7 +116,7 @@ float followTaps(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
   return lit;
 }
 
-// For each column and row of a window: the first tap in it, plus COUNT_UNIT times the number of its taps.
+// First tap in each column and row of a window, plus COUNT_UNIT times the number of taps there.
 int column_taps[WINDOW_MOST], row_taps[WINDOW_MOST];
 const int COUNT_UNIT = 64;
 
@@ -204,8 +204,8 @@ float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first,
       later_rows |= 1u << texel.y;
     }
   }
-  // Only a few texels are left, each followed for itself. They have a loop of their own: a loop nested in the one above
-  // would run in all of its rounds.
+  // Only a few texels are left, and each is followed for itself. They have a loop of their own, because a loop nested
+  // in the one above would run in all of its rounds.
   while (later_rows != 0u) {
     ivec2 texel;
     texel.y = findLSB(later_rows);

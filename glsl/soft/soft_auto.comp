@@ -15,7 +15,6 @@
 #extension GL_GOOGLE_include_directive : require
 #define MAP_GOES_ON
 #include "common/receiver.glsl"
-#include "common/map_receiver.glsl"
 #include "common/soft_receiver.glsl"
 #include "common/blockers.glsl"
 #include "common/rbsm_receiver.glsl"

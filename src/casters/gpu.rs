@@ -1,4 +1,4 @@
-//! Casters on the GPU: the data that stays the same from frame to frame.
+//! Casters on the GPU: their data that stays the same from frame to frame.
 
 use super::topology::{Edge, Topology};
 use crate::gpu::{Buffer, BufferDesc, MemoryKind, shader_struct};
@@ -11,7 +11,7 @@ pub const CHUNK: u32 = 64;
 
 /// Triangle mesh that casts shadows, in object space.
 ///
-/// Pass everything that belongs to one solid as *one* mesh. Parts of different materials that share a border are
+/// Pass all parts of one solid as *one* mesh, even if they have different materials. Parts that share a border are
 /// closed only together, and closed meshes halve the cost of shadow volumes.
 #[derive(Clone, Copy, Debug)]
 pub struct CasterMesh<'a> {
@@ -230,14 +230,14 @@ impl Casters {
         self.masked
     }
 
-    /// Returns the data that shaders have of an instance.
+    /// Returns the data of an instance that shaders read.
     pub fn instance(&self, i: usize) -> &CasterInstance {
         &self.table[i]
     }
 
-    /// Returns whether front faces alone define the shadow of an instance: its mesh is closed, with its outer side
-    /// outwards, and the light is outside it. The light is in object space (`w` is 1 for a position and 0 for a
-    /// direction).
+    /// Returns whether front faces alone define the shadow of an instance. This is so if its mesh is closed, with its
+    /// outer side outwards, and the light is outside it. The light is in object space (`w` is 1 for a position and 0
+    /// for a direction).
     pub fn is_shell(&self, i: usize, light: DVec4) -> bool {
         let (center, radius) = self.spheres[i];
         self.table[i].outward != 0 && (light.w == 0.0 || light.truncate().distance(center.into()) > radius)
@@ -357,7 +357,8 @@ impl Upload<'_> {
             name,
             size: bytes.len() as u64,
             usage: vk::BufferUsageFlags::STORAGE_BUFFER,
-            // Host-visible, because the library submits nothing and so cannot copy. Read-only after the upload.
+            // The memory is visible to the host, because the library submits no commands and so cannot copy. It is
+            // read-only after the upload.
             memory: MemoryKind::Upload,
         };
         let mut buffer = Buffer::new(device, &desc)?;

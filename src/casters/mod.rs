@@ -1,4 +1,4 @@
-//! Geometry of the casters, for the techniques that work from it.
+//! Geometry of the casters, for the techniques that use it.
 
 mod gpu;
 pub mod topology;

@@ -1,4 +1,4 @@
-//! Adjacency of a mesh: which triangles meet at which edge. Silhouettes and shadow volumes are built from it.
+//! Adjacency of a mesh: the triangles that meet at each edge. Silhouettes and shadow volumes are built from it.
 //!
 //! It is built once per mesh, on all CPU cores, in time linear in the triangles. Half-edges are grouped by their
 //! smaller vertex, and each thread groups its own range of vertices. The result is the same for any number of threads.
@@ -40,7 +40,7 @@ impl Edge {
     pub const NON_MANIFOLD: u32 = u32::MAX - 1;
 }
 
-/// Numbers of things that [`Topology::new`] dropped or noticed.
+/// Numbers of triangles and edges that [`Topology::new`] dropped or noticed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CleanUp {
     /// Triangles dropped because a corner is not finite.
@@ -65,8 +65,8 @@ pub struct Topology {
     pub triangles: Vec<[u32; 3]>,
     /// Edges, sorted by `(v0, v1)`.
     pub edges: Vec<Edge>,
-    /// For each edge with more than two faces: the number of faces, then that many face references, ordered by
-    /// triangle.
+    /// Faces of the edges with more than two faces: for each edge the number of faces, then that many face references,
+    /// ordered by triangle.
     pub fans: Vec<u32>,
     /// Face references across the edges (0, 1), (1, 2) and (2, 0) of each triangle; [`Topology::NONE`] or
     /// [`Topology::FAN`] where there is not exactly one.
@@ -77,7 +77,7 @@ pub struct Topology {
     /// outwards. From a light outside it, such a mesh shows a front face before any back face, so front faces alone
     /// define its shadow. A shell that intersects itself may still enclose inverted parts.
     pub outward: bool,
-    /// Numbers of things dropped or noticed.
+    /// Numbers of triangles and edges dropped or noticed.
     pub notes: CleanUp,
 }
 
@@ -306,7 +306,7 @@ fn cleaned(
 fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, vertices: usize, threads: usize, notes: &mut CleanUp) {
     let all = &triangles[..];
     let parts = in_threads(threads, |thread| {
-        // Grouped by the smallest corner; the other two corners follow in order.
+        // Triangles are grouped by their smallest corner; the other two corners follow in order.
         let turned = || {
             all.iter().zip(0u32..).map(|(&[a, b, c], t)| match a.min(b).min(c) {
                 least if least == a => (a, [b, c, t]),

@@ -57,9 +57,12 @@ pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// Techniques with settings, as ID or ID:name=value,name=value; `all` for every real-time technique at its
-    /// defaults
+    /// defaults. ID:preset=published starts from the form that the technique's paper describes
     #[arg(short, long = "technique", value_name = "ID,ID", default_value = "all")]
     techniques: Vec<String>,
+    /// Adds each technique's published form beside its defaults, where the two differ
+    #[arg(long, value_name = "published", value_parser = ["published"])]
+    preset: Option<String>,
     /// Sides of the shadow maps in texels; each size gives one row per technique
     #[arg(long, value_name = "N,N", default_value = "1024", value_delimiter = ',', value_parser = args::map_size)]
     shadow_map: Vec<u32>,
@@ -108,7 +111,10 @@ struct Judged {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Outcome {
     let console = Console::new(&args.json);
-    let choices = techniques::parse(&args.techniques, args.truth.samples)?;
+    let mut choices = techniques::parse(&args.techniques, args.truth.samples)?;
+    if args.preset.is_some() {
+        choices = techniques::with_published(choices)?;
+    }
     reference_choice(args)?;
     let rows = row_count(args, &choices);
     if args.output.is_some() && rows >= sheet::MAX_ROWS {

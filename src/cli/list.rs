@@ -65,6 +65,10 @@ fn detail(info: &Info) -> String {
     for need in info.needs {
         text += &wrap(&format!("  needs {}", need.text()), 4);
     }
+    if !info.published.is_empty() {
+        let settings: Vec<_> = info.published.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        text += &wrap(&format!("  preset=published    {}", settings.join(" ")), 6);
+    }
     for p in info.params {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
         // Blanks around the bar allow a line break between two words.

@@ -29,12 +29,14 @@ impl Choice {
         !matches!(self.info.id, "ray-traced" | "fixed-penumbra")
     }
 
-    /// Settings that differ from the defaults; `-` if there are none.
+    /// The preset, and settings that differ from it or from the defaults; `-` if there are none.
     pub fn settings(&self) -> String {
-        let usual = Params::new(self.info).show();
+        let published = Params::published(self.info).ok().filter(|_| self.params.is_published());
+        let mut shown: Vec<_> = published.iter().map(|_| "preset=published".to_owned()).collect();
+        let usual = published.unwrap_or_else(|| Params::new(self.info)).show();
         let changed = self.params.show().into_iter().zip(usual).filter(|(mine, usual)| mine.1 != usual.1);
-        let changed: Vec<_> = changed.map(|((name, value), _)| format!("{name}={value}")).collect();
-        if changed.is_empty() { "-".into() } else { changed.join(" ") }
+        shown.extend(changed.map(|((name, value), _)| format!("{name}={value}")));
+        if shown.is_empty() { "-".into() } else { shown.join(" ") }
     }
 }
 
@@ -72,11 +74,21 @@ pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
     let mut choices = vec![];
     for (id, mut settings) in found {
         if id == "all" {
+            let is_published = match &settings[..] {
+                [] => false,
+                [(name, value)] if name == "preset" && value == "published" => true,
+                _ => {
+                    return usage(
+                        "-t all takes no settings but preset=published, because techniques have different ones",
+                    );
+                }
+            };
             for info in technique::ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))) {
-                choices.push(Choice { info, params: Params::new(info) });
-            }
-            if !settings.is_empty() {
-                return usage("-t all takes no settings, because techniques have different ones");
+                if is_published && info.published.is_empty() {
+                    continue;
+                }
+                let params = if is_published { Params::published(info)? } else { Params::new(info) };
+                choices.push(Choice { info, params });
             }
             continue;
         }
@@ -86,6 +98,20 @@ pub fn parse(texts: &[String], samples: Option<u32>) -> Result<Vec<Choice>> {
         choices.push(Choice::new(id, &settings)?);
     }
     Ok(choices)
+}
+
+/// Adds, behind each technique at its defaults, the technique's published form, unless it has none apart from them.
+pub fn with_published(choices: Vec<Choice>) -> Result<Vec<Choice>> {
+    let mut all = vec![];
+    for choice in choices {
+        let info = choice.info;
+        let has_one = choice.settings() == "-" && !info.published.is_empty();
+        all.push(choice);
+        if has_one {
+            all.push(Choice { info, params: Params::published(info)? });
+        }
+    }
+    Ok(all)
 }
 
 #[cfg(test)]
@@ -104,7 +130,17 @@ mod tests {
         assert_eq!(shown("pcf:width=7,pcf:width=9"), ["pcf width=7", "pcf width=9"]);
         assert_eq!(shown("ray-traced,ray-traced:samples=16"), ["ray-traced samples=64", "ray-traced samples=16"]);
         assert_eq!(shown("fixed-penumbra:penumbra=0.5"), ["fixed-penumbra penumbra=0.5"]);
+        assert_eq!(shown("rbsm:preset=published,max_distance=8"), ["rbsm preset=published max_distance=8"]);
+        let published = shown("all:preset=published");
+        assert!(published.len() >= 10 && published.iter().all(|t| t.ends_with(" preset=published")), "{published:?}");
         assert!(shown("all").len() >= 2 && !shown("all").iter().any(|t| t.contains("ray-traced")));
+    }
+
+    #[test]
+    fn published_forms_stand_beside_the_defaults() {
+        let choices = with_published(parse(&["sm,rbsm,rbsm-star:max_distance=8".into()], None).unwrap()).unwrap();
+        let shown: Vec<_> = choices.iter().map(|c| format!("{} {}", c.info.id, c.settings())).collect();
+        assert_eq!(shown, ["sm -", "rbsm -", "rbsm preset=published", "rbsm-star max_distance=8"]);
     }
 
     #[test]
@@ -119,6 +155,8 @@ mod tests {
             "sm,",
             "sm,:a=1",
             "all:width=7",
+            "all:preset=paper",
+            "sm:preset=published",
             "all,width=7",
             "nope",
         ] {

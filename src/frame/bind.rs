@@ -1,4 +1,5 @@
-//! Resources bound to a shader: they are put into the order of its bindings, tracked for hazards, and pushed.
+//! Binding of resources to a shader: puts them into the order of its bindings, lists their uses for hazard tracking,
+//! and pushes the descriptors.
 
 use super::Frame;
 use crate::gpu::{Bind, Bindings, Interface, ResourceAccess, ResourceKind, Slot};
@@ -7,11 +8,11 @@ use crate::{Error, Result};
 use ash::vk;
 
 impl Interface {
-    /// Resource of each slot.
+    /// Returns the resource of each slot.
     ///
     /// # Errors
-    /// [`Error::Shader`] unless these are the names that the pipeline was made with, each with an image or a buffer as the
-    /// shader declares it.
+    /// [`Error::Shader`] unless the names are those that the pipeline was made with, and each names an image or a
+    /// buffer as the shader declares it.
     pub(super) fn bind<'a>(&self, bindings: &'a dyn Bindings) -> Result<Vec<Bind<'a>>> {
         let error = |problem: String| Error::Shader { shader: self.name.clone(), problem };
         let mut named = Vec::with_capacity(self.slots.len());
@@ -22,7 +23,7 @@ impl Interface {
         }
         let find = |s: &Slot| match named.iter().find(|n| n.0 == s.name) {
             Some((_, bind)) if s.kind.is_buffer() == bind.buffer().is_some() => Ok(*bind),
-            _ => Err(error(format!("{} (binding {}) wants {:?}", s.name, s.binding, s.kind))),
+            _ => Err(error(format!("{} (binding {}) needs a {:?}", s.name, s.binding, s.kind))),
         };
         self.slots.iter().map(find).collect()
     }
@@ -60,7 +61,7 @@ fn stage_use(stage: vk::ShaderStageFlags, kind: ResourceKind, access: ResourceAc
 }
 
 impl Frame<'_> {
-    /// Pushes what fits the interface, in the order of its slots.
+    /// Pushes the descriptors of the bound resources, which are in the order of the interface's slots.
     pub(super) fn push_descriptors(&self, point: vk::PipelineBindPoint, interface: &Interface, bind: &[Bind<'_>]) {
         let images: Vec<_> = (interface.slots.iter().zip(bind))
             .map(|(slot, b)| {

@@ -1,11 +1,11 @@
-//! Fills and copies within the GPU, each a pass of its own.
+//! Fills and copies on the GPU. Each is a pass of its own.
 
 use super::{Frame, TRANSFER_USE};
 use crate::gpu::{Buffer, Image};
 use crate::hazard::Use;
 use ash::vk::{self, Handle};
 
-/// Layout of an image that a buffer is copied into. `GENERAL` would do, but can be slower.
+/// Layout of an image while a buffer is copied into it. `GENERAL` is allowed as well, but can be slower.
 pub(super) const COPY_TARGET: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
 impl Frame<'_> {
@@ -19,7 +19,8 @@ impl Frame<'_> {
         self.end_pass(query);
     }
 
-    /// Writes a number into every pixel of an image with one unsigned component; made with `TRANSFER_DST`.
+    /// Writes a number into every pixel of an image with one unsigned component. The image was made with
+    /// `TRANSFER_DST`.
     pub(crate) fn fill_image(&mut self, name: &str, image: &Image, value: u32) {
         self.transition([image].into_iter(), TRANSFER_USE.stage);
         let r = image.as_ref();
@@ -39,8 +40,8 @@ impl Frame<'_> {
         self.end_pass(query);
     }
 
-    /// Copies rows of pixels from a buffer into an image; `row_pixels` is how many pixels a row of
-    /// the buffer holds, at least the image's width. They were made with `TRANSFER_SRC` and `TRANSFER_DST`.
+    /// Copies rows of pixels from a buffer into an image. `row_pixels` is the number of pixels in a row of the buffer,
+    /// at least the image's width. The buffer was made with `TRANSFER_SRC`, and the image with `TRANSFER_DST`.
     pub(crate) fn copy_to_image(&mut self, name: &str, source: &Buffer, row_pixels: u32, target: &Image) {
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
         let image = target.as_ref();

@@ -1,4 +1,4 @@
-//! Raster passes: dynamic rendering into images of ours.
+//! Raster passes: dynamic rendering into images of the library.
 
 use super::{Bind, Frame, INDIRECT_USE, MEMORY};
 use crate::gpu::{Bindings, Buffer, Image, Interface, RasterPipeline, has_stencil};
@@ -12,7 +12,7 @@ use std::ops::Range;
 pub struct Target<'a> {
     /// The image.
     pub image: &'a Image,
-    /// What it is cleared to; `None` keeps what it holds.
+    /// Value that the target is cleared to; `None` keeps its contents.
     pub clear: Option<vk::ClearValue>,
 }
 
@@ -22,24 +22,24 @@ impl<'a> Target<'a> {
         Self { image, clear: Some(vk::ClearValue { color: vk::ClearColorValue { float32 } }) }
     }
 
-    /// A depth target cleared to `depth`, its stencil, if it has one, to 0.
+    /// A depth target cleared to `depth`. If it has a stencil, the stencil is cleared to 0.
     pub fn depth(image: &'a Image, depth: f32) -> Self {
         let depth_stencil = vk::ClearDepthStencilValue { depth, stencil: 0 };
         Self { image, clear: Some(vk::ClearValue { depth_stencil }) }
     }
 
-    /// A target that keeps what it holds.
+    /// A target that keeps its contents.
     pub fn kept(image: &'a Image) -> Self {
         Self { image, clear: None }
     }
 }
 
-/// A pipeline with what is bound to it.
+/// A pipeline with its resources.
 #[derive(Clone, Copy)]
 pub struct Bound<'a> {
     /// The pipeline.
     pub pipeline: &'a RasterPipeline,
-    /// Resources of the pass, in the type that the pipeline was made with.
+    /// Resources of the pass, in a value of the type that the pipeline was made with.
     pub bind: &'a dyn Bindings,
 }
 
@@ -51,16 +51,16 @@ pub struct RasterPass<'a> {
     pub extent: [u32; 2],
     /// Colour targets.
     pub colors: &'a [Target<'a>],
-    /// Depth target, with its stencil where it has one.
+    /// Depth target, including its stencil if it has one.
     pub depth: Option<Target<'a>>,
-    /// Every pipeline that the draws use, with its resources: the pass waits for these before it begins.
+    /// Every pipeline that the draws use, with its resources. The pass waits for these resources before it begins.
     pub bound: &'a [Bound<'a>],
     /// Buffers that [`Draw::indirect`] reads.
     pub indirect: &'a [&'a Buffer],
 }
 
 const RASTER_STAGES: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
-    // Vertex and index buffers come from an upload, which nothing else makes visible to their fetch.
+    // Vertex and index buffers are filled by an upload, and no other barrier makes it visible to vertex input.
     vk::PipelineStageFlags2::VERTEX_INPUT.as_raw()
         | vk::PipelineStageFlags2::PRE_RASTERIZATION_SHADERS.as_raw()
         | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw()
@@ -88,7 +88,7 @@ const DEPTH_USE: Use = Use {
 };
 
 impl RasterPass<'_> {
-    /// Everything that the pass touches, with what it does to it.
+    /// Returns every resource that the pass accesses, with the kind of access.
     fn uses(&self, binds: &[Vec<Bind<'_>>]) -> Vec<(u64, Use)> {
         let id = |t: &Target<'_>| t.image.as_ref().image.as_raw();
         let bound = self.bound.iter().zip(binds).flat_map(|(b, bind)| b.pipeline.interface.uses(bind));
@@ -103,7 +103,7 @@ impl RasterPass<'_> {
         match self.colors.iter().chain(&self.depth).find(other) {
             None => Ok(()),
             Some(target) => Err(Error::Usage(format!(
-                "the pass {} is of {:?} pixels, and one of its targets of {:?}",
+                "the pass {} has {:?} pixels, but one of its targets has {:?}",
                 self.name,
                 self.extent,
                 target.image.extent()
@@ -113,7 +113,7 @@ impl RasterPass<'_> {
 }
 
 impl<'a> Frame<'a> {
-    /// Runs a raster pass; `draw` records the draws. The command buffer's queue has graphics.
+    /// Records a raster pass; `draw` records its draws. The queue of the command buffer must support graphics.
     pub(crate) fn raster(
         &mut self,
         pass: &RasterPass<'_>,
@@ -167,8 +167,8 @@ impl<'a> Frame<'a> {
         drawn
     }
 
-    /// The first raster pass of a context waits for what came before in the stages that no frame has waited for yet;
-    /// from then on, [`Frame::begin`] does.
+    /// Lets the first raster pass of a context wait for earlier commands in the stages of raster passes, which no frame
+    /// has waited for yet. From then on, [`Frame::begin`] waits for them.
     fn wait_for_raster(&mut self) {
         if self.stages.contains(RASTER_STAGES) {
             return;
@@ -183,27 +183,27 @@ impl<'a> Frame<'a> {
         });
     }
 
-    /// The stages of raster passes, once there was one.
+    /// The stages of raster passes, or no stages if the context has not recorded a raster pass yet.
     pub(super) fn raster_stages(&self) -> vk::PipelineStageFlags2 {
         if self.context.has_rastered() { RASTER_STAGES } else { vk::PipelineStageFlags2::empty() }
     }
 }
 
-/// The draws of one raster pass. Culling is off until [`Draw::faces`], counter-clockwise faces are front, the scissor is
-/// the whole image.
+/// The draws of one raster pass. Culling is off until [`Draw::faces`] is called, counter-clockwise faces are front
+/// faces, and the scissor is the whole image.
 pub struct Draw<'f, 'a> {
     frame: &'f Frame<'a>,
     pass: &'f RasterPass<'f>,
-    /// What is bound to each of [`RasterPass::bound`].
+    /// Resources of each entry of [`RasterPass::bound`], in the order of its slots.
     binds: &'f [Vec<Bind<'f>>],
     pipeline: Option<&'f RasterPipeline>,
 }
 
 impl Draw<'_, '_> {
-    /// Takes the pipeline and the resources of [`RasterPass::bound`] by index.
+    /// Binds the pipeline and the resources of [`RasterPass::bound`] with this index.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is none of that index.
+    /// [`Error::Usage`] if there is no entry with that index.
     pub fn bind(&mut self, index: usize) -> Result<()> {
         let Some((bound, bind)) = self.pass.bound.iter().zip(self.binds).nth(index) else {
             return Err(Error::Usage(format!("the pass {} has no pipeline {index}", self.pass.name)));
@@ -218,8 +218,8 @@ impl Draw<'_, '_> {
         Ok(())
     }
 
-    /// Binds other resources to the current pipeline: such as nothing of this frame or the one before wrote, or as stand
-    /// in [`RasterPass::bound`] too, since no barrier can be placed in a pass.
+    /// Binds other resources to the current pipeline. No barrier can be placed inside a pass, so a resource must either
+    /// be in [`RasterPass::bound`] too, or not have been written in this frame or the one before.
     #[cfg(feature = "app")]
     pub fn rebind(&mut self, bindings: &dyn Bindings) -> Result<()> {
         let interface = self.interface()?;
@@ -266,13 +266,14 @@ impl Draw<'_, '_> {
         unsafe { self.frame.context.device().raw.cmd_set_depth_compare_op(self.frame.cmd, compare) };
     }
 
-    /// Sets the `[constant, slope]` depth bias of a pipeline that has one, until the next [`Draw::bind`].
+    /// Sets the `[constant, slope]` depth bias until the next [`Draw::bind`], for a pipeline that was made with a depth
+    /// bias.
     pub fn bias(&mut self, [constant, slope]: [f32; 2]) {
         // SAFETY: as in `bind`.
         unsafe { self.frame.context.device().raw.cmd_set_depth_bias(self.frame.cmd, constant, 0.0, slope) };
     }
 
-    /// Draws only where `x` and `y`, in pixels, lie in these ranges; both are cut to the image.
+    /// Restricts later draws to these ranges of pixels. The ranges are clipped to the image.
     pub fn scissor(&mut self, x: Range<u32>, y: Range<u32>) {
         let [width, height] = self.pass.extent;
         let cut = |r: Range<u32>, n: u32| (r.start.min(n), r.end.min(n).saturating_sub(r.start.min(n)));
@@ -283,10 +284,10 @@ impl Draw<'_, '_> {
         unsafe { self.frame.context.device().raw.cmd_set_scissor(self.frame.cmd, 0, &[area]) };
     }
 
-    /// Pushes constants; they stay until the next of another layout.
+    /// Pushes constants. They stay valid until a pipeline with another layout pushes its constants.
     ///
     /// # Errors
-    /// [`Error::Shader`] if they are not of the size that the pipeline was made with.
+    /// [`Error::Shader`] if their size differs from the one that the pipeline was made with.
     pub fn push(&mut self, push: &[u8]) -> Result<()> {
         let interface = self.interface()?;
         if push.len() != interface.push_size as usize {
@@ -301,7 +302,7 @@ impl Draw<'_, '_> {
         Ok(())
     }
 
-    /// Draws vertices by number.
+    /// Draws a range of vertices without indices.
     pub fn draw(&mut self, vertices: Range<u32>, instances: Range<u32>) -> Result<()> {
         self.interface()?;
         let (raw, cmd) = (&self.frame.context.device().raw, self.frame.cmd);
@@ -311,7 +312,7 @@ impl Draw<'_, '_> {
         Ok(())
     }
 
-    /// Draws vertices by index.
+    /// Draws a range of the index buffer.
     #[cfg(feature = "app")]
     pub fn indexed(&mut self, indices: Range<u32>, instances: Range<u32>) -> Result<()> {
         self.interface()?;
@@ -322,8 +323,8 @@ impl Draw<'_, '_> {
         Ok(())
     }
 
-    /// Draws what a `VkDrawIndirectCommand` at this offset of a buffer says; its `firstInstance` is 0. The buffer stands
-    /// in [`RasterPass::indirect`].
+    /// Draws according to a `VkDrawIndirectCommand` at this offset of a buffer. Its `firstInstance` is 0, and the
+    /// buffer is listed in [`RasterPass::indirect`].
     pub fn indirect(&mut self, buffer: &Buffer, offset: u64) -> Result<()> {
         self.interface()?;
         if !self.pass.indirect.iter().any(|b| b.handle() == buffer.handle()) {

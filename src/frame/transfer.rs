@@ -1,4 +1,4 @@
-//! Images to the CPU and back, for the host.
+//! Copies of images and buffers to the CPU, and of images back to the GPU, for the host.
 
 use super::copy::COPY_TARGET;
 use super::{Frame, TO_HOST, TRANSFER_USE};
@@ -19,7 +19,7 @@ fn whole_image(image: &ImageRef) -> vk::BufferImageCopy {
 }
 
 impl Frame<'_> {
-    /// Copies level 0 of layer 0 of an image into a mapped buffer, rows tightly packed.
+    /// Copies level 0 of layer 0 of an image into a mapped buffer, with tightly packed rows.
     pub(crate) fn read_back(&mut self, source: &Image, target: &Buffer) {
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
@@ -35,7 +35,7 @@ impl Frame<'_> {
         self.memory_barrier(&TO_HOST);
     }
 
-    /// Copies a buffer into a mapped one of its size.
+    /// Copies a buffer into a mapped buffer of the same size.
     pub(crate) fn read_back_buffer(&mut self, source: &Buffer, target: &Buffer) {
         let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
         self.hazard(&[(source.handle().as_raw(), read), (target.handle().as_raw(), TRANSFER_USE)]);

@@ -7,19 +7,20 @@ use ash::vk::{self, Handle};
 /// Something bound to a shader.
 #[derive(Clone, Copy)]
 pub enum Bind<'a> {
-    /// An image of ours, all of its mip levels; of depth with stencil, the depth.
+    /// An image of the library with all its mip levels. A format with depth and stencil is read as depth.
     Image(&'a Image),
-    /// One mip level of an image of ours.
+    /// One mip level of an image of the library.
     Mip(&'a Image, u32),
-    /// The stencil of an image of ours, for a `usampler2D`.
+    /// The stencil of an image of the library, for a `usampler2D`.
     Stencil(&'a Image),
-    /// Somebody else's image, in the layout that it states; read only.
+    /// An image of the caller, in the layout that its [`ImageRef`] states. Read only.
     Input(&'a ImageRef),
-    /// Somebody else's shadow map, for a filter whose window may be wider than the map: outside, its border goes on.
+    /// A shadow map of the caller, for a filter whose window may be wider than the map. Outside the map, the sampler
+    /// repeats the texels of the map's border.
     BorderlessMap(&'a ImageRef),
     /// A buffer.
     Buffer(&'a Buffer),
-    /// Somebody else's buffer from its start, that many bytes; read only.
+    /// The first bytes of a buffer of the caller, and their number. Read only.
     Foreign(vk::Buffer, u64),
 }
 
@@ -50,8 +51,8 @@ impl<'a> Bind<'a> {
         }
     }
 
-    /// The handle by which hazards are tracked. Vulkan handles of different types may be equal in
-    /// theory only: they are pointers on every desktop driver, and a clash merely adds a barrier.
+    /// Key by which hazards are tracked. Handles of different Vulkan types could be equal in theory. On desktop drivers
+    /// they are pointers and therefore differ, and a clash would only add a barrier.
     pub(crate) fn id(&self) -> u64 {
         match self {
             Self::Buffer(b) => b.handle().as_raw(),
@@ -64,7 +65,7 @@ impl<'a> Bind<'a> {
 /// A resource that the host declares for a shader.
 #[derive(Clone, Copy)]
 pub struct Declared {
-    /// Its name in the shader: that of the variable, or of the block where the variable has none.
+    /// Name in the shader: that of the variable, or of the block if the variable has none.
     pub name: &'static str,
     /// Compares the block's layout with the host's struct; only for uniform buffers.
     pub check: Option<fn(&str, &Block) -> Result<()>>,
@@ -82,15 +83,16 @@ impl Declared {
     }
 }
 
-/// Resources by their names in the shader. A pipeline is made with the type, which is compared with the SPIR-V, and a pass
-/// binds a value of it: to swap, add or forget one is an error of the compiler or of the preparation. Made by `bindings!`.
+/// Resources of a pass by their names in the shader. `bindings!` makes the implementations. A pipeline is made with
+/// such a type, whose names are compared with the SPIR-V, and a pass binds a value of this type. A resource that is
+/// swapped, added or forgotten is therefore a compile error or an error at preparation.
 pub trait Bindings {
-    /// Appends what the shader has to declare.
+    /// Appends the resources that the shader must declare.
     fn declare(all: &mut Vec<Declared>)
     where
         Self: Sized;
 
-    /// Appends what is bound, by name.
+    /// Appends the bound resources with their names.
     fn add<'a>(&'a self, all: &mut Vec<(&'static str, Bind<'a>)>);
 }
 
@@ -100,12 +102,12 @@ impl Bindings for () {
     fn add<'a>(&'a self, _: &mut Vec<(&'static str, Bind<'a>)>) {}
 }
 
-/// Declares structs whose fields are the resources of a shader, named as there; `..field: Type` takes over those of another
-/// such struct.
+/// Declares structs whose fields are the resources of a shader and have the shader's names. `..field: Type` includes
+/// the resources of another such struct.
 macro_rules! bindings {
     ($($(#[$meta:meta])* $vis:vis struct $name:ident { $(..$group:ident: $type:ident,)* $($field:ident),* $(,)? })*) => {$(
         $(#[$meta])*
-        // Blocks are in camel case.
+        // Blocks have names in camel case.
         #[allow(non_snake_case)]
         #[derive(Clone, Copy)]
         $vis struct $name<'a> { $(pub(crate) $group: $type<'a>,)* $(pub(crate) $field: $crate::gpu::Bind<'a>,)* }

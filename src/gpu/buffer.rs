@@ -8,31 +8,31 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// Where a buffer's memory lies.
+/// Kind of memory that holds a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MemoryKind {
-    /// On the GPU; filled by a transfer or a shader.
+    /// Memory of the GPU, filled by a transfer or a shader.
     Gpu,
-    /// Mapped, for writing by the CPU.
+    /// Mapped memory that the CPU writes.
     Upload,
-    /// Mapped, for reading by the CPU.
+    /// Mapped memory that the CPU reads.
     Readback,
 }
 
-/// What to make a [`Buffer`] of.
+/// Description of a [`Buffer`] to make.
 #[derive(Clone, Copy, Debug)]
 pub struct BufferDesc<'a> {
     /// Debug name.
     pub name: &'a str,
-    /// Bytes; 0 is rounded up to 4, since Vulkan has no empty buffer.
+    /// Size in bytes. Sizes below 4 are raised to 4, because Vulkan has no empty buffers.
     pub size: u64,
     /// Vulkan usage.
     pub usage: vk::BufferUsageFlags,
-    /// Where it lies.
+    /// Kind of memory.
     pub memory: MemoryKind,
 }
 
-/// A buffer with its memory. Dropping it while the GPU still uses it is the owner's mistake.
+/// A buffer with its memory. The owner must not drop it while the GPU still uses it.
 pub struct Buffer {
     device: Arc<Device>,
     allocation: Option<Allocation>,
@@ -41,7 +41,7 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Allocates.
+    /// Makes the buffer and allocates its memory.
     pub fn new(device: &Arc<Device>, desc: &BufferDesc<'_>) -> Result<Self> {
         let size = desc.size.max(4);
         let info = vk::BufferCreateInfo::default().size(size).usage(desc.usage);
@@ -75,18 +75,18 @@ impl Buffer {
         self.handle
     }
 
-    /// Bytes.
+    /// Size in bytes.
     pub fn size(&self) -> u64 {
         self.size
     }
 
-    /// The mapped bytes of an upload or readback buffer; empty for one that is not mapped.
+    /// The mapped bytes of an upload or readback buffer; empty for a buffer that is not mapped.
     pub fn bytes(&self) -> &[u8] {
         let mapped = self.allocation.as_ref().and_then(|a| a.mapped_slice());
         mapped.map_or(&[], |m| &m[..self.size as usize])
     }
 
-    /// Writes into the mapped bytes of an upload buffer. False if it is not mapped or too small.
+    /// Writes into the mapped bytes of an upload buffer. Returns false if the buffer is not mapped or too small.
     pub fn write(&mut self, offset: usize, bytes: &[u8]) -> bool {
         let mapped = self.allocation.as_mut().and_then(|a| a.mapped_slice_mut());
         let target = mapped.and_then(|m| m.get_mut(offset..offset + bytes.len()));
@@ -96,7 +96,7 @@ impl Buffer {
 
 impl Drop for Buffer {
     fn drop(&mut self) {
-        // SAFETY: the owner vouches that the GPU is done with it.
+        // SAFETY: the owner guarantees that the GPU is done with it.
         unsafe { self.device.raw.destroy_buffer(self.handle, None) };
         if let Some(allocation) = self.allocation.take() {
             self.device.free(allocation);

@@ -1,4 +1,4 @@
-//! The caller's device with the function tables and the allocator that everything else shares.
+//! The caller's device, with the function tables and the allocator that all other objects share.
 
 use crate::device_features::DeviceFeatures;
 use crate::error::VkContext;
@@ -11,27 +11,28 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The caller's handles.
 pub struct ContextDesc<'a> {
-    /// The instance; its API version is at least 1.3.
+    /// The instance, made with an API version of at least 1.3.
     pub instance: &'a ash::Instance,
     /// The physical device of `device`.
     pub physical_device: vk::PhysicalDevice,
-    /// The device, made with what [`crate::requirements`] lists.
+    /// The device, made with the extensions and features that [`crate::requirements`] lists.
     pub device: &'a ash::Device,
-    /// What `device` was made with beyond that; `DeviceFeatures::default()` for nothing. Techniques that need more are
-    /// refused when they are prepared.
+    /// Features that `device` was made with beyond those; `DeviceFeatures::default()` if there are none. Techniques
+    /// that need other features are refused when they are prepared.
     pub features: DeviceFeatures,
-    /// True if the instance has `VK_EXT_debug_utils`: objects get names and passes get labels.
+    /// True if the instance has `VK_EXT_debug_utils`. Objects then get names and passes get labels.
     pub debug_utils: bool,
-    /// Source of memory; `None` makes an allocator of our own.
+    /// Allocator for all memory. With `None`, the library makes one of its own.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
-    /// Used for every pipeline; may be null.
+    /// Pipeline cache for every pipeline; may be null.
     pub pipeline_cache: vk::PipelineCache,
-    /// Dropped after everything made from the context: hand in an owner of the device, and the order
-    /// of drops takes care of itself. `None` leaves the order to the caller.
+    /// Owner of the device. It is dropped after everything made from the context, so that the device outlives these
+    /// objects. With `None`, the caller must ensure this order.
     pub keep_alive: Option<Arc<dyn Any + Send + Sync>>,
 }
 
-/// Shared by [`crate::Context`] and by every object made from it; destroyed with the last of them.
+/// The caller's device, shared by [`crate::Context`] and every object made from it. It is dropped with the last of
+/// them.
 pub struct Device {
     /// Function table of the caller's instance.
     pub instance: ash::Instance,
@@ -46,21 +47,22 @@ pub struct Device {
     device_type: vk::PhysicalDeviceType,
     pub(crate) pipeline_cache: vk::PipelineCache,
     allocator: Arc<Mutex<Allocator>>,
-    /// After the allocator: fields drop in their order, and the allocator frees its memory.
+    /// This field comes after the allocator, because fields are dropped in order and the allocator needs the device to
+    /// free its memory.
     _keep_alive: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 impl Device {
     /// # Errors
-    /// [`Error::NoDevice`] where the device lacks a function that the library, or what [`ContextDesc`] says it was made
-    /// with, calls: the loader would abort the process at the first call.
+    /// [`Error::NoDevice`] if the device lacks a function that the library calls with the features in [`ContextDesc`].
+    /// Otherwise, `ash` would abort the process at the first call.
     pub(crate) fn new(desc: &ContextDesc<'_>, allocator: Arc<Mutex<Allocator>>) -> Result<Self> {
         let ContextDesc { instance, physical_device, device, .. } = *desc;
-        // SAFETY: the caller of `Context::new` vouches for the handles.
+        // SAFETY: the caller of `Context::new` guarantees that the handles are valid.
         let load = |name: &CStr| unsafe { instance.get_device_proc_addr(device.handle(), name.as_ptr()) };
         check_functions(load, desc.features.dynamic_rendering, desc.debug_utils)?;
         let push_descriptor_set = push_descriptor_set(load)?;
-        // SAFETY: the caller of `Context::new` vouches for the handles.
+        // SAFETY: the caller of `Context::new` guarantees that the handles are valid.
         let properties = unsafe { instance.get_physical_device_properties(physical_device) };
         #[cfg(feature = "app")]
         let _lists = crate::loader::look_up();
@@ -79,24 +81,24 @@ impl Device {
         })
     }
 
-    /// Gives a Vulkan object its debug name; does nothing where the caller enabled no `VK_EXT_debug_utils`.
+    /// Gives a Vulkan object its debug name. Does nothing if the caller did not enable `VK_EXT_debug_utils`.
     pub fn name<T: Handle>(&self, handle: T, name: &str) {
         let Some(debug) = &self.debug_utils else { return };
         let name = CString::new(name.replace('\0', " ")).unwrap_or_default();
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
         #[cfg(feature = "app")]
         let _lists = crate::loader::look_up();
-        // SAFETY: the handle belongs to this device. A failure (out of host memory) only loses a name.
+        // SAFETY: the handle belongs to this device. If the call fails (out of host memory), only the name is lost.
         let _ = unsafe { debug.set_debug_utils_object_name(&info) };
     }
 
-    /// True for a driver that runs on the CPU: few threads, each of them fast.
+    /// True for a driver that runs on the CPU, which has few threads, each of them fast.
     pub(crate) fn is_cpu(&self) -> bool {
         self.device_type == vk::PhysicalDeviceType::CPU
     }
 
     fn allocator(&self) -> MutexGuard<'_, Allocator> {
-        // A panic elsewhere while the lock was held leaves the allocator's own state whole.
+        // A panic elsewhere while the lock was held leaves the allocator's state intact.
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -105,11 +107,11 @@ impl Device {
     }
 
     pub(crate) fn free(&self, allocation: Allocation) {
-        // Freeing fails only for an allocation of another allocator.
+        // Freeing fails only for an allocation from another allocator.
         let _ = self.allocator().free(allocation);
     }
 
-    /// What a format may be used for with optimal tiling.
+    /// Features that a format supports with optimal tiling.
     pub fn format_features(&self, format: vk::Format) -> vk::FormatFeatureFlags {
         // SAFETY: the instance and the physical device are the caller's and alive.
         unsafe { self.instance.get_physical_device_format_properties(self.physical_device, format) }
@@ -124,10 +126,10 @@ impl Device {
     }
 }
 
-/// A function of Vulkan's, as `vkGetDeviceProcAddr` returns it.
+/// A Vulkan function as `vkGetDeviceProcAddr` returns it.
 type Loaded = Option<unsafe extern "system" fn()>;
 
-/// The extension's function, or the same of Vulkan 1.4.
+/// The function of the extension, or the same function of Vulkan 1.4.
 fn push_descriptor_set(load: impl Fn(&CStr) -> Loaded) -> Result<vk::PFN_vkCmdPushDescriptorSetKHR> {
     let loaded = load(c"vkCmdPushDescriptorSetKHR").or_else(|| load(c"vkCmdPushDescriptorSet"));
     let loaded = loaded.ok_or_else(|| {
@@ -141,7 +143,7 @@ fn push_descriptor_set(load: impl Fn(&CStr) -> Loaded) -> Result<vk::PFN_vkCmdPu
     Ok(unsafe { std::mem::transmute::<unsafe extern "system" fn(), vk::PFN_vkCmdPushDescriptorSetKHR>(loaded) })
 }
 
-/// An error unless the device has what the library calls beyond Vulkan 1.0.
+/// Returns an error unless the device has the functions beyond Vulkan 1.0 that the library calls.
 fn check_functions(load: impl Fn(&CStr) -> Loaded, dynamic_rendering: bool, debug_utils: bool) -> Result<()> {
     let version = "make the instance with the API version 1.3 (VkApplicationInfo::apiVersion)";
     let debug = "enable VK_EXT_debug_utils when you make the instance, or set ContextDesc::debug_utils to false";
@@ -167,7 +169,7 @@ mod tests {
     unsafe extern "system" fn of_extension() {}
     unsafe extern "system" fn of_core() {}
 
-    /// Names that a device has, and what is loaded.
+    /// Address of the function that is loaded on a device with these functions.
     fn loaded(names: &[(&CStr, unsafe extern "system" fn())]) -> Result<usize> {
         let find = |name: &CStr| names.iter().find(|n| n.0 == name).map(|n| n.1);
         push_descriptor_set(find).map(|f| f as usize)

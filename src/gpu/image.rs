@@ -1,4 +1,5 @@
-//! Images that own their memory. They live in `GENERAL`: only the hand-over to the caller leaves it.
+//! Images that own their memory. They stay in the layout `GENERAL`; only transfers and the hand-over to the caller use
+//! other layouts.
 
 use super::{Device, ImageRef, Recorded};
 use crate::error::VkContext;
@@ -8,7 +9,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// What to make an [`Image`] of.
+/// Description of an [`Image`] to make.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageDesc<'a> {
     /// Debug name.
@@ -28,7 +29,7 @@ pub struct ImageDesc<'a> {
 }
 
 impl<'a> ImageDesc<'a> {
-    /// A 2D image with one level that is written and read by compute shaders.
+    /// A 2D image with one mip level that compute shaders write and read.
     pub fn storage(name: &'a str, format: vk::Format, extent: [u32; 2]) -> Self {
         let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC;
         Self { name, format, extent, mips: 1, layers: 1, array: false, usage }
@@ -60,45 +61,46 @@ pub(crate) fn aspect(format: vk::Format) -> vk::ImageAspectFlags {
     }
 }
 
-/// True for depth with stencil.
+/// True for formats with depth and stencil.
 pub(crate) fn has_stencil(format: vk::Format) -> bool {
     matches!(format, vk::Format::D16_UNORM_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D32_SFLOAT_S8_UINT)
 }
 
-/// All aspects of a format: barriers must name them together.
+/// All aspects of a format. A barrier must name them together.
 pub(crate) fn full_aspect(format: vk::Format) -> vk::ImageAspectFlags {
     if has_stencil(format) { vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL } else { aspect(format) }
 }
 
-/// An image with its memory and views. Dropping it while the GPU still uses it is the owner's mistake.
+/// An image with its memory and views. The owner must not drop it while the GPU still uses it.
 pub struct Image {
     device: Arc<Device>,
     allocation: Option<Allocation>,
     handle: vk::Image,
     view: vk::ImageView,
     mip_views: Vec<vk::ImageView>,
-    /// Of depth with stencil: both for an attachment, and the stencil alone for reading.
+    /// Two views of a format with depth and stencil: both aspects, for attachments, and the stencil alone, for reading.
+    /// Empty for other formats.
     stencil_views: Vec<vk::ImageView>,
     format: vk::Format,
     extent: [u32; 2],
     layers: u32,
     memory_bytes: u64,
-    /// The layout after everything recorded so far: `UNDEFINED` where nothing is known.
+    /// The layout after all commands recorded so far; `UNDEFINED` if it is not known.
     layout: Recorded,
 }
 
 impl Image {
-    /// Allocates; the first use in a frame takes it out of `UNDEFINED`.
+    /// Makes the image and allocates its memory. The first use in a frame changes the layout from `UNDEFINED`.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an image larger than the device allows, which not every driver refuses by itself.
+    /// [`Error::Usage`] for an image larger than the device allows. Not every driver refuses such an image by itself.
     pub fn new(device: &Arc<Device>, desc: &ImageDesc<'_>) -> Result<Self> {
         let extent = desc.extent.map(|e| e.max(1));
         let largest = device.limits.max_image_dimension2_d;
         if extent.iter().any(|&e| e > largest) {
             let [w, h] = extent;
             return Err(Error::Usage(format!(
-                "{}: {w}x{h} is not possible: this device has 1 to {largest} a side",
+                "{}: {w}x{h} is not possible: this device allows 1 to {largest} per side",
                 desc.name
             )));
         }
@@ -198,18 +200,18 @@ impl Image {
         }
     }
 
-    /// One mip level, for binding; `extent` is the level's.
+    /// One mip level, for binding; `extent` is the size of the level.
     pub fn mip(&self, level: u32) -> ImageRef {
         let view = self.mip_views.get(level as usize).copied().unwrap_or(self.view);
         ImageRef { view, extent: self.extent.map(|e| (e >> level).max(1)), ..self.as_ref() }
     }
 
-    /// The stencil alone, for binding as a `usampler2D`; the whole image where it has none.
+    /// The stencil alone, for binding as a `usampler2D`; the whole image if it has no stencil.
     pub fn stencil(&self) -> ImageRef {
         ImageRef { view: self.stencil_views.get(1).copied().unwrap_or(self.view), ..self.as_ref() }
     }
 
-    /// With all aspects, for rendering into.
+    /// View of all aspects, for rendering into the image.
     pub(crate) fn attachment_view(&self) -> vk::ImageView {
         self.stencil_views.first().copied().unwrap_or(self.view)
     }
@@ -229,7 +231,7 @@ impl Image {
         self.memory_bytes
     }
 
-    /// A `VkImageLayout`.
+    /// State that holds the image's `VkImageLayout`.
     pub(crate) fn layout(&self) -> &Recorded {
         &self.layout
     }
@@ -237,7 +239,7 @@ impl Image {
 
 impl Drop for Image {
     fn drop(&mut self) {
-        // SAFETY: the owner vouches that the GPU is done with it.
+        // SAFETY: the owner guarantees that the GPU is done with it.
         unsafe {
             for &view in self.mip_views.iter().chain([&self.view]).chain(&self.stencil_views) {
                 self.device.raw.destroy_image_view(view, None);

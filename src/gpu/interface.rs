@@ -1,5 +1,6 @@
-//! What a pipeline's shaders bind, are pushed and are specialized by: the layout, from reflection, so that numbers of
-//! bindings and constants stand in the shader alone; the host gives names, which are compared here.
+//! Interface of a pipeline's shaders: bindings, push constants and specialization constants. Reflection supplies the
+//! layout, so only the shaders contain the numbers of bindings and constants. The host code gives names, which are
+//! compared here.
 
 use super::{Bindings, Device, Reflection, ResourceAccess, ResourceKind, ShaderStruct};
 use crate::error::VkContext;
@@ -8,7 +9,7 @@ use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// A binding with what each stage does with it.
+/// A binding, and how each stage uses it.
 pub(crate) struct Slot {
     pub binding: u32,
     pub name: String,
@@ -19,19 +20,19 @@ pub(crate) struct Slot {
 /// A specialization constant: its name in the shader, and the bits of its value.
 pub type Constant = (&'static str, u32);
 
-/// What compute and raster pipelines share.
+/// Part that compute and raster pipelines have in common.
 pub(crate) struct Interface {
     pub(super) device: Arc<Device>,
     pub set_layout: vk::DescriptorSetLayout,
     pub layout: vk::PipelineLayout,
-    /// In ascending order of the bindings.
+    /// Slots in ascending order of their bindings.
     pub slots: Vec<Slot>,
     pub push_stages: vk::ShaderStageFlags,
     pub push_size: u32,
     /// Number and name of each specialization constant.
     constants: Vec<(u32, String)>,
     stages: Vec<Reflection>,
-    /// For messages: a shader, or a pipeline.
+    /// Name for messages: that of the shader or of the pipeline.
     pub name: String,
 }
 
@@ -118,7 +119,7 @@ impl Interface {
         Ok(interface)
     }
 
-    /// Compares what the host declares with the shaders.
+    /// Compares the host's declarations with the shaders.
     pub fn check<B: Bindings, P: ShaderStruct>(&self) -> Result<()> {
         let error = |problem: String| Err(Error::Shader { shader: self.name.clone(), problem });
         let mut declared = vec![];
@@ -132,7 +133,7 @@ impl Interface {
                 let check = declared.iter().find(|d| d.name == binding.name).and_then(|d| d.check);
                 match (check, &binding.block) {
                     (Some(check), Some(block)) => check(&self.name, block)?,
-                    (Some(_), None) => return error(format!("{} is no uniform block", binding.name)),
+                    (Some(_), None) => return error(format!("{} is not a uniform block", binding.name)),
                     (None, _) => {}
                 }
             }
@@ -141,18 +142,23 @@ impl Interface {
             }
         }
         if self.push_stages.is_empty() && size_of::<P>() > 0 {
-            return error(format!("the host pushes {}, it declares no push constants", std::any::type_name::<P>()));
+            return error(format!(
+                "the host pushes {}, but the shaders declare no push constants",
+                std::any::type_name::<P>()
+            ));
         }
         Ok(())
     }
 
-    /// How these names differ from those of the resources that the shaders declare; `None` if they do not.
+    /// Describes how the given names differ from the names of the resources that the shaders declare. Returns `None` if
+    /// they are the same.
     pub fn other_names(&self, given: &[&str]) -> Option<String> {
         let declared: Vec<_> = self.slots.iter().map(|s| s.name.as_str()).collect();
         difference("resources", given, &declared)
     }
 
-    /// Entries and data of specialization constants, which are all that the shaders declare.
+    /// Entries and data of the specialization constants. The given names must be exactly those that the shaders
+    /// declare.
     pub(super) fn specialize(&self, given: &[Constant]) -> Result<(Vec<vk::SpecializationMapEntry>, Vec<u32>)> {
         let names: Vec<_> = given.iter().map(|g| g.0).collect();
         let declared: Vec<_> = self.constants.iter().map(|c| c.1.as_str()).collect();
@@ -163,7 +169,7 @@ impl Interface {
     }
 }
 
-/// Where in the data each constant lies, which holds them in the order in which they are given.
+/// Offset of each constant in the data, which holds the constants in the order in which they are given.
 fn entries(declared: &[(u32, String)], given: &[Constant]) -> Vec<vk::SpecializationMapEntry> {
     let place = |name: &str| given.iter().position(|g| g.0 == name).unwrap_or_default() as u32;
     declared
@@ -172,7 +178,7 @@ fn entries(declared: &[(u32, String)], given: &[Constant]) -> Vec<vk::Specializa
         .collect()
 }
 
-/// Says how names that the host gives differ from those that the shader declares, whatever their order.
+/// Describes how the names that the host gives differ from those that the shader declares. Their order does not matter.
 fn difference(what: &str, given: &[&str], declared: &[&str]) -> Option<String> {
     let unknown: Vec<_> = given.iter().filter(|g| !declared.contains(g)).collect();
     let missing: Vec<_> = declared.iter().filter(|d| !given.contains(d)).collect();
@@ -183,12 +189,12 @@ fn difference(what: &str, given: &[&str], declared: &[&str]) -> Option<String> {
         (true, false) => format!("{missing:?} missing"),
         (false, false) => format!("{unknown:?} unknown, {missing:?} missing"),
     };
-    Some(format!("the host gives the {what} {given:?}, the shader declares {declared:?}: {problem}"))
+    Some(format!("the host gives the {what} {given:?}, but the shader declares {declared:?}: {problem}"))
 }
 
 impl Drop for Interface {
     fn drop(&mut self) {
-        // SAFETY: the owner vouches that no command buffer in flight uses them.
+        // SAFETY: the owner guarantees that no command buffer in flight uses them.
         unsafe {
             self.device.raw.destroy_pipeline_layout(self.layout, None);
             self.device.raw.destroy_descriptor_set_layout(self.set_layout, None);
@@ -196,7 +202,7 @@ impl Drop for Interface {
     }
 }
 
-/// A shader module that lives as long as the pipeline is being made.
+/// A shader module that lives only while the pipeline is being made.
 pub(super) struct Module<'a> {
     device: &'a Device,
     pub handle: vk::ShaderModule,
@@ -217,7 +223,7 @@ impl<'a> Module<'a> {
 
 impl Drop for Module<'_> {
     fn drop(&mut self) {
-        // SAFETY: a module may go as soon as the pipeline is made.
+        // SAFETY: a module may be destroyed as soon as the pipeline is made.
         unsafe { self.device.raw.destroy_shader_module(self.handle, None) };
     }
 }

@@ -1,4 +1,4 @@
-//! Vulkan objects with owners: images, buffers, pipelines, and what the shaders say of themselves.
+//! Vulkan objects with owners: images, buffers, pipelines, and what reflection finds in the shaders.
 
 mod bind;
 mod buffer;

@@ -7,7 +7,7 @@ use crate::{Result, shaders};
 use ash::vk;
 use std::sync::Arc;
 
-/// A compute pipeline with what its shader says of itself.
+/// A compute pipeline with the interface of its shader.
 pub struct ComputePipeline {
     pub(crate) interface: Interface,
     pub(crate) handle: vk::Pipeline,
@@ -15,7 +15,8 @@ pub struct ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// Makes the pipeline of a shader (`filtering/sm.comp`) that binds `B`, whose push constants are `P` (`()` for none).
+    /// Makes the pipeline of a shader, such as `filtering/sm.comp`. The shader binds the resources `B` and has the push
+    /// constants `P`; `()` stands for none.
     ///
     /// # Errors
     /// [`crate::Error::Shader`] unless the shader declares the resources of `B`, the members of `P` and the specialization
@@ -38,7 +39,7 @@ impl ComputePipeline {
             .name(c"main")
             .specialization_info(&specialization);
         let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(interface.layout);
-        // SAFETY: layout and module are alive and fit each other, both being from one reflection.
+        // SAFETY: layout and module are alive, and they fit each other, because both come from one reflection.
         let handle = unsafe { device.raw.create_compute_pipelines(device.pipeline_cache, &[info], None) }
             .map_err(|(_, e)| e)
             .context(format!("vkCreateComputePipelines({})", shader.name))?[0];
@@ -49,7 +50,7 @@ impl ComputePipeline {
 
 impl Drop for ComputePipeline {
     fn drop(&mut self) {
-        // SAFETY: the owner vouches that no command buffer in flight uses it.
+        // SAFETY: the owner guarantees that no command buffer in flight uses it.
         unsafe { self.interface.device.raw.destroy_pipeline(self.handle, None) };
     }
 }

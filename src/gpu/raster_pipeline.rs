@@ -7,10 +7,11 @@ use crate::{Error, Result, shaders};
 use ash::vk;
 use std::sync::Arc;
 
-/// State of a raster pipeline. Cull mode, front face, viewport and scissor are dynamic; so are the depth test's comparison
-/// and the depth bias, which begin as given here.
+/// State of a raster pipeline. Cull mode, front face, viewport and scissor are dynamic. The comparison of the depth
+/// test and the depth bias are dynamic too, and start with the values given here.
 ///
-/// The default draws triangle lists from no vertex buffer, without depth, over what the colour targets hold.
+/// By default, a pipeline draws triangle lists without vertex buffers and without depth, and replaces the colours of
+/// the targets.
 #[derive(Clone, Debug)]
 pub struct RasterState<'a> {
     /// Debug name.
@@ -19,27 +20,28 @@ pub struct RasterState<'a> {
     pub vertex: &'a str,
     /// Geometry shader (needs [`crate::DeviceFeatures::geometry_shader`]).
     pub geometry: Option<&'a str>,
-    /// Fragment shader; none for a depth-only pass. One that writes buffers or images needs
+    /// Fragment shader; `None` for a pass that writes depth only. A fragment shader that writes buffers or images needs
     /// [`crate::DeviceFeatures::fragment_stores`].
     pub fragment: Option<&'a str>,
-    /// What the vertices make.
+    /// Primitives that the vertices form.
     pub topology: vk::PrimitiveTopology,
     /// `(location, format)` of the vertex attributes; attribute `i` comes from its own tightly packed
     /// buffer, binding `i`.
     pub attributes: &'a [(u32, vk::Format)],
     /// Formats of the colour targets.
     pub colors: &'a [vk::Format],
-    /// How fragments meet what the colour targets hold.
+    /// Operation that combines a fragment's colour with the target's.
     pub blend: Blend,
     /// Channels that are written.
     pub write_mask: vk::ColorComponentFlags,
-    /// Depth; needed in a pass with a depth target.
+    /// Depth test; required in a pass with a depth target.
     pub depth: Option<DepthState>,
-    /// Stencil, in a depth target with one.
+    /// Stencil test, for a depth target with a stencil.
     pub stencil: Option<StencilState>,
-    /// `[constant, slope]` depth bias, in the units of `vkCmdSetDepthBias`; without any here there is none later.
+    /// `[constant, slope]` depth bias, in the units of `vkCmdSetDepthBias`. If both are 0, depth bias is disabled and
+    /// draws cannot enable it.
     pub bias: [f32; 2],
-    /// Clamp depth to the view's range instead of clipping (needs [`crate::DeviceFeatures::depth_clamp`]).
+    /// Clamps depth to the range of the view instead of clipping (needs [`crate::DeviceFeatures::depth_clamp`]).
     pub depth_clamp: bool,
     /// Specialization constants of all stages, by name.
     pub constants: &'a [Constant],
@@ -66,17 +68,17 @@ impl Default for RasterState<'_> {
     }
 }
 
-/// How a fragment's colour meets the target's.
+/// Operation that combines a fragment's colour with the target's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Blend {
-    /// Takes its place.
+    /// The fragment's colour replaces the target's.
     #[default]
     Replace,
-    /// Is added.
+    /// The fragment's colour is added.
     Add,
-    /// The smaller one stays, in each channel.
+    /// The smaller value is kept, in each channel.
     Min,
-    /// The larger one stays, in each channel.
+    /// The larger value is kept, in each channel.
     Max,
 }
 
@@ -104,20 +106,21 @@ impl Blend {
 pub struct DepthState {
     /// Format of the depth target.
     pub format: vk::Format,
-    /// How a fragment's depth must compare with the target's; `ALWAYS` with `write: false` is no test at all.
+    /// Comparison of a fragment's depth with the target's that lets the fragment pass. `ALWAYS` with `write: false` has
+    /// no effect.
     pub compare: vk::CompareOp,
-    /// Fragments that pass leave their depth.
+    /// True if fragments that pass write their depth.
     pub write: bool,
 }
 
 impl DepthState {
-    /// Tests and writes.
+    /// Depth test that also writes.
     pub fn new(format: vk::Format, compare: vk::CompareOp) -> Self {
         Self { format, compare, write: true }
     }
 }
 
-/// What happens to the stencil, for faces towards the viewer and away from it: all bits, reference 0.
+/// Stencil test and operations for front and back faces. They use all bits, and the reference value is 0.
 #[derive(Clone, Copy, Debug)]
 pub struct StencilState {
     /// Front faces.
@@ -126,21 +129,21 @@ pub struct StencilState {
     pub back: StencilFace,
 }
 
-/// What happens to the stencil of one kind of face.
+/// Stencil test and operations for one kind of face.
 #[derive(Clone, Copy, Debug)]
 pub struct StencilFace {
-    /// The stencil test: how 0 must compare with the target's value.
+    /// Comparison of 0 with the target's value that lets the fragment pass.
     pub compare: vk::CompareOp,
-    /// Where the stencil test fails.
+    /// Operation if the stencil test fails.
     pub fail: vk::StencilOp,
-    /// Where it passes and the depth test fails.
+    /// Operation if the stencil test passes and the depth test fails.
     pub depth_fail: vk::StencilOp,
-    /// Where both pass.
+    /// Operation if both tests pass.
     pub pass: vk::StencilOp,
 }
 
 impl StencilFace {
-    /// Changes where the depth test fails, and nowhere else.
+    /// Operations that change the stencil only where the depth test fails.
     pub fn on_depth_fail(depth_fail: vk::StencilOp) -> Self {
         let keep = vk::StencilOp::KEEP;
         Self { compare: vk::CompareOp::ALWAYS, fail: keep, depth_fail, pass: keep }
@@ -177,11 +180,12 @@ pub struct RasterPipeline {
 }
 
 impl RasterPipeline {
-    /// Makes the pipeline; its stages bind `B`, and see the push constants `P`.
+    /// Makes the pipeline. Its stages bind the resources `B` and have the push constants `P`.
     ///
     /// # Errors
-    /// [`Error::Shader`] unless the stages together declare these and the state's constants, each by its name, and no
-    /// others; [`Error::NoDevice`] for a state that the caller's device was not made for, beside those of shaders and driver.
+    /// [`Error::Shader`] unless the stages together declare exactly these names and the state's constants.
+    /// [`Error::NoDevice`] if the state needs a feature that the caller's device was made without. Other errors come
+    /// from the shaders and the driver.
     pub fn new<B: Bindings, P: ShaderStruct>(device: &Arc<Device>, state: &RasterState<'_>) -> Result<Self> {
         let mut modules = vec![];
         let mut reflections = vec![];
@@ -279,21 +283,22 @@ impl RasterPipeline {
     }
 }
 
-/// What the shaders and the state ask of the device, and of the shaders by this project's rules.
+/// Rejects shaders that break the rules of this project, and states that need features which the device was made
+/// without.
 fn check(device: &Device, state: &RasterState<'_>, stages: &[Reflection]) -> Result<()> {
     let expected = [Some(vk::ShaderStageFlags::VERTEX), state.geometry.map(|_| vk::ShaderStageFlags::GEOMETRY)];
     let expected = expected.into_iter().chain([state.fragment.map(|_| vk::ShaderStageFlags::FRAGMENT)]).flatten();
     let fail = |problem: String| Err(Error::Shader { shader: state.name.into(), problem });
     if !expected.eq(stages.iter().map(|s| s.stage)) {
-        return fail("a shader is of another stage than it is used for".into());
+        return fail("a shader belongs to another stage than the one it is used for".into());
     }
     let writes = |s: &&Reflection| s.bindings.iter().any(|b| b.access != ResourceAccess::Read);
     let written: Vec<_> = stages.iter().filter(writes).map(|s| s.stage).collect();
     if let Some(stage) = written.iter().find(|s| **s != vk::ShaderStageFlags::FRAGMENT) {
-        return fail(format!("a buffer or image of the {stage:?} stage is not declared readonly"));
+        return fail(format!("a buffer or image of the {stage:?} stage must be declared readonly"));
     }
     if state.stencil.is_some() && !state.depth.is_some_and(|d| super::has_stencil(d.format)) {
-        return fail("its state has a stencil, its depth target has none".into());
+        return fail("its state has a stencil test, but its depth target has no stencil".into());
     }
     let has = device.features;
     let lacks = [
@@ -305,7 +310,7 @@ fn check(device: &Device, state: &RasterState<'_>, stages: &[Reflection]) -> Res
     match lacks.iter().find(|(needed, there, _)| *needed && !there) {
         None => Ok(()),
         Some((.., feature)) => Err(Error::NoDevice(format!(
-            "{} needs the feature {feature}; by ContextDesc::features, this device was made without",
+            "{} needs the feature {feature}, which this device lacks according to ContextDesc::features",
             state.name
         ))),
     }
@@ -313,7 +318,7 @@ fn check(device: &Device, state: &RasterState<'_>, stages: &[Reflection]) -> Res
 
 impl Drop for RasterPipeline {
     fn drop(&mut self) {
-        // SAFETY: the owner vouches that no command buffer in flight uses it.
+        // SAFETY: the owner guarantees that no command buffer in flight uses it.
         unsafe { self.interface.device.raw.destroy_pipeline(self.handle, None) };
     }
 }

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, Ordering};
 
-/// An image's layout, or whether a result is there; 0 where nothing is known. Frames hold on to what they change, so that
-/// it can be forgotten where their commands never run.
+/// State such as an image's layout, or a flag that a result exists; 0 means unknown. Frames keep handles to the states
+/// that they change, so that these can be reset if the commands never run.
 ///
-/// Command buffers are submitted in the order of their recording (part of the contract), so recording time is enough.
+/// The contract demands that command buffers are submitted in the order of their recording. It therefore suffices to
+/// track the state when commands are recorded.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recorded(Arc<AtomicI32>);
 
@@ -15,7 +16,7 @@ impl Recorded {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Returns what was there before.
+    /// Returns the previous value.
     pub fn set(&self, value: i32) -> i32 {
         self.0.swap(value, Ordering::Relaxed)
     }
@@ -25,7 +26,7 @@ impl Recorded {
         self.set(0);
     }
 
-    /// True for another handle of the same resource.
+    /// True if both are handles to the same state.
     pub fn is(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }

@@ -1,8 +1,8 @@
-//! Contents that a SPIR-V module declares: bindings with their access, push and specialization constants,
-//! workgroup size.
+//! Declarations of a SPIR-V module: bindings and their access, push constants, specialization constants, and workgroup
+//! size.
 //!
-//! Only what this project's shaders use is understood: descriptor set 0, at most one push-constant
-//! block, plain (not specialised) workgroup sizes. Anything else is an error at pipeline creation.
+//! Only features that the shaders of this project use are supported: descriptor set 0, at most one push-constant block,
+//! and workgroup sizes that are not specialised. Anything else is an error when the pipeline is made.
 
 use crate::{Error, Result};
 use ash::vk;
@@ -26,13 +26,13 @@ pub struct Reflection {
 /// One binding of set 0.
 #[derive(Clone, Debug)]
 pub struct Binding {
-    /// Its number.
+    /// Number of the binding.
     pub binding: u32,
-    /// Name of the variable, or of the block for an unnamed one.
+    /// Name of the variable, or of the block if the variable has no name.
     pub name: String,
-    /// What is bound.
+    /// Kind of resource.
     pub kind: ResourceKind,
-    /// What the shader may do with it.
+    /// Access that the shader has.
     pub access: ResourceAccess,
     /// Layout, for uniform and storage buffers.
     pub block: Option<Block>,
@@ -41,9 +41,9 @@ pub struct Binding {
 /// Kinds of resource that the project binds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResourceKind {
-    /// `uniform sampler2D` and its kin.
+    /// `uniform sampler2D` and similar types.
     SampledImage,
-    /// `uniform image2D` and its kin.
+    /// `uniform image2D` and similar types.
     StorageImage,
     /// `uniform` block.
     UniformBuffer,
@@ -68,14 +68,14 @@ impl ResourceKind {
     }
 }
 
-/// What a shader may do with a resource, from `readonly` and `writeonly`.
+/// Access of a shader to a resource, according to `readonly` and `writeonly`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResourceAccess {
-    /// Reads only.
+    /// The shader only reads.
     Read,
-    /// Writes only.
+    /// The shader only writes.
     Write,
-    /// Both.
+    /// The shader reads and writes.
     ReadWrite,
 }
 
@@ -198,7 +198,8 @@ impl Module {
         Some(Block { members })
     }
 
-    /// `readonly` and `writeonly` stand on the variable (images) or on every member (buffers).
+    /// Access to a variable. SPIR-V decorates an image variable, or every member of a buffer's block, with `readonly`
+    /// and `writeonly`.
     fn access(&self, variable: u32, ty: u32) -> ResourceAccess {
         let members = match self.types.get(&ty) {
             Some((op::TYPE_STRUCT, members)) => members.len() as u32,

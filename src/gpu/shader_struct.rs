@@ -1,9 +1,9 @@
-//! Constants shared with GLSL: `repr(C)` structs whose member offsets are checked against the shader.
+//! Constants shared with GLSL: `repr(C)` structs whose member offsets are compared with the shader's.
 
 use super::Block;
 use crate::{Error, Result};
 
-/// A `repr(C)` struct that mirrors a GLSL block in scalar layout. Made by `shader_struct!`.
+/// A `repr(C)` struct that mirrors a GLSL block in scalar layout. `shader_struct!` declares such structs.
 pub trait ShaderStruct: bytemuck::Pod {
     /// Member names and byte offsets, in declaration order.
     const MEMBERS: &'static [(&'static str, usize)];

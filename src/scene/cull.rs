@@ -37,7 +37,7 @@ pub struct DrawList {
 }
 
 impl DrawList {
-    /// Lists what the camera sees.
+    /// Lists the instances that the camera sees.
     pub fn for_camera(scene: &Scene, camera: &CameraView) -> Self {
         let viewer = |origin: DVec3| {
             if camera.is_orthographic() {
@@ -48,7 +48,7 @@ impl DrawList {
         Self::new(scene, |world_from_object| camera.clip_from_object(world_from_object), viewer)
     }
 
-    /// Lists what the light's shadow map needs.
+    /// Lists the instances that the light's shadow map needs.
     pub fn for_light(scene: &Scene, light: &LightView) -> Self {
         // The shadow map needs no normals.
         Self::new(scene, |world_from_object| light.clip_from_object(world_from_object), |_| DVec4::ZERO)

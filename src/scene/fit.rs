@@ -1,6 +1,6 @@
 //! Camera and light for scenes that have none, fitted to their bounds.
 //!
-//! Both are always finite, for any scene: an empty one, a single point, a flat one, one of any size and position.
+//! Both are finite for every scene: for an empty one, a single point, a flat one, and one of any size and position.
 
 use super::{Bounds, Camera, Instance, Light, LightShape, Material, Mesh, Projection, Scene};
 use crate::view::look_along;
@@ -27,8 +27,8 @@ const FLOOR_SHARE: f64 = 0.5;
 /// end.
 const LONGEST_SHADOW: f64 = 1.0;
 
-/// Floor of a scene: the level triangles at its lowest height that are seen from above, if they cover half of the ground
-/// area.
+/// Floor of a scene: the level triangles at its lowest height that can be seen from above. They must cover at least
+/// half of the scene's ground area.
 struct Floor {
     /// Bounds of the scene without the floor.
     rest: Bounds,
@@ -83,8 +83,8 @@ fn floor(scene: &Scene) -> Option<Floor> {
     (area > 0.0 && area >= FLOOR_SHARE * size.x * size.z && !is_bottom).then_some(floor)
 }
 
-/// Returns the height for a ground under the scene: its lowest height, or just below if something level lies there that
-/// is seen from above, such as a rug, which the ground would otherwise share its depth with.
+/// Returns the height for a ground under the scene: its lowest height. If something level that is seen from above lies
+/// there, such as a rug, the ground lies just below it, because both would otherwise have the same depth.
 fn ground_height(scene: &Scene) -> f64 {
     let (bounds, size) = extent(scene);
     let top = bounds.min.y + FLOOR_RISE * size;
@@ -100,8 +100,8 @@ pub fn has_floor(scene: &Scene) -> bool {
     floor(scene).is_some()
 }
 
-/// Returns the points that a fitted camera shows: the casters and their shadow on the ground. Of a floor, it shows
-/// only the part below these.
+/// Returns the points that a fitted camera shows: the casters and their shadow on the ground. The camera shows only the
+/// part of a floor that lies below these.
 fn framed(scene: &Scene, light: Option<&Light>) -> Vec<DVec3> {
     let floor = floor(scene).filter(|f| !f.rest.is_empty());
     let (bounds, _) = extent(scene);
@@ -145,7 +145,7 @@ pub fn camera_under(scene: &Scene, light: Option<&Light>, image: [u32; 2]) -> Ca
     let size = resolvable_radius(&bounds);
     let center = bounds.center();
     let towards = TOWARDS_CAMERA.normalize();
-    // Turned first, then moved back until the last corner is inside; this is tighter than a bounding sphere.
+    // The camera is turned first, then moved back until every corner is inside. This is tighter than a bounding sphere.
     let turned = look_along(center, -towards);
     let slope = (0.5 * FOV_Y).tan();
     let aspect = f64::from(image[0].max(1)) / f64::from(image[1].max(1));

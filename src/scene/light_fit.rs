@@ -13,11 +13,11 @@ const MIN_NEAR: f64 = 1e-3;
 const DEFAULT_ANGLE: f64 = 1.5 * std::f64::consts::PI / 180.0;
 /// Full width of a spot whose file gives none, as a fraction of its distance to the scene's middle.
 const DEFAULT_SIZE: f64 = 0.03;
-/// Largest widening of a sun's map for penumbrae beside the casters, in diagonals of all casters' box.
+/// Largest widening of a sun's map for penumbrae beside the casters, in diagonals of the box around all casters.
 const MOST_PENUMBRA: f64 = 2.0;
-/// Ratio of the longer sides, cut to uncut, below which a map is cut to what a camera sees.
+/// Largest ratio of the longer sides, cut to uncut, at which a map is cut to the part that a camera needs.
 const WORTH_CUTTING: f64 = 0.5;
-/// Margin of a cut map around what is seen, as a fraction of the longer side.
+/// Margin of a cut map around the visible part, as a fraction of the longer side.
 const SEEN_MARGIN: f64 = 0.1;
 /// Largest number of triangles of a mesh that is tested for convexity.
 const CONVEX_LIMIT: usize = 256;
@@ -76,8 +76,8 @@ fn depth_range(scene: &Scene, view_from_object: impl Fn(&Instance) -> DAffine3, 
     (!inside.is_empty()).then_some([-inside.max.z, -inside.min.z])
 }
 
-/// Returns the bounds, along the given axes, of what lies inside all planes; other axes are arbitrary. Empty if
-/// nothing does.
+/// Returns the bounds, along the given axes, of the part of the scene inside all planes; other axes are arbitrary. The
+/// bounds are empty if nothing lies inside.
 fn bounds_inside(
     scene: &Scene,
     view_from_object: impl Fn(&Instance) -> DAffine3,
@@ -148,7 +148,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
         return LightView::directional(world_from_view, [1.0; 2], 0.0, 1.0, angle);
     }
     let towards = -light.world_from_light.transform_vector3(DVec3::NEG_Z);
-    // Computed once per mesh, because thousands of instances may share one.
+    // The test runs once per mesh, because thousands of instances may share one.
     let convex: Vec<bool> = scene.meshes.iter().map(is_convex).collect();
     // The slack depends on the instance's own size: a scene may be so large that a millionth of it exceeds the objects
     // in it.
@@ -169,7 +169,8 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
         let longest = |b: &Bounds| (b.max - b.min).truncate().max_element();
         if longest(&needed) <= WORTH_CUTTING * longest(&sides) {
             sides = needed;
-            // These planes enclose what casts into the map; the ground below what is seen does not count.
+            // These planes enclose everything that casts shadows into the map. The ground below the visible part does
+            // not count.
             let planes = [
                 (DVec3::X, -needed.min.x),
                 (DVec3::NEG_X, needed.max.x),
@@ -185,7 +186,7 @@ fn directional(scene: &Scene, light: &Light, angle: f64, camera: Option<&CameraV
     }
     let [lowest, highest] = depths;
     let size = if depths == [all.min.z, all.max.z] { all.radius() } else { sides.radius() };
-    // A small margin: nothing lies exactly on the border, and a single point still has a box.
+    // A small margin keeps everything off the border, and gives a single point a box.
     let air = 1e-3 * (sides.max - sides.min).max_element() + 1e-6 * size.max(1e-30);
     let half = 0.5 * (sides.max - sides.min) + air;
     let depth_air = 1e-3 * (highest - lowest) + air;
@@ -224,8 +225,8 @@ impl Axes {
     }
 }
 
-/// Returns the width of a shadow-map texel in pixels of the camera's image, in the middle of what both see; `None` if
-/// they see nothing in common. Above a few pixels, shadows look coarse.
+/// Returns the width of a shadow-map texel in pixels of the camera's image, in the middle of the part that both see;
+/// `None` if they see nothing in common. Above a few pixels, shadows look coarse.
 pub fn texel_in_pixels(
     scene: &Scene,
     camera: &CameraView,
@@ -273,7 +274,7 @@ fn needed(casters: &[Bounds], seen: &Bounds, angle: f64) -> Option<Bounds> {
             needed = needed.union(part);
         }
     }
-    // Height: from the lowest receiver upwards.
+    // The height range begins at the lowest receiver.
     needed.min.z = seen.min.z;
     needed.max.z = highest;
     (!needed.is_empty()).then_some(needed)
@@ -302,7 +303,7 @@ fn with_penumbrae(casters: &[Bounds], angle: f64, depths: impl Fn(&[Plane]) -> O
         let reach = DVec2::splat((slope * (caster.max.z - lowest)).max(0.0)).extend(0.0);
         wide = wide.union(Bounds { min: caster.min - reach, max: caster.max + reach });
     }
-    // A sun near the horizon would cast them over the whole ground.
+    // A sun near the horizon would otherwise cast penumbrae over the whole ground.
     let most = MOST_PENUMBRA * (bare.max - bare.min).length();
     let clamped = |w: f64, b: f64| w.clamp(b - most, b + most);
     Bounds {
@@ -472,8 +473,8 @@ mod tests {
                     }
                 }
                 assert_eq!(outside, 0, "elevation {elevation}, angle {angle}");
-                // The map is no wider than that needs, except for the margin and because all sides move as far as the
-                // farthest.
+                // The map is no wider than this requires, except for the margin, and because all sides move as far as
+                // the farthest one.
                 let needed = reach + 2.0 * (reach - bare).max(DVec2::ZERO) + 0.01;
                 let got = half(&view);
                 assert!(got.cmple(needed).all(), "elevation {elevation}, angle {angle}: {got} for {reach}");
@@ -481,7 +482,7 @@ mod tests {
                 assert_eq!(angle > 0.0, reach.cmpgt(bare).any(), "elevation {elevation}, angle {angle}");
             }
         }
-        // A sun that has half set, over a wide plain.
+        // This sun has half set, over a wide plain.
         let (scene, light) = floating(1e5, 1f64.to_radians(), 0.1);
         let bare = half(&light_view(&scene, &floating(1e5, 1f64.to_radians(), 0.0).1));
         assert!(half(&light_view(&scene, &light)).max_element() < bare.max_element() + 6.0);

@@ -208,7 +208,7 @@ impl GBuffer {
         })
     }
 
-    /// Draws what the camera sees.
+    /// Draws the instances that the camera sees.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, list: &DrawList) -> Result<()> {
         self.instances.write(list)?;
         let zero = [0.0; 4];

@@ -11,7 +11,7 @@ pub struct Param {
     pub name: &'static str,
     /// Type and range.
     pub kind: ParamKind,
-    /// Value when the user says nothing; for a choice its index, for a switch 0 or 1.
+    /// Value if the user sets none. For a choice it is the index of the word, for a switch 0 or 1.
     pub default: f64,
     /// Unit, in words.
     pub unit: &'static str,
@@ -22,20 +22,20 @@ pub struct Param {
 /// Type and range of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParamKind {
-    /// A number within bounds, ends included.
+    /// A number within inclusive bounds.
     Float {
         /// Smallest.
         min: f64,
         /// Largest.
         max: f64,
     },
-    /// A whole number within bounds, ends included.
+    /// A whole number within inclusive bounds.
     Int {
         /// Smallest.
         min: i64,
         /// Largest.
         max: i64,
-        /// Odd numbers only.
+        /// True if only odd numbers are allowed.
         odd: bool,
     },
     /// One of several words.
@@ -133,30 +133,64 @@ impl Param {
     }
 }
 
+/// Name of the setting that selects where all others start: `default` or `published`.
+const PRESET: &str = "preset";
+
 /// Checked values for every row of a table.
 #[derive(Clone, Debug, Default)]
 pub struct Params {
     table: &'static [Param],
     values: Vec<f64>,
+    is_published: bool,
 }
 
 impl Params {
-    /// Defaults.
+    /// The defaults of a technique.
     pub fn new(info: &Info) -> Self {
-        Self { table: info.params, values: info.params.iter().map(|p| p.default).collect() }
+        let values = info.params.iter().map(|p| p.default).collect();
+        Self { table: info.params, values, is_published: false }
     }
 
-    /// Defaults with some of them set by `name=value` pairs; a wrong name or value is an error that lists
-    /// what is allowed. The last of several settings of a name counts.
-    pub fn parse<'s>(info: &Info, settings: impl IntoIterator<Item = (&'s str, &'s str)>) -> Result<Self> {
+    /// The form that the technique's paper describes ([`Info::published`]).
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the technique has no such form apart from its defaults.
+    pub fn published(info: &Info) -> Result<Self> {
+        if info.published.is_empty() {
+            let with: Vec<_> = super::ALL.iter().filter(|t| !t.published.is_empty()).map(|t| t.id).collect();
+            let with = with.join(", ");
+            let problem = format!("{} has no published form apart from its defaults; these have one: {with}", info.id);
+            return Err(Error::Parameter(problem));
+        }
         let mut params = Self::new(info);
+        for (name, text) in info.published {
+            params.set(info.id, name, text)?;
+        }
+        params.is_published = true;
+        Ok(params)
+    }
+
+    /// The defaults, changed by `name=value` pairs. A wrong name or value is an error that lists what is allowed. If a
+    /// name is set several times, the last setting counts. `preset=published` starts from [`Params::published`] instead,
+    /// wherever it stands.
+    pub fn parse<'s>(info: &Info, settings: impl IntoIterator<Item = (&'s str, &'s str)>) -> Result<Self> {
+        let (presets, settings): (Vec<_>, Vec<_>) = settings.into_iter().partition(|(name, _)| *name == PRESET);
+        let mut params = match presets.last().map(|p| p.1) {
+            None | Some("default") => Self::new(info),
+            Some("published") => Self::published(info)?,
+            Some(other) => {
+                let id = info.id;
+                let problem = format!("{id}: {PRESET}={other} is not allowed; {PRESET} is default|published");
+                return Err(Error::Parameter(problem));
+            }
+        };
         for (name, text) in settings {
             params.set(info.id, name, text)?;
         }
         Ok(params)
     }
 
-    /// True if the rows are those of the technique.
+    /// True if the table has the rows of the technique.
     pub fn are_for(&self, info: &Info) -> bool {
         let names = |table: &'static [Param]| table.iter().map(|p| (p.name, p.kind));
         self.values.len() == self.table.len() && names(self.table).eq(names(info.params))
@@ -176,15 +210,20 @@ impl Params {
         Ok(())
     }
 
+    /// True if the values started from [`Params::published`].
+    pub fn is_published(&self) -> bool {
+        self.is_published
+    }
+
     /// Name and value of every row, as the user would write them.
     pub fn show(&self) -> Vec<(&'static str, String)> {
         self.table.iter().zip(&self.values).map(|(p, &v)| (p.name, p.show(v))).collect()
     }
 
-    /// The value of a row: a number, the index of a choice, 0 or 1 of a switch.
+    /// The value of a row: a number, the index of a choice, or 0 or 1 for a switch.
     ///
     /// # Panics
-    /// If the table has no such row: a technique asks for its own rows only.
+    /// Panics if the table has no such row. A technique asks only for its own rows.
     pub fn get(&self, name: &str) -> f64 {
         match self.table.iter().position(|p| p.name == name) {
             Some(i) => self.values[i],
@@ -247,6 +286,29 @@ mod tests {
                 assert!(info.params[..j].iter().all(|other| other.name != p.name));
             }
         }
+    }
+
+    #[test]
+    fn published_forms_are_where_settings_start() {
+        let with = ALL.iter().filter(|t| !t.published.is_empty());
+        assert!(with.clone().count() >= 10);
+        for info in with {
+            let published = Params::published(info).unwrap();
+            assert_ne!(published.show(), Params::new(info).show(), "{}", info.id);
+            // Each of the settings departs from the default.
+            for (name, text) in info.published {
+                let param = info.params.iter().find(|p| p.name == *name).unwrap();
+                assert_ne!(param.parse(text), Some(param.default), "{}: {name}={text}", info.id);
+            }
+        }
+        let rbsm = find("rbsm").unwrap();
+        let parsed = |settings: &[(&'static str, &'static str)]| Params::parse(rbsm, settings.iter().copied()).unwrap();
+        assert_eq!(parsed(&[("preset", "default")]).show(), Params::new(rbsm).show());
+        let changed = parsed(&[("max_distance", "8"), ("preset", "published")]);
+        assert!(changed.is_published() && changed.int("max_distance") == 8 && changed.word("receiver") == "fixed");
+        let error = |id, word| Params::parse(find(id).unwrap(), [("preset", word)]).unwrap_err().to_string();
+        assert!(error("rbsm", "paper").contains("preset is default|published"));
+        assert!(error("sm", "published").contains("these have one: "));
     }
 
     #[test]

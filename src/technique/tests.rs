@@ -1,4 +1,4 @@
-//! An error at every pass of every technique.
+//! Tests that make every pass of every technique fail once.
 
 use super::*;
 use crate::host::{Host, HostDesc};
@@ -9,14 +9,15 @@ use glam::{DVec3, dvec3};
 
 const SIZE: [u32; 2] = [64, 48];
 
-/// Settings under which more passes run, or more is kept.
+/// Settings that make more passes run, or more results be kept.
 const MORE: &[(&str, &[(&str, &str)])] = &[
     ("pcf", &[("width", "15"), ("skip", "tiles")]),
     ("sssm", &[("generation", "raster")]),
     ("edsm-x", &[("generation", "raster"), ("border", "2")]),
 ];
 
-/// A frame in which a pass fails after so many; the error's text where one did. It is submitted or thrown away.
+/// Records a frame in which the pass after the first `after` passes fails. Returns the text of the error, if there was
+/// one. A frame with an error is submitted or discarded.
 fn fail(
     host: &Host,
     technique: &mut dyn Technique,
@@ -26,7 +27,7 @@ fn fail(
 ) -> Option<String> {
     let mut error = None;
     let result: Result<()> = host.run(|cmd| {
-        // SAFETY: `cmd` is recording, and is waited for or thrown away.
+        // SAFETY: `cmd` is recording, and is waited for or discarded.
         let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::FRAGMENT_SAMPLED, None) };
         frame.passes_left = Some(after);
         error = technique.record(&mut frame, inputs).err().map(|e| e.to_string());
@@ -64,7 +65,7 @@ fn an_error_at_any_pass_leaves_nothing_behind() {
             r.frame(any.as_mut()).unwrap();
             r
         };
-        // Of one version.
+        // The casters of both renderers must have the same version, so only the light tells their inputs apart.
         let (first, second) = (renderer(dvec3(3.0, 5.0, 2.0)), renderer(dvec3(-3.0, 5.0, 1.0)));
         let all = ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_))).map(|t| (t.id, &[][..]));
         let mut failures = 0;
@@ -77,7 +78,8 @@ fn an_error_at_any_pass_leaves_nothing_behind() {
             let mut technique = first.prepare(id, &params).unwrap();
             let mut after = 0;
             loop {
-                // Of another light, so that everything is made anew; the very first time nothing has ever run.
+                // A frame with another light, so that the next frame must update everything. The first round omits it,
+                // to test a technique that has never run.
                 if after > 0 {
                     picture(&host, technique.as_mut(), &first.inputs());
                 }
@@ -86,8 +88,8 @@ fn an_error_at_any_pass_leaves_nothing_behind() {
                 assert!(error.contains("fails for a test"), "{error}");
                 let seen = picture(&host, technique.as_mut(), &second.inputs());
                 let wrong = seen.iter().zip(&expected).filter(|(a, b)| a != b).count();
-                // The order in which edsm-x chains edges is left to chance; a pixel may tie two of them. A stale result is
-                // another light's picture.
+                // The order in which edsm-x chains edges varies, and two edges may tie at a pixel. A stale result would
+                // show another light's picture, with far more differences.
                 let chance = if id == "edsm-x" { 2 } else { 0 };
                 assert!(wrong <= chance, "{id} {settings:?}: {wrong} pixels differ after an error at pass {after}");
                 after += 1;

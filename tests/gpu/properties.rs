@@ -6,12 +6,13 @@ use crate::made::{self, moved, perspective, plane, point, spot, still_life, sun}
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::RayScene;
 use edgeshade::scene::{RenderDesc, Renderer, Scene};
+use edgeshade::technique::{ALL, Kind};
 use edgeshade::view::{LightView, look_at};
 use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 const SIZE: [u32; 2] = [160, 90];
 
-/// Every real-time technique in every mode.
+/// Every real-time technique in every mode. `every_technique_has_a_mode` notices when one is missing.
 const MODES: &[(&str, &[(&str, &str)])] = &[
     ("sm", &[]),
     ("pcf", &[("width", "1"), ("skip", "off")]),
@@ -19,14 +20,18 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("pcf", &[("width", "15"), ("fetch", "gather"), ("skip", "pixels")]),
     ("rbsm", &[("skip", "off")]),
     ("rbsm-filtered", &[]),
+    ("rbsm-branches", &[]),
+    ("rbsm-listings", &[("variant", "filtered")]),
     ("rbsm-star", &[("skip", "off")]),
     ("rbsm-profile", &[("quality", "line"), ("skip", "off")]),
     ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),
     ("pcss", &[]),
     ("rbssm", &[]),
+    ("rbssm-naive", &[]),
     ("soft-auto", &[]),
     ("ssrbssm", &[]),
     ("ssabss", &[("skip", "off")]),
+    ("edtssm", &[]),
     ("edtssm-star", &[]),
     ("edtsm", &[]),
     ("edtsm-star", &[]),
@@ -45,6 +50,13 @@ const FIXED: &[(&str, &[(&str, &str)])] = &[
     ("rbsm-filtered", &[("receiver", "fixed"), ("max_distance", "1"), ("skip", "off")]),
     ("rpcf", &[("receiver", "fixed"), ("visibility", "profile"), ("skip", "off")]),
 ];
+
+#[test]
+fn every_technique_has_a_mode() {
+    let real_time = ALL.iter().filter(|t| matches!(t.kind, Kind::RealTime(_)));
+    let missing: Vec<_> = real_time.filter(|t| MODES.iter().all(|m| m.0 != t.id)).map(|t| t.id).collect();
+    assert_eq!(missing, [""; 0], "techniques without a row in MODES");
+}
 
 fn fixed_stays_in_range(renderer: &mut Renderer<'_>, what: &str) {
     for (id, settings) in FIXED {

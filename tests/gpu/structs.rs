@@ -128,7 +128,7 @@ fn names_that_differ_from_the_shaders_are_refused() {
         refused(c.pipeline::<Other, ReceiverPush>(sm, step).map(drop), &[sm, declared, exchanged]);
         refused(c.pipeline::<Twice, ReceiverPush>(sm, step).map(drop), &[sm, "[\"camera_normal\"] missing"]);
         refused(c.pipeline::<(), ReceiverPush>(sm, step).map(drop), &[sm, "missing"]);
-        refused(c.pipeline::<NoBlock, ReceiverPush>(sm, step).map(drop), &[sm, "camera_depth is no uniform block"]);
+        refused(c.pipeline::<NoBlock, ReceiverPush>(sm, step).map(drop), &[sm, "camera_depth is not a uniform block"]);
         refused(c.pipeline::<OtherBlock, ReceiverPush>(sm, step).map(drop), &[sm, "view_from_clip"]);
         // Members of push constants: other ones, none, exchanged ones, some where the shader has none.
         refused(c.pipeline::<Fitting, ViewConstants>(sm, step).map(drop), &[sm, "normal_offset", "view_from_clip"]);

@@ -79,7 +79,7 @@ fn counts_of_known_shapes() {
             "tetrahedron" => (4, 6, true, clean),
             "sphere" => (128, 192, true, clean),
             "tube" => (24, 48, false, CleanUp { boundary: 24, ..clean }),
-            // At one edge the strip meets itself twisted; both faces run through it in the same direction.
+            // The strip meets itself twisted at one edge, so both faces run through this edge in the same direction.
             "moebius" => (18, 36, false, CleanUp { boundary: 18, inconsistent: 1, ..clean }),
             "pages" => (3, 7, false, CleanUp { boundary: 6, fans: 1, ..clean }),
             // The border has both sheets; the diagonal has four triangles.
@@ -118,7 +118,7 @@ fn welding_takes_the_first_and_both_zeros() {
     let t = topology(&(positions, vec![0, 1, 2, 4, 3, 5]));
     assert_eq!(t.triangles, [[0, 1, 2], [1, 0, 5]]);
     assert_eq!(t.edges[0], Edge { v0: 0, v1: 1, faces: [0, 1 | Edge::REVERSED] });
-    // One bit of difference makes another position.
+    // A difference of one bit makes another position.
     let apart = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [f32::from_bits(1), 0.0, 0.0]];
     assert_eq!(topology(&(apart, vec![0, 1, 2, 1, 3, 2])).notes.boundary, 4);
 }

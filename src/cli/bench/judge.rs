@@ -97,14 +97,15 @@ const BESIDE: &str =
 /// Setting that every variant with this parameter is judged with as well: one depth for all texels of a kernel.
 const FIXED: (&str, &str) = ("receiver", "fixed");
 
-/// Technique that is not judged, because its images equal those of `rbsm` and `rbsm-filtered` bit for bit.
-const SAME: &str = "rbsm-branches";
+/// Techniques that are not judged, because their images equal those of `rbsm`, `rbsm-filtered` and `rbsm-star` bit for
+/// bit.
+const SAME: [&str; 2] = ["rbsm-branches", "rbsm-listings"];
 
 /// Every real-time technique at its defaults and the additional variants, in the registry's order and without
 /// duplicates.
 pub fn contenders() -> Result<Variants> {
     let mut found: Vec<Variant> = vec![];
-    for text in real_time().filter(|&id| id != SAME).chain(BESIDE.split_whitespace()) {
+    for text in real_time().filter(|id| !SAME.contains(id)).chain(BESIDE.split_whitespace()) {
         for Variant { choice, .. } in available(text).found {
             let mut fixed = choice.clone();
             let has_it = choice.info.params.iter().any(|p| p.name == FIXED.0);
@@ -171,7 +172,7 @@ mod tests {
     #[test]
     fn every_technique_is_judged_and_none_twice() {
         let names: Vec<_> = contenders().unwrap().found.into_iter().map(|v| v.label).collect();
-        for id in real_time().filter(|&id| id != SAME) {
+        for id in real_time().filter(|id| !SAME.contains(id)) {
             assert!(names.iter().any(|n| n == id), "{id}: {names:?}");
         }
         for (i, name) in names.iter().enumerate() {

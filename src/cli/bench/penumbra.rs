@@ -32,10 +32,7 @@ const SUBJECT: &str = "edtsm-star";
 
 /// Widths of the penumbra in texels of the current map, with contenders whose kernels have these widths.
 const GROUPS: [(u32, &str); 2] = [
-    (
-        15,
-        "pcf:width=15 edtsm edtsm-star edtsm-star:nearest=pixel,surfaces=depth,seeds=any,edge=pixel,receiver=fixed,filter_width=0.1",
-    ),
+    (15, "pcf:width=15 edtsm edtsm-star edtsm-star:preset=published"),
     (7, "pcf:width=7 rpcf:width=7 edtsm edtsm-star"),
 ];
 
@@ -43,11 +40,10 @@ const GROUPS: [(u32, &str); 2] = [
 const PENUMBRA: &str = "penumbra";
 
 /// Contenders of a group, labelled with their ids. Those that have the parameter get the given width of the penumbra.
-/// A contender with settings other than the width of its kernel uses those of its paper.
 fn contenders(group: &str, penumbra: Option<f64>) -> Result<Vec<Variant>> {
-    let one = |Variant { label, mut choice, .. }: Variant| {
+    let one = |Variant { mut choice, .. }: Variant| {
         let id = choice.info.id;
-        let is_of_paper = label != id && !label.contains(" width=");
+        let is_of_paper = choice.params.is_published();
         let has_penumbra = choice.info.params.iter().any(|p| p.name == PENUMBRA);
         if let Some(width) = penumbra.filter(|_| has_penumbra) {
             choice.params.set(id, PENUMBRA, &width.to_string())?;
@@ -231,7 +227,7 @@ mod tests {
                 assert!(!text.contains(":width") || v.choice.params.int("width") == texels, "{text}");
                 let is_plain = !text.contains(':') || v.choice.info.id == "rpcf";
                 assert_eq!(v.choice.settings() == "-", is_plain, "{text}");
-                assert_eq!(v.label.ends_with(" as in the paper"), text.contains("receiver=fixed"), "{text}");
+                assert_eq!(v.label.ends_with(" as in the paper"), text.contains("preset=published"), "{text}");
             }
         }
         assert_eq!((to_4_digits(0.012_345_6), to_4_digits(123_456.0)), (0.012_35, 123_500.0));

@@ -17,7 +17,8 @@ pub static SUITE: Suite = Suite {
 };
 
 const FAMILY: &str = "sm rbsm:skip=off rbsm:skip=list rbsm-branches:skip=off rbsm-branches:skip=list rbsm-filtered:skip=off \
-                      rbsm-filtered:skip=list rbsm-branches:variant=filtered,skip=off rbsm-branches:variant=filtered,skip=list \
+                      rbsm-filtered:skip=list rbsm-filtered:shapes=printed rbsm-branches:variant=filtered,skip=off rbsm-branches:variant=filtered,skip=list \
+                      rbsm-listings rbsm-listings:variant=filtered rbsm-listings:variant=star \
                       rbsm-star:skip=off rbsm-star:skip=list rbsm-profile:skip=off rbsm-profile:skip=list \
-                      rbsm-profile:quality=neighbours rbsm-profile:quality=line pcf:width=7 rpcf:skip=off rpcf:skip=list \
+                      rbsm-profile:filter=ramp rbsm-profile:quality=neighbours rbsm-profile:quality=line pcf:width=7 rpcf:skip=off rpcf:skip=list \
                       rpcf:skip=bounds rpcf:visibility=star rpcf:visibility=profile";

@@ -29,7 +29,7 @@ impl Quad {
         (x0..x1).contains(&x) && (y0..y1).contains(&y)
     }
 
-    /// As `Quad` of `quads.vert`.
+    /// Words of the quad in the layout of `Quad` in `quads.vert`.
     fn words(&self) -> [u32; 7] {
         let [x0, y0, x1, y1] = self.pixels;
         let clip = |v: i32, n: u32| (2.0 * v as f32 / n as f32 - 1.0).to_bits();
@@ -47,7 +47,7 @@ shader_struct! {
 bindings! {
     struct QuadBindings { Quads }
     struct CountBindings { ..quads: QuadBindings, Counts }
-    // Not in the order of the shader's bindings: names alone decide.
+    // The order differs from that of the shader's bindings on purpose: only the names count.
     struct ReadBindings { result, Counts, stencil }
     struct OtherBindings { Counts, Quads, stencil }
 }
@@ -100,7 +100,7 @@ fn value_pipeline(host: &Host) -> Arc<RasterPipeline> {
     pipeline::<QuadBindings, ()>(host, state)
 }
 
-/// Quads in a buffer, written in the frame itself: the vertex shader must wait for it.
+/// Writes quads into a buffer within the frame, so the vertex shader must wait for the write.
 fn write_quads(frame: &mut Frame<'_>, target: &Buffer, quads: &[Quad]) {
     let words: Vec<u32> = quads.iter().flat_map(Quad::words).collect();
     frame.update(target, bytemuck::cast_slice(&words));
@@ -137,15 +137,15 @@ fn stencil_counts_and_fragments_store() {
         let quads = buffer(host, "quads", 7 * 8);
         let counts = buffer(host, "counts", PIXELS);
         let list = [
-            // The surface, at 0.5 and on the right at 0.25.
+            // The surface, at depth 0.5, and on the right at depth 0.25.
             Quad::WHOLE,
             Quad { pixels: [12, 0, 24, 16], depth: 0.25, ..Quad::WHOLE },
-            // Faces behind both, between, and in front of both.
+            // Faces behind both surfaces, between them, and in front of both.
             Quad { pixels: [0, 0, 20, 8], depth: 0.75, is_back: true, ..Quad::WHOLE },
             Quad { pixels: [0, 0, 20, 4], depth: 0.75, ..Quad::WHOLE },
             Quad { pixels: [4, 0, 24, 12], depth: 0.4, ..Quad::WHOLE },
             Quad { pixels: [4, 0, 24, 12], depth: 0.1, is_back: true, ..Quad::WHOLE },
-            // On a surface itself: not less, so it counts.
+            // A face exactly on the surface. Its depth is not less, so it counts.
             Quad { pixels: [0, 12, 24, 16], depth: 0.5, is_back: true, ..Quad::WHOLE },
             Quad { pixels: [2, 2, 9, 11], value: 3.0, ..Quad::WHOLE },
         ];
@@ -201,7 +201,7 @@ fn stencil_counts_and_fragments_store() {
                 let surface = if list[1].covers(i) { 0.25 } else { 0.5 };
                 let hidden = list[2..7].iter().filter(|q| q.covers(i) && q.depth >= surface);
                 let count = hidden.fold(0u8, |n, q| if q.is_back { n.wrapping_add(1) } else { n.wrapping_sub(1) });
-                // Drawn twice, with the value 3.
+                // The quad is drawn twice with the value 3.
                 u32::from(count) + 1000 * if list[7].covers(i) { 6 } else { 0 }
             };
             let wrong: Vec<_> = (0..PIXELS).filter(|&i| got[i] != expected(i)).collect();
@@ -265,7 +265,7 @@ fn blending_masks_scissor_and_indirect_draws() {
                 pass.colors = &kept;
                 let second = |draw: &mut Draw<'_, '_>| {
                     draw.bind(0)?;
-                    // Beyond the image: cut.
+                    // This scissor reaches beyond the image and must be clipped.
                     draw.scissor(0..1000, 0..1000);
                     draw.faces(vk::CullModeFlags::BACK, vk::FrontFace::COUNTER_CLOCKWISE);
                     draw.indirect(&commands, 16)?;
@@ -307,7 +307,8 @@ fn blending_masks_scissor_and_indirect_draws() {
     });
 }
 
-/// What a frame's draws read, the next frame on the same queue may write at once.
+/// The next frame on the same queue may overwrite a buffer that a frame's draws read, without any waiting by the
+/// caller.
 #[test]
 fn frames_wait_for_the_draws_of_those_before() {
     with_host(|host| {
@@ -354,7 +355,7 @@ fn statistics_count_what_passes_do() {
         let read = host.context().pipeline::<ReadBindings, ()>("test/stencil.comp", &[]).unwrap();
         let pipeline = value_pipeline(host);
         let mut timings = Timings::with_statistics(host.context(), host.queue_family(), 1).unwrap();
-        // The second quad lies outside the view: nothing of it is left after clipping.
+        // The second quad lies outside the view, so clipping removes it.
         let list = [Quad::WHOLE, Quad { depth: 2.0, ..Quad::WHOLE }];
         for _ in 0..3 {
             host.run(|cmd| {
@@ -371,7 +372,7 @@ fn statistics_count_what_passes_do() {
                     bound: &[],
                     indirect: &[],
                 };
-                // Nothing but a clear, for what is read below.
+                // This pass only clears the depth image, which is read below.
                 frame.raster(&pass, |_| Ok(()))?;
                 let bound = [Bound { pipeline: &pipeline, bind: &bind }];
                 let pass = RasterPass { depth: None, bound: &bound, ..pass };
@@ -400,11 +401,12 @@ fn statistics_count_what_passes_do() {
                 compute_invocations: 0,
             };
             assert_eq!(draw, drawn);
-            // Every pixel once, and those of blocks along the diagonal for both triangles, where drivers run whole blocks.
+            // Every pixel is shaded once. Drivers that run whole blocks of pixels shade the blocks along the diagonal
+            // for both triangles.
             let diagonal = 16 * (SIZE[0] / 4 + SIZE[1] / 4) as usize;
             let pixels = draw.fragment_invocations as usize;
             assert!((PIXELS..=PIXELS + diagonal).contains(&pixels), "{pixels} of {PIXELS}");
-            // Whole workgroups of 8x8.
+            // Whole workgroups of 8x8 threads run.
             assert_eq!(dispatch, Statistics { compute_invocations: 4 * 2 * 64, ..Statistics::default() });
         }
     });
@@ -441,7 +443,7 @@ fn what_the_device_was_not_made_for_is_refused() {
         }
         assert!(bare.raster_pipeline::<QuadBindings, ()>(&state).is_ok());
         assert!(Timings::with_statistics(&bare, 0, 1).err().unwrap().to_string().contains("pipelineStatisticsQuery"));
-        // Wrong uses of stages and stencil, whatever the device.
+        // Wrong uses of stages and stencil are refused on every device.
         let text = refused(&RasterState { geometry: Some("test/quads.frag"), ..state.clone() });
         assert!(text.contains("another stage"), "{text}");
         let face = StencilFace::on_depth_fail(vk::StencilOp::KEEP);

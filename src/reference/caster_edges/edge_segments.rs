@@ -1,4 +1,4 @@
-//! Mirror of `glsl/lib/edge_segment.glsl`, `glsl/caster_edges/edge_segments.comp` and `map_edge.glsl`: silhouettes as
+//! Mirror of `glsl/lib/edge_segment.glsl`, `glsl/caster_edges/edge_segments.comp` and `drawn_edge.glsl`: silhouettes as
 //! segments in the plane of the shadow map, and the queries on them.
 
 use crate::reference::common::view::{DEPTH_ULPS, Decision};

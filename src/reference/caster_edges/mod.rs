@@ -1,7 +1,7 @@
 //! Mirrors of the techniques that use the casters' edges.
 //!
 //! [`silhouettes`] covers `casters.glsl`, `facing.comp`, `silhouette_edges.comp` and `silhouette_offsets.comp`;
-//! [`shadow_volumes`] covers `volumes.glsl` and `volume_draws.comp`; [`edge_map`] covers `edge_cells.glsl` and `edge_ids.comp`.
+//! [`shadow_volumes`] covers `volume_draws.comp`; [`edge_map`] covers `edge_cells.glsl` and `edge_ids.comp`.
 
 pub mod edge_map;
 pub mod edge_segments;

@@ -7,13 +7,13 @@ use crate::technique::common::blocker_search::SearchWindow;
 /// One level of the hierarchical shadow map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Number of cells across and down.
+    /// Number of entries across and down.
     pub size: [usize; 2],
-    /// Smallest and largest depth of each cell, row by row from the top.
+    /// Smallest and largest depth of each entry, row by row from the top.
     pub bounds: Vec<[f32; 2]>,
 }
 
-/// All levels of a map: cells of 2, 4, 8 ... texels, until one cell covers the map.
+/// All levels of a map: entries of 2, 4, 8 ... texels, until one entry covers the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hsm {
     /// Levels from the finest to the coarsest.
@@ -37,7 +37,7 @@ impl Hsm {
         let mut levels: Vec<Level> = vec![];
         for l in 0..count {
             let size = extent.map(|n| (n >> l).max(1) as usize);
-            let cell = |i: usize| {
+            let entry = |i: usize| {
                 let parts = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| {
                     let at = [2 * (i % size[0]) + dx, 2 * (i / size[0]) + dy];
                     let (side, texel): ([usize; 2], &dyn Fn(usize) -> [f32; 2]) = match levels.last() {
@@ -48,13 +48,13 @@ impl Hsm {
                 });
                 parts.into_iter().fold([f32::INFINITY, f32::NEG_INFINITY], merge)
             };
-            let bounds = (0..size[0] * size[1]).map(cell).collect();
+            let bounds = (0..size[0] * size[1]).map(entry).collect();
             levels.push(Level { size, bounds });
         }
         Self { levels, map_size: map_size.map(i64::from) }
     }
 
-    /// Mirror of `hsmBounds`: returns the smallest and largest depth of the cells over texels `first` to `last`, both
+    /// Mirror of `hsmBounds`: returns the smallest and largest depth of the entries over texels `first` to `last`, both
     /// included. The window must overlap the map.
     pub fn bounds(&self, first: [i64; 2], last: [i64; 2]) -> [f32; 2] {
         let clamped = |t: [i64; 2]| [t[0].clamp(0, self.map_size[0] - 1), t[1].clamp(0, self.map_size[1] - 1)];

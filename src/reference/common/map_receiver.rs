@@ -1,4 +1,4 @@
-//! Mirror of `glsl/common/map_receiver.glsl`: a pixel is decided without the map, or gets a position, a depth and a
+//! Mirror of `mapReceiver` in `glsl/common/receiver.glsl`: a pixel is decided without the map, or gets a position, a depth and a
 //! plane in it.
 
 use super::view::{DEPTH_ULPS, Decision, LightPoint, Plane, Receiver, Verdict, View};

@@ -15,9 +15,9 @@ pub(crate) const ROUNDING: f64 = 3.0 * f32::EPSILON as f64;
 /// Rounding error of a sum of four products, relative to the sum of their magnitudes: four times half of
 /// `f32::EPSILON`.
 const PRODUCT_ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
-/// `POSITION_ULPS` of `glsl/lib/bias.glsl`.
+/// `POSITION_ULPS` of `glsl/lib/shadow_test.glsl`.
 const POSITION_ULPS: f64 = 4.0 / 8388608.0;
-/// `DEPTH_ULPS` of `glsl/lib/bias.glsl`.
+/// `DEPTH_ULPS` of `glsl/lib/shadow_test.glsl`.
 pub(crate) const DEPTH_ULPS: f64 = 4.0 / 8388608.0;
 
 /// Inputs of a frame, read back from the GPU, row by row from the top.

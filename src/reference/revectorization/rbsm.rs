@@ -1,4 +1,4 @@
-//! Mirror of `glsl/revectorization/rbsm.comp`: the functions of [`super::revectorize`] applied to the tests on a
+//! Mirror of `glsl/revectorization/rbsm.comp` and `rbsm_listings.comp`: the functions of [`super::revectorize`] applied to the tests on a
 //! receiver's plane.
 
 use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};
@@ -136,9 +136,8 @@ pub(crate) fn look_up(tests: &Tests<'_>, settings: &Settings) -> Verdict {
         };
         let (outcome, doubt) = tests.ask(texel, |o: &Outcome| o.visibility, ask);
         let place_error = tests.place_error.length() + PLACE_ROUNDING;
-        // A ramp changes by at most 1 per texel along each axis.
-        let is_ramp = settings.function == Function::Filtered;
-        let rounding = if is_ramp { tests.place_error.x + tests.place_error.y + PLACE_ROUNDING } else { 0.0 };
+        let moved = tests.place_error.x + tests.place_error.y + PLACE_ROUNDING;
+        let rounding = settings.function.slope() * moved;
         let verdict = Verdict { visibility: outcome.visibility, doubt, rounding };
         let verdict = if outcome.margin <= place_error { verdict.or(1.0 - outcome.visibility) } else { verdict };
         found = Some(found.map_or(verdict, |first| first.or_verdict(verdict)));

@@ -2,7 +2,7 @@
 //! computed separately.
 
 use super::rbsm::Settings;
-use super::revectorize::{self, Function};
+use super::revectorize;
 use crate::Result;
 use crate::reference::common::map_receiver::{MapReceiver, receive};
 use crate::reference::common::rbsm_receiver::{PLACE_ROUNDING, Tests};
@@ -38,8 +38,8 @@ fn average(tests: &Tests<'_>, settings: &Settings, width: u32) -> Verdict {
             let on_line = outcome.margin <= tests.place_error.length() + PLACE_ROUNDING;
             sum.visibility += outcome.visibility;
             sum.doubt += if on_line { 1.0 } else { doubt };
-            let ramp = tests.place_error.x + tests.place_error.y + PLACE_ROUNDING;
-            sum.rounding += if settings.function == Function::Filtered { ramp } else { 0.0 };
+            let moved = tests.place_error.x + tests.place_error.y + PLACE_ROUNDING;
+            sum.rounding += settings.function.slope() * moved;
         }
         let area = f64::from(width * width);
         let mean = Verdict {

@@ -33,7 +33,7 @@ pub struct Folder {
 /// Fails if the system does, if it is not a regular file, or if it is too large.
 pub fn read_whole(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     let other = |what: String| Err(std::io::Error::other(what));
-    // Checked before opening, because opening a pipe waits for its writer.
+    // The check comes before opening, because opening a pipe waits for its writer.
     let about = std::fs::metadata(path)?;
     if !about.is_file() {
         return other("is not a regular file".into());
@@ -54,7 +54,7 @@ impl Folder {
         Self { root: parent.canonicalize().ok(), bytes_left: limits::FILE_BYTES.saturating_sub(bytes as u64) }
     }
 
-    /// Returns no folder: only embedded data is available.
+    /// Returns a folder without files, so that only embedded data is available.
     pub fn none() -> Self {
         Self { root: None, bytes_left: 0 }
     }
@@ -164,7 +164,7 @@ fn decode_data(rest: &str) -> Result<Vec<u8>, String> {
     }
 }
 
-/// Returns the bytes of every buffer, each cut to its `byteLength`.
+/// Returns the bytes of every buffer, each truncated to its `byteLength`.
 pub fn buffers<'a>(document: &Document, bin: Option<&'a [u8]>, folder: &mut Folder) -> Loaded<Vec<Cow<'a, [u8]>>> {
     let mut all = Vec::with_capacity(document.buffers.len());
     for (i, buffer) in document.buffers.iter().enumerate() {

@@ -140,7 +140,7 @@ fn measure(bytes: &[u8], index: usize) -> Loaded<u64> {
     let size = 4 * u64::from(width) * u64::from(height);
     if width.max(height) > side || size > limits::IMAGE_BYTES || size == 0 {
         let texels = limits::IMAGE_BYTES / 4;
-        let problem = format!("is {width} x {height}, but may have 1 to {side} texels a side and {texels} in all");
+        let problem = format!("is {width} x {height}, but may have 1 to {side} texels per side and {texels} in all");
         return Err(fault(format!("images[{index}]"), problem));
     }
     Ok(size)

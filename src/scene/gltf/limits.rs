@@ -1,11 +1,11 @@
 //! Limits of what one file may need. Each is far above any real scene, and small enough that a hostile file of a few
 //! kilobytes cannot take all of the machine's memory or minutes of its time.
 
-/// Size of all files of a scene together (the scene file, buffers, images), bytes.
+/// Size of all files of a scene together (the scene file, buffers, images), in bytes.
 pub const FILE_BYTES: u64 = 4 << 30;
 /// Number of elements read from accessors; every use of an accessor counts.
 pub const ELEMENTS: u64 = 1 << 28;
-/// Number of elements of an accessor that no file holds: without a `bufferView` it is all zeros.
+/// Number of elements of an accessor without a `bufferView`. It is all zeros and takes no space in the file.
 pub const ZERO_ELEMENTS: u64 = 1 << 20;
 /// Number of vertices kept in memory.
 pub const VERTICES: u64 = 1 << 26;

@@ -56,7 +56,7 @@ use std::path::Path;
 /// light that cannot be used goes into [`Scene::broken_cameras`] or [`Scene::broken_lights`].
 ///
 /// **Limits:** 4 GiB of files; 2^28 accessor elements read, 2^26 vertices, 2^25 triangles and 2^20 primitives kept;
-/// 2^22 placed primitives; 2^20 elements in an accessor without `bufferView`; images of 16,384 texels a side and 2^27
+/// 2^22 placed primitives; 2^20 elements in an accessor without `bufferView`; images of 16,384 texels per side and 2^27
 /// texels, 2 GiB together; placed vertices within 1e18 of the origin.
 ///
 /// # Errors
@@ -172,8 +172,8 @@ fn meshes(data: &Data<'_>, tree: &Tree, plan: &Plan<'_>) -> Loaded<Built> {
 const FAR_FROM_ORIGIN: f64 = 4.0;
 
 /// Moves meshes that were baked far from their own origin, such as map data in a national grid, back to it. The GPU
-/// works on `f32` positions, whose derivatives and products would lose precision. Returns what was subtracted from
-/// each job's positions; instances add it again in `f64`. The parts of one glTF mesh move together.
+/// works on `f32` positions, whose derivatives and products would lose precision. Returns the offset that was
+/// subtracted from each job's positions; instances add it again in `f64`. The parts of one glTF mesh move together.
 fn recentre(plan: &Plan<'_>, meshes: &mut [Mesh], slots: &[Option<usize>]) -> Vec<DVec3> {
     let mut centers = vec![DVec3::ZERO; plan.jobs.len()];
     let mut ranges: Vec<_> = plan.placements.iter().map(|p| p.jobs.clone()).collect();
@@ -242,7 +242,7 @@ fn instances(
 /// Returns `false` if a transform collapses every surface to a line or a point.
 fn keeps_area(world: &DAffine3) -> bool {
     let m = world.matrix3;
-    // Divided first, because products of tiny scales leave the range of `f64`.
+    // The axes are divided first, because products of tiny scales leave the range of `f64`.
     let largest = m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis / largest);
     largest > 0.0 && [x.cross(y), y.cross(z), z.cross(x)].iter().any(|n| *n != DVec3::ZERO)

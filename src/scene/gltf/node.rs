@@ -141,7 +141,7 @@ pub fn compose(translation: [f64; 3], rotation: DQuat, scale: [f64; 3]) -> DAffi
 /// Returns the unit quaternion along `q`. Exporters round, and normalized integers are never exactly unit.
 pub fn rotation(q: [f64; 4]) -> Option<DQuat> {
     let largest = q.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    // Divided by the largest first, because squares of huge or tiny components leave the range of `f64`.
+    // The components are divided by the largest first, because squares of huge or tiny ones leave the range of `f64`.
     let scaled = q.map(|v| v / largest);
     (largest > 0.0 && scaled.iter().all(|v| v.is_finite())).then(|| DQuat::from_array(scaled).normalize())
 }

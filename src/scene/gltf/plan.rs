@@ -73,7 +73,7 @@ pub fn plan<'a>(data: &Data<'a>, tree: &Tree, warnings: &mut Warnings) -> Loaded
             }
         };
         let places = places(data, tree, i, warnings)?;
-        // Count at least 1 each, so that many instances of nothing count too.
+        // Each counts as at least 1, so that many instances of nothing count too.
         totals.instances += (places.len() as u64).saturating_mul(jobs.len().max(1) as u64);
         most(totals.instances, limits::INSTANCES, "instances", || node_label(document, i))?;
         let place = |world_from_object| Placement { node: i, jobs: jobs.clone(), world_from_object };
@@ -167,7 +167,7 @@ fn charge(
     job: &Job<'_>,
     place: impl Fn() -> String,
 ) -> Loaded<()> {
-    // Count at least 1 each, so that many empty ones count too.
+    // Each counts as at least 1, so that many empty ones count too.
     let count = |index: usize, member: &str| -> Loaded<u64> {
         Ok(data.count(index, || format!("{}.{member}", place()))?.max(1))
     };

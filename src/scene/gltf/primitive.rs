@@ -96,7 +96,7 @@ fn indices(
 
 fn uvs(data: &Data<'_>, primitive: &Primitive, map: UvMap, vertices: usize, place: &str) -> Loaded<Vec<[f32; 2]>> {
     let Some(accessor) = primitive.attributes.get(&Checked::Valid(Semantic::TexCoords(map.set))) else {
-        // glTF specifies that the texture is read at 0 everywhere; the transform applies to that.
+        // glTF specifies that the texture is read at 0 everywhere; the transform applies to this coordinate.
         let [[_, _, u], [_, _, v]] = map.matrix.unwrap_or_default();
         return Ok(vec![[u, v]; vertices]);
     };

@@ -79,7 +79,7 @@ pub fn flatten(mesh: &mut Mesh) {
 pub fn mend_normals(mesh: &mut Mesh) -> usize {
     let mut lost = Vec::new();
     for (i, normal) in mesh.normals.iter_mut().enumerate() {
-        // Computed in `f64`, because squares of tiny or huge components leave the range of `f32`.
+        // The computation uses `f64`, because squares of tiny or huge components leave the range of `f32`.
         match Vec3::from(*normal).as_dvec3().try_normalize() {
             Some(unit) => *normal = unit.as_vec3().into(),
             None => lost.push(i),

@@ -1,22 +1,23 @@
-//! What the techniques share that look the casters' edges up in a map of the shadow map's size, which is kept while the light
-//! stands still.
+//! Common part of the techniques that look up the casters' edges in a map of the shadow map's size. The map is kept
+//! while the light stands still.
 
-use super::map_lookup::MapLookup;
-use crate::gpu::{Buffer, Image, ImageDesc};
+use crate::gpu::{Bindings, Buffer, ComputePipeline, Constant, Image, ImageDesc, bindings};
+use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::{RbsmPush, push};
 use crate::technique::{Param, Passes, Setup};
-use crate::{Context, Frame, Inputs, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
+use std::sync::Arc;
 
 pub(super) const KILL: Param =
-    Param::switch("kill", true, "edges that lie behind all that the shadow map holds around them are left out");
+    Param::switch("kill", true, "leave out edges that lie behind everything that the shadow map holds around them");
 
-/// A map of what a technique holds of the casters' edges.
+/// A technique's map of the casters' edges.
 pub(super) trait HeldMap {
-    /// Name of the intermediate that shows it.
+    /// Name of the intermediate image that shows the map.
     fn name(&self) -> &'static str;
 
-    /// Makes the map, unless that of the frame before still holds.
+    /// Makes the map, unless the one of the frame before is still valid.
     fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()>;
 
     fn image(&self) -> &Image;
@@ -31,7 +32,8 @@ struct EdgeLookup {
     push: RbsmPush,
 }
 
-/// Makes a technique over such a map; `lookup` makes the lookup that draws a picture of it, or the visibility.
+/// Makes a technique with such a map. `lookup(true)` makes the pass that draws a picture of the map, `lookup(false)`
+/// the one that computes the visibility.
 pub(super) fn prepare(
     context: &Context,
     setup: &Setup,
@@ -70,5 +72,60 @@ impl Passes for EdgeLookup {
     fn memory_bytes(&self) -> u64 {
         let picture = self.picture.as_ref().map_or(0, |(_, image)| image.memory_bytes());
         self.held.memory_bytes() + picture
+    }
+}
+
+bindings! {
+    struct DistanceBindings { ..receiver: ReceiverBindings, visibility, distances }
+    struct PointBindings { ..receiver: ReceiverBindings, visibility, points }
+}
+
+/// Contents of the map.
+#[derive(Clone, Copy)]
+pub(super) enum Held {
+    Distances,
+    Points,
+}
+
+/// The lookup. It decides a pixel by the shadow tests around its point and by the map's values there.
+pub(super) struct MapLookup {
+    held: Held,
+    pipeline: Arc<ComputePipeline>,
+}
+
+impl MapLookup {
+    /// Makes the pipeline. This pass does not use `FIXED` of `glsl/common/rbsm_receiver.glsl`.
+    pub(super) fn new(context: &Context, held: Held, constants: &[Constant]) -> Result<Self> {
+        let constants = &[&[("FIXED", 0)], constants].concat();
+        let pipeline = match held {
+            Held::Distances => context.pipeline::<DistanceBindings, RbsmPush>("caster_edges/edsm.comp", constants)?,
+            Held::Points => context.pipeline::<PointBindings, RbsmPush>("caster_edges/sssm.comp", constants)?,
+        };
+        Ok(Self { held, pipeline })
+    }
+
+    /// Writes every pixel of `output`.
+    fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: RbsmPush,
+        map: &Image,
+        output: &Image,
+    ) -> Result<()> {
+        let [width, height] = output.extent();
+        let (receiver, visibility, map) = (ReceiverBindings::new(view, inputs), Bind::Image(output), Bind::Image(map));
+        let (name, bind): (_, &dyn Bindings) = match self.held {
+            Held::Distances => ("edge distance lookup", &DistanceBindings { receiver, visibility, distances: map }),
+            Held::Points => ("silhouette lookup", &PointBindings { receiver, visibility, points: map }),
+        };
+        frame.dispatch(&Pass {
+            name,
+            pipeline: &self.pipeline,
+            bind,
+            push: bytemuck::bytes_of(&push),
+            threads: Threads::Count([width, height, 1]),
+        })
     }
 }

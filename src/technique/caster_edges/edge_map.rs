@@ -1,8 +1,8 @@
-//! Map of edge ids: for each cell between four texels of the shadow map the silhouette edges that enter it.
+//! Map of edge ids: for each cell between four texels of the shadow map, the silhouette edges that enter it.
 //!
-//! Cell (i, j), from (1, 1), has the texels (i - 1, j - 1) to (i, j) at its corners and is centred at (i, j), in texels: there
-//! is one fewer along each axis than there are texels. A point asks the edges of the one cell that it lies in; within half a
-//! texel of the map's rim it does without.
+//! Cells are numbered from (1, 1). Cell (i, j) has the texels (i - 1, j - 1) to (i, j) at its corners and is centred at
+//! (i, j), in texels. There is one cell fewer along each axis than there are texels. A point uses the edges of the cell
+//! that it lies in. Points within half a texel of the map's rim lie in no cell and use no edges.
 
 use super::edge_segments::EdgeSegments;
 use super::silhouettes::{COUNT, QUADS, Silhouettes, WALKS};
@@ -42,27 +42,27 @@ bindings! {
 /// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeMapConfig {
-    /// Slots a cell: 1 to 8.
+    /// Slots per cell, 1 to 8.
     pub slots: u32,
-    /// Edges that a cell may have beyond its slots: 0 or more.
+    /// Largest number of edges of a cell beyond its slots.
     pub spill: u32,
-    /// Leave out edges that lie behind everything that the light sees around a cell.
+    /// True to leave out edges that lie behind everything that the light sees around a cell.
     pub kill: bool,
-    /// Texels, along both axes, before an edge at which a cell learns of it: at least [`LEAST_REACH`].
+    /// Distance from a cell, in texels along both axes, up to which the cell holds edges; at least [`LEAST_REACH`].
     pub reach: f32,
-    /// Way to write edges.
+    /// Way to write the edges.
     pub generation: Generation,
 }
 
-/// Reach of a map for points within their cells: edges this close to a texel's centre count as being at it.
+/// Smallest reach. An edge this close to a texel's centre counts as passing through it.
 pub const LEAST_REACH: f32 = 1.0 / 64.0;
 
-/// Way to write edges into a map; the map is the same.
+/// Way to write edges into a map. Both ways give the same map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Generation {
-    /// Threads walk along them.
+    /// Compute threads walk along the edges.
     Compute,
-    /// Quads around them are rasterised. Needs [`crate::DeviceFeatures::dynamic_rendering`] and
+    /// Quads around the edges are rasterised. Needs [`crate::DeviceFeatures::dynamic_rendering`] and
     /// [`crate::DeviceFeatures::fragment_stores`].
     Raster,
 }
@@ -74,19 +74,19 @@ enum Writer {
 
 /// Bytes before the entries of the chains.
 const SPILL_HEADER: u64 = 8;
-/// Bytes of such an entry.
+/// Bytes of an entry of a chain.
 const SPILLED: u64 = 8;
-/// Entries that there is room for, an edge of the casters: few of these are silhouettes,
-/// and a short one enters four cells or so.
+/// Number of entries per edge of the casters. Few of the edges are silhouettes, and a short silhouette enters about
+/// four cells.
 const SPILLED_EACH: u64 = 4;
-/// And at least one for so many cells: a few long edges through a map enter many.
+/// Largest number of cells per entry. A few long edges may enter many cells, so maps have entries even for few edges.
 const CELLS_A_SPILLED: u64 = 2;
 
-/// The pass with its map: 8 bytes a slot.
+/// The pass with its map, which takes 8 bytes per slot.
 pub struct EdgeMap {
     writer: Writer,
     keys: Buffer,
-    /// Slots of the lower half of the map, where all are more than a buffer holds.
+    /// Slots of the lower half of the map, if one buffer cannot hold all slots.
     lower_keys: Option<Buffer>,
     spill: Buffer,
     heads: Buffer,
@@ -95,11 +95,11 @@ pub struct EdgeMap {
 }
 
 impl EdgeMap {
-    /// Allocates.
+    /// Makes the pass and its map.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a map too large for two storage buffers of the device; [`Error::NoDevice`] for
-    /// [`Generation::Raster`] on a device made without what it needs.
+    /// [`Error::Parameter`] if the map is too large for two storage buffers of the device. [`Error::NoDevice`] for
+    /// [`Generation::Raster`] if the device was made without the features that it needs.
     pub fn new(
         context: &Context,
         silhouettes: &Silhouettes,
@@ -116,8 +116,8 @@ impl EdgeMap {
         if size > most || cells * 8 > most {
             let [w, h] = map_size;
             let problem = format!(
-                "edge ids of a {w}x{h} map take {} bytes with {} slots a cell; two storage buffers of this device have {most} each: \
-                 use a smaller map or fewer slots",
+                "edge ids of a {w}x{h} map take {} bytes with {} slots per cell, but two storage buffers of this device \
+                 have {most} each; use a smaller map or fewer slots",
                 rows(all_rows),
                 config.slots
             );
@@ -138,7 +138,7 @@ impl EdgeMap {
                 let features = context.features();
                 if !(features.dynamic_rendering && features.fragment_stores) {
                     let problem = "generation=raster needs raster passes and fragment shaders that write buffers \
-                                   (dynamicRendering, fragmentStoresAndAtomics); this device was made without";
+                                   (dynamicRendering, fragmentStoresAndAtomics), which this device was made without";
                     return Err(Error::NoDevice(problem.into()));
                 }
                 Writer::Quads(context.raster_pipeline::<MapBindings, EdgeMapPush>(&RasterState {
@@ -223,29 +223,29 @@ impl EdgeMap {
         Ok(())
     }
 
-    /// The map: for each cell, row by row, its slots, nearest to its centre first: segment, then the bits of its squared
-    /// distance.
+    /// The map. It holds the slots of each cell, row by row, and in each cell the edge nearest to its centre first. A
+    /// slot holds the segment and the bits of its squared distance.
     pub fn keys(&self) -> &Buffer {
         &self.keys
     }
 
-    /// The same for the map's lower half, where [`EdgeMap::is_split`]; otherwise the whole map again.
+    /// The slots of the map's lower half if [`EdgeMap::is_split`]; otherwise the whole map again.
     pub fn lower_keys(&self) -> &Buffer {
         self.lower_keys.as_ref().unwrap_or(&self.keys)
     }
 
-    /// True if the slots are in two buffers: the upper half of the map's rows, rounded up, in the first.
+    /// True if the slots are in two buffers. The first then holds the upper half of the map's rows, rounded up.
     pub fn is_split(&self) -> bool {
         self.lower_keys.is_some()
     }
 
-    /// Chains of the edges beyond the slots: a `u32` of how many found no place, one of how many entries were asked for,
-    /// then entries: segment, next entry.
+    /// Chains of the edges beyond the slots. The buffer begins with the number of edges that found no place and the
+    /// number of entries that were requested, both `u32`. Then come the entries: the segment and the next entry.
     pub fn spill(&self) -> &Buffer {
         &self.spill
     }
 
-    /// First entry of each cell's chain, and the number of entries that were asked for, less one.
+    /// First entry of each cell's chain, and the number of entries that the cell requested, minus one.
     pub fn heads(&self) -> &Buffer {
         &self.heads
     }
@@ -256,20 +256,20 @@ impl EdgeMap {
     }
 }
 
-/// Cells along each axis; room for one where there is none.
+/// Number of cells along each axis, at least 1.
 fn cells_of(map_size: [u32; 2]) -> [u32; 2] {
     map_size.map(|n| n.saturating_sub(1).max(1))
 }
 
-/// A picture of an [`EdgeMap`]: RGBA8, a pixel a cell; the nearest edge of each in a colour of its id, near bright, black
-/// where no edge enters the cell.
+/// A picture of an [`EdgeMap`] in RGBA8, with one pixel per cell. It shows the nearest edge of each cell in a colour of
+/// its own, brighter the nearer the edge is. Cells without an edge are black.
 pub struct EdgeIds {
     pipeline: Arc<ComputePipeline>,
     image: Image,
 }
 
 impl EdgeIds {
-    /// Allocates.
+    /// Makes the pass and its image.
     pub fn new(context: &Context, map: &EdgeMap) -> Result<Self> {
         let desc = ImageDesc::storage("edge ids, shown", vk::Format::R8G8B8A8_UNORM, cells_of(map.map_size));
         Ok(Self {
@@ -278,7 +278,7 @@ impl EdgeIds {
         })
     }
 
-    /// Shows the map as it is.
+    /// Draws the picture of the map.
     pub fn record(&self, frame: &mut Frame<'_>, map: &EdgeMap) -> Result<()> {
         let [width, height] = self.image.extent();
         let push =

@@ -8,7 +8,7 @@ use ash::vk;
 use glam::DMat3;
 use std::sync::Arc;
 
-/// Bytes of `EdgeSegment` of `glsl/lib/edge_segment.glsl`.
+/// Bytes of an `EdgeSegment` of `glsl/lib/edge_segment.glsl`.
 pub const SEGMENT: u64 = 44;
 
 shader_struct! {
@@ -32,21 +32,21 @@ pub struct EdgeSegments {
     segments: Buffer,
 }
 
-/// Distance from a light below which nothing is projected, as a part of that of its near plane: what lies nearer than the near
-/// plane still casts.
+/// Smallest distance from a light at which edges are projected, as a fraction of the distance of the near plane.
+/// Casters in front of the near plane still cast shadows.
 const NEAREST: f64 = 1.0 / 64.0;
 
 impl EdgeSegments {
-    /// Allocates room for every edge of the casters.
+    /// Makes the pass, with room for every edge of the casters.
     ///
     /// # Errors
-    /// [`Error::Usage`] for more edges than a buffer of the device holds.
+    /// [`Error::Usage`] if there are more edges than a buffer of the device holds.
     pub fn new(context: &Context, silhouettes: &Silhouettes) -> Result<Self> {
         let size = u64::from(silhouettes.casters().counts().edges) * SEGMENT;
         let most = u64::from(context.device().limits.max_storage_buffer_range);
         if size > most {
             let problem =
-                format!("segments of edges: {size} bytes; a storage buffer of this device has {most} at most");
+                format!("segments of edges: {size} bytes, but a storage buffer of this device has at most {most}");
             return Err(Error::Usage(problem));
         }
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
@@ -57,10 +57,11 @@ impl EdgeSegments {
         })
     }
 
-    /// Constants for a light and its map; segments reach `margin` texels beyond it.
+    /// Push constants for a light and its map. Segments reach up to `margin` texels beyond the map.
     pub fn push(light: &LightView, map_size: [u32; 2], margin: f32, stride: u32) -> EdgeSegmentsPush {
         let p = &light.clip_from_view;
-        // What the image's handedness depends on: rows x, y, and that along which distance grows.
+        // Three directions determine the handedness of the image: the rows x and y, and the direction in which distance
+        // grows.
         let away = if light.is_directional() { glam::DVec3::NEG_Z } else { p.row(3).truncate() };
         let image = DMat3::from_cols(p.row(0).truncate(), p.row(1).truncate(), away);
         let near = (p.w_axis.z / p.z_axis.z).abs();
@@ -73,7 +74,7 @@ impl EdgeSegments {
         }
     }
 
-    /// Projects what `silhouettes` holds.
+    /// Projects the edges in the list of `silhouettes`.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -99,7 +100,7 @@ impl EdgeSegments {
         })
     }
 
-    /// The list: [`SEGMENT`] bytes an edge.
+    /// The list, with [`SEGMENT`] bytes per edge.
     pub fn segments(&self) -> &Buffer {
         &self.segments
     }

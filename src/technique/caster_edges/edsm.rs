@@ -1,8 +1,7 @@
 //! Edge distance shadow mapping.
 
-use super::edge_lookup::{self, HeldMap, KILL};
-use super::map_edges::{MapEdges, SegmentBindings};
-use super::map_lookup::{Held, MapLookup};
+use super::edge_lookup::{self, Held, HeldMap, KILL, MapLookup};
+use super::kept_segments::{KeptSegments, SegmentBindings};
 use super::silhouettes::QUADS;
 use crate::casters::Casters;
 use crate::frame::{Bound, RasterPass, Target};
@@ -18,13 +17,13 @@ pub const INFO: Info = Info {
     id: "edsm",
     title: "Edge distance shadow mapping",
     paper: "Kenzel 2013",
-    summary: "Where a shadow map's texels disagree, the distance to the casters' edges decides; soft borders for the asking.",
+    summary: "Where the tests of a shadow map's texels differ, the distance to the casters' edges decides; borders can be soft.",
     params: &[
         Param::choice(
             "priority",
             &["segment", "cosine"],
             0,
-            "which of several edges a texel keeps: the nearest, or by the cosine at the corner (two readings of eq. 3.8)",
+            "edge that a texel keeps out of several: the nearest, or the one that wins by the cosine at the corner (two readings of eq. 3.8)",
         ),
         KILL,
         Param::float("border", 0.0, 16.0, 0.0, "texels", "width of the shadow's border; 0 = hard"),
@@ -32,17 +31,18 @@ pub const INFO: Info = Info {
             "kernel",
             &["box", "smoothstep", "disc"],
             2,
-            "how visibility falls across the border: a ramp, one with soft ends, or as behind an edge under a round light",
+            "profile of the visibility across the border: a ramp, a ramp with soft ends, or that of an edge under a round light",
         ),
         NORMAL_OFFSET,
         DEPTH_BIAS,
         SLACK,
     ],
+    published: &[],
     needs: &[Need::Casters, Need::DynamicRendering],
     kind: Kind::RealTime(prepare),
 };
 
-/// Value of a parameter `kernel`.
+/// Returns the value of the parameter `kernel`.
 pub(super) fn border_kernel(params: &Params) -> BorderKernel {
     match params.word("kernel") {
         "box" => BorderKernel::Box,
@@ -54,7 +54,8 @@ pub(super) fn border_kernel(params: &Params) -> BorderKernel {
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let (border, kernel) = (p.float("border"), border_kernel(p));
-    // Of a cell that the border reaches, all four corners must know the edge: a cell's diagonal beyond it.
+    // All four corners of a cell that the border reaches must know the edge. They lie up to a cell's diagonal beyond
+    // the border.
     let half_width = 0.5 * border + 1.5;
     let config = DistanceConfig { cosine: p.word("priority") == "cosine", kill: p.on("kill"), half_width };
     let distances = EdgeDistances::new(context, INFO.id, setup.casters(INFO.id)?, setup.map_size, config)?;
@@ -73,17 +74,17 @@ shader_struct! {
 /// Settings of a map of distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceConfig {
-    /// True to keep, of several edges, the one whose cosine at the corner is smallest instead of the nearest.
+    /// True to choose among several edges by the cosine at the corner instead of by the distance.
     pub cosine: bool,
-    /// Leave out edges that the light does not see.
+    /// True to leave out edges that the light does not see.
     pub kill: bool,
-    /// Distance from an edge up to which distances are known, texels: above 0.
+    /// Largest distance from an edge that the map stores, in texels; above 0.
     pub half_width: f32,
 }
 
-/// The map with the passes that make it.
+/// The map, with the passes that make it.
 pub struct EdgeDistances {
-    edges: MapEdges,
+    edges: KeptSegments,
     pipeline: Arc<RasterPipeline>,
     distances: Image,
     priorities: Image,
@@ -91,10 +92,10 @@ pub struct EdgeDistances {
 }
 
 impl EdgeDistances {
-    /// Allocates; the technique's name is for messages.
+    /// Makes the passes and the map. The technique's name is for messages.
     ///
     /// # Errors
-    /// Errors are those of [`MapEdges::new`].
+    /// Errors are those of [`KeptSegments::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -105,7 +106,7 @@ impl EdgeDistances {
         let (format, depth) = (vk::Format::R16_SFLOAT, vk::Format::D32_SFLOAT);
         let target = |name, format| Image::new(context.device(), &ImageDesc::attachment(name, format, map_size));
         Ok(Self {
-            edges: MapEdges::new(context, technique, casters, config.half_width + 2.0)?,
+            edges: KeptSegments::new(context, technique, casters, config.half_width + 2.0)?,
             pipeline: context.raster_pipeline::<SegmentBindings, EdgeQuadPush>(&RasterState {
                 name: "edge distances",
                 vertex: "caster_edges/edsm.vert",
@@ -121,10 +122,10 @@ impl EdgeDistances {
         })
     }
 
-    /// Makes the map, unless that of the frame before still holds.
+    /// Makes the map, unless the one of the frame before is still valid.
     ///
     /// # Errors
-    /// Errors are those of [`MapEdges::record`].
+    /// Errors are those of [`KeptSegments::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
@@ -138,7 +139,7 @@ impl EdgeDistances {
             name: "edge distances",
             extent: self.distances.extent(),
             colors: &[Target::color(&self.distances, [0.0; 4])],
-            // Farther than any priority: all of a quad counts.
+            // 1 is larger than any priority, so every fragment of the first quad passes.
             depth: Some(Target::depth(&self.priorities, 1.0)),
             bound: &[Bound { pipeline: &self.pipeline, bind: &bind }],
             indirect: &[header],
@@ -151,14 +152,14 @@ impl EdgeDistances {
         })
     }
 
-    /// Signed distance of each texel's centre to the edge that counts there, texels, positive on the occluder's side; 0 where
-    /// no edge comes near.
+    /// Signed distance in texels from each texel's centre to the edge that the texel keeps, positive on the occluder's
+    /// side; 0 if no edge is near.
     pub fn distances(&self) -> &Image {
         &self.distances
     }
 
-    /// The edges it is made from.
-    pub fn edges(&self) -> &MapEdges {
+    /// The edges that the map is made from.
+    pub fn edges(&self) -> &KeptSegments {
         &self.edges
     }
 
@@ -193,13 +194,13 @@ pub enum BorderKernel {
     Box,
     /// A ramp with soft ends.
     Smoothstep,
-    /// The share of a disc beyond a straight edge.
+    /// The share of a disc that lies beyond a straight edge.
     Disc,
 }
 
-/// The lookup: of the visibility, or with `picture` of a picture of the distances over it. `border` is the width of soft
-/// borders in texels; 0 for hard ones.
-pub fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
+/// Makes the lookup of the visibility, or with `picture` of a picture of the distances over the visibility. `border` is
+/// the width of soft borders in texels; 0 makes them hard.
+pub(super) fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
     let constants = [("PICTURE", picture.into()), ("BORDER_BITS", (0.5 * border).to_bits()), ("KERNEL", kernel as u32)];
     MapLookup::new(context, Held::Distances, &constants)
 }

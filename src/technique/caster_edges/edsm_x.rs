@@ -2,7 +2,7 @@
 
 use super::edge_map::{EdgeIds, EdgeMap, EdgeMapConfig, Generation, LEAST_REACH};
 use super::edsm::border_kernel;
-use super::map_edges::MapEdges;
+use super::kept_segments::KeptSegments;
 use super::silhouette_view::SilhouetteView;
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::technique::common::bindings::PixelBindings;
@@ -18,7 +18,7 @@ pub const INFO: Info = Info {
     id: "edsm-x",
     title: "Edge distance shadow mapping with edge identities",
     paper: "after Kenzel 2013; the identities and the crossing rule are ours",
-    summary: "Hard shadows that follow the casters' own edges at any map resolution, for the price of a map lookup.",
+    summary: "Hard shadows that follow the casters' own edges at any map resolution, for the cost of a map lookup.",
     params: &[
         Param::int(
             "slots",
@@ -26,7 +26,7 @@ pub const INFO: Info = Info {
             8,
             2,
             "edges",
-            "edges that a cell between four texels keeps in place, the nearest to its centre (K)",
+            "number of slots of a cell between four texels; they hold the edges nearest to its centre (K)",
         ),
         Param::int(
             "spill",
@@ -34,31 +34,31 @@ pub const INFO: Info = Info {
             4096,
             256,
             "edges",
-            "edges that a cell may have beyond its slots, in a chain; one more is counted as lost",
+            "largest number of edges of a cell beyond its slots, kept in a chain; further edges are lost and counted",
         ),
         Param::choice(
             "generation",
             &["compute", "raster"],
             0,
-            "edges are written into the map by threads that walk along them, or by quads: the same map",
+            "write edges into the map by threads that walk along them, or by drawing quads; the map is the same",
         ),
         Param::choice(
             "resolve",
             &["always", "mixed-only"],
             0,
-            "ask the edges wherever there are any, or only where the depth map disagrees about the light, as in the thesis: features below a texel are lost then",
+            "use the edges wherever there are any, or only where the tests of the depth map differ, as in the thesis; features smaller than a texel are then lost",
         ),
         Param::switch(
             "kill",
             true,
-            "leave out edges that lie behind everything that the light sees around a cell: they need no slot",
+            "leave out edges that lie behind everything that the light sees around a cell, so that they take no slots",
         ),
         Param::float("border", 0.0, 16.0, 0.0, "texels", "width of the shadow's border; 0 = hard"),
         Param::choice(
             "kernel",
             &["box", "smoothstep", "disc"],
             2,
-            "how visibility falls across the border: a ramp, one with soft ends, or as behind an edge under a round light",
+            "profile of the visibility across the border: a ramp, a ramp with soft ends, or that of an edge under a round light",
         ),
         Param::float(
             "edge_bias",
@@ -66,12 +66,13 @@ pub const INFO: Info = Info {
             4.0,
             0.02,
             "texel slopes",
-            "how far in depth an edge may lie before the receiver and still be on it, in slopes of its plane a texel",
+            "depth by which an edge may lie in front of the receiver and still count as on it, in multiples of its plane's change of depth per texel",
         ),
         DEPTH_BIAS,
         SLACK,
         SKIP,
     ],
+    published: &[],
     needs: &[Need::Casters, Need::Int64Atomics],
     kind: Kind::RealTime(prepare),
 };
@@ -91,7 +92,7 @@ bindings! {
 }
 
 struct EdsmX {
-    edges: MapEdges,
+    edges: KeptSegments,
     map: EdgeMap,
     lookup: PixelPass,
     decisions: Image,
@@ -113,7 +114,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         generation: if p.word("generation") == "raster" { Generation::Raster } else { Generation::Compute },
     };
     let mixed_only = p.word("resolve") == "mixed-only";
-    let edges = MapEdges::new(context, INFO.id, casters, config.reach)?;
+    let edges = KeptSegments::new(context, INFO.id, casters, config.reach)?;
     let map = EdgeMap::new(context, edges.silhouettes(), setup.map_size, config)?;
     let (split, soft) = (u32::from(map.is_split()), u32::from(p.float("border") > 0.0));
     let lookup = |step| -> Result<Arc<ComputePipeline>> {
@@ -128,9 +129,9 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         ];
         context.pipeline::<LookupBindings, EdsmXPush>("caster_edges/edsm_x.comp", &constants)
     };
-    // Of a map in two buffers there is no picture.
+    // The picture supports only maps in one buffer.
     let ids = (setup.intermediates && !map.is_split()).then(|| EdgeIds::new(context, &map));
-    // The technique itself does without raster passes.
+    // The technique itself needs no raster passes, so the device may not support them.
     let can_draw = context.features().dynamic_rendering;
     let seen =
         (setup.intermediates && can_draw).then(|| SilhouetteView::new(context, edges.silhouettes(), setup.extent));
@@ -139,7 +140,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     Ok(Box::new(EdsmX {
         edges,
         map,
-        lookup: PixelPass::new(context, "edge pixels", setup.extent, p.word("skip") != "off", lookup)?,
+        lookup: PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off", lookup)?,
         decisions: Image::new(context.device(), &desc)?,
         viewed: setup.intermediates,
         ids: ids.transpose()?,

@@ -1,4 +1,4 @@
-//! A picture of the silhouette edges as the camera sees them.
+//! A picture of the silhouette edges from the camera.
 
 use super::silhouettes::{QUADS, Silhouettes};
 use super::volumes::VolumeCamera;
@@ -26,9 +26,9 @@ bindings! {
     struct ViewBindings { Positions, Cameras, Silhouettes, camera_depth }
 }
 
-/// The pass with its image: RGBA8, sRGB values, alpha 0 where there is no edge. Folds are yellow, rims of open surfaces
-/// cyan, edges that are no outline but count for shadow volumes magenta; what the camera sees of them is bright, what
-/// lies behind a surface dim. Needs [`crate::DeviceFeatures::dynamic_rendering`].
+/// The pass with its image, in RGBA8 with sRGB values; alpha is 0 where there is no edge. Folds are yellow, and the
+/// rims of open surfaces cyan. Edges that are not outlines but count for shadow volumes are magenta. Edges that the
+/// camera sees are bright; those behind a surface are dim. Needs [`crate::DeviceFeatures::dynamic_rendering`].
 pub struct SilhouetteView {
     pipeline: Arc<RasterPipeline>,
     cameras: Buffer,
@@ -36,7 +36,7 @@ pub struct SilhouetteView {
 }
 
 impl SilhouetteView {
-    /// Allocates for images of `extent` pixels.
+    /// Makes the pass for images of `extent` pixels.
     pub fn new(context: &Context, silhouettes: &Silhouettes, extent: [u32; 2]) -> Result<Self> {
         const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
         let instances = u64::from(silhouettes.casters().counts().instances.max(1));
@@ -60,7 +60,7 @@ impl SilhouetteView {
         })
     }
 
-    /// Draws the list that `silhouettes` holds; the inputs have a transform for each of its instances.
+    /// Draws the edges in the list of `silhouettes`. The inputs have a transform for each of its instances.
     pub fn record(&self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, silhouettes: &Silhouettes) -> Result<()> {
         let camera = inputs.camera;
         let cameras: Vec<_> = inputs.casters.iter().map(|m| VolumeCamera::new(camera, m, false)).collect();
@@ -84,7 +84,7 @@ impl SilhouetteView {
         };
         frame.raster(&pass, |draw| {
             draw.bind(0)?;
-            // What is seen comes over what is not.
+            // Draws the hidden edges first, then the visible ones over them.
             for seen in [0, 1] {
                 draw.push(bytemuck::bytes_of(&SilhouetteViewPush {
                     stride: silhouettes.casters().stride(),

@@ -1,4 +1,4 @@
-//! Triangles that face the light, and the edges where a shadow may end.
+//! Finds the triangles that face the light, and the silhouette edges at which a shadow may end.
 
 use crate::casters::{CHUNK, Casters};
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, bindings, shader_struct};
@@ -10,13 +10,13 @@ use ash::vk;
 use glam::{DAffine3, DVec4};
 use std::sync::Arc;
 
-/// Bytes of `SilhouetteHeader` of `glsl/caster_edges/silhouettes.glsl`.
+/// Bytes of a `SilhouetteHeader` of `glsl/caster_edges/casters.glsl`.
 const HEADER: u64 = 16 * 4;
 /// Offset in the header of the number of edges.
 pub(crate) const COUNT: u64 = 12;
-/// Offset in the header of the arguments of a dispatch, 4 edges a workgroup.
+/// Offset in the header of the arguments of a dispatch with 4 edges per workgroup.
 pub(crate) const WALKS: u64 = 13 * 4;
-/// Offset of the arguments of a draw, 6 vertices an edge.
+/// Offset in the header of the arguments of a draw with 6 vertices per edge.
 pub(crate) const QUADS: u64 = 9 * 4;
 /// Bytes of an edge in the list.
 const EDGE: u64 = 20;
@@ -27,8 +27,8 @@ bindings! {
     struct OffsetsBindings { Offsets, Header }
 }
 
-/// So many workgroups of [`CHUNK`] threads, numbered by `chunkIndex` of `glsl/caster_edges/casters.glsl`: along x up to its
-/// `MAX_GROUPS_X`, then along y.
+/// Returns a dispatch of at least `count` workgroups of [`CHUNK`] threads. Workgroups run along x up to `MAX_GROUPS_X`,
+/// then along y; `chunkIndex` of `glsl/caster_edges/casters.glsl` numbers them.
 pub(super) fn chunks(count: u32) -> Threads<'static> {
     const MAX_GROUPS_X: u32 = 65535;
     Threads::Count([CHUNK * count.min(MAX_GROUPS_X), count.div_ceil(MAX_GROUPS_X), 1])
@@ -54,7 +54,7 @@ shader_struct! {
 }
 
 impl CasterLight {
-    /// The light in the space of an instance: `w` 1 position, 0 unit vector towards it.
+    /// The light in the space of an instance: its position if `w` is 1, or the unit vector towards it if `w` is 0.
     pub fn light(light: &LightView, world_from_object: &DAffine3) -> DVec4 {
         let object_from_world = world_from_object.matrix3.inverse();
         match light.kind {
@@ -62,12 +62,13 @@ impl CasterLight {
                 let offset = light.world_from_view.translation - world_from_object.translation;
                 (object_from_world * offset).extend(1.0)
             }
-            // Of any length: only its sides count, but tiny and huge scales leave the range of f32.
+            // The vector is used only to tell sides, so any length would do. It is normalised because tiny and huge
+            // scales would leave the range of `f32`.
             LightKind::Directional { .. } => (object_from_world * -light.direction()).normalize_or_zero().extend(0.0),
         }
     }
 
-    /// An instance as a light sees it: everything composed in `f64`, positions subtracted first.
+    /// Describes an instance as a light sees it. Everything is computed in `f64`, and positions are subtracted first.
     pub fn new(light: &LightView, world_from_object: &DAffine3) -> Self {
         Self {
             clip_from_object: light.clip_from_object(world_from_object).as_mat4().to_cols_array_2d(),
@@ -92,22 +93,22 @@ pub struct Silhouettes {
     header: Buffer,
     edges: Buffer,
     kept: Kept,
-    /// Instances of the list that cast.
+    /// Flags of the instances that cast shadows in the current list.
     casts: Vec<bool>,
 }
 
 impl Silhouettes {
-    /// Allocates room for every edge of the casters. With `shells`, closed meshes count once for each shell between a
-    /// point and the light instead of once for each triangle.
+    /// Makes the passes, with room for every edge of the casters. With `shells`, closed meshes count once for each
+    /// shell between a point and the light instead of once for each triangle.
     ///
     /// # Errors
-    /// [`Error::Usage`] for more casters than the device's buffers hold.
+    /// [`Error::Usage`] if the casters need more than the device's buffers hold.
     pub fn new(context: &Context, casters: &Arc<Casters>, shells: bool) -> Result<Self> {
         let counts = casters.counts();
         let most = u64::from(context.device().limits.max_storage_buffer_range);
         let buffer = |name, size: u64, usage| {
             if size > most {
-                let problem = format!("{name}: {size} bytes; a storage buffer of this device has {most} at most");
+                let problem = format!("{name}: {size} bytes, but a storage buffer of this device has at most {most}");
                 return Err(Error::Usage(problem));
             }
             let usage = usage | vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
@@ -136,7 +137,8 @@ impl Silhouettes {
         })
     }
 
-    /// Finds the silhouettes of the instances that cast: all with `None`. False if those of the frame before still hold.
+    /// Finds the silhouettes of the instances that cast shadows; with `None`, all instances do. Returns false if the
+    /// list of the frame before is still valid.
     ///
     /// # Errors
     /// [`Error::Input`] unless there is a transform for each instance.
@@ -212,22 +214,22 @@ impl Silhouettes {
         &self.casters
     }
 
-    /// The list: 20 bytes an edge, `SilhouetteEdge` of `glsl/caster_edges/casters.glsl`.
+    /// The list of edges, as `SilhouetteEdge` of `glsl/caster_edges/casters.glsl`, with 20 bytes per edge.
     pub fn edges(&self) -> &Buffer {
         &self.edges
     }
 
-    /// Head of the list: `SilhouetteHeader` of `glsl/caster_edges/silhouettes.glsl`.
+    /// Header of the list: `SilhouetteHeader` of `glsl/caster_edges/casters.glsl`.
     pub fn header(&self) -> &Buffer {
         &self.header
     }
 
-    /// A thread for each edge of the list, [`CHUNK`] a workgroup.
+    /// One thread for each edge of the list, [`CHUNK`] per workgroup.
     pub(super) fn threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.header, 0)
     }
 
-    /// Place in the list at which each workgroup of edges writes.
+    /// Index in the list at which each workgroup of edges begins to write.
     pub(crate) fn offsets(&self) -> &Buffer {
         &self.offsets
     }

@@ -1,8 +1,7 @@
 //! Shadow silhouette maps.
 
-use super::edge_lookup::{self, HeldMap, KILL};
-use super::map_edges::{MapEdges, SegmentBindings};
-use super::map_lookup::{Held, MapLookup};
+use super::edge_lookup::{self, Held, HeldMap, KILL, MapLookup};
+use super::kept_segments::{KeptSegments, SegmentBindings};
 use super::silhouettes::{QUADS, chunks};
 use crate::casters::{CHUNK, Casters};
 use crate::frame::{Bound, RasterPass, Target};
@@ -21,19 +20,20 @@ pub const INFO: Info = Info {
     id: "sssm",
     title: "Shadow silhouette maps",
     paper: "Sen, Cammarano, Hanrahan 2003; Kenzel 2013, section 2.3",
-    summary: "The casters' edges through a point in each cell of the shadow map: exact along straight edges, one edge a cell.",
+    summary: "Stores a point of the casters' edges in each cell of the shadow map: exact along straight edges, one edge per cell.",
     params: &[
         Param::choice(
             "generation",
             &["compute", "raster"],
             0,
-            "edges are walked along by compute shaders, or quads drawn around them: the same map",
+            "walk along edges in compute shaders, or draw quads around them; the map is the same",
         ),
         KILL,
         NORMAL_OFFSET,
         DEPTH_BIAS,
         SLACK,
     ],
+    published: &[],
     needs: &[Need::Casters],
     kind: Kind::RealTime(prepare),
 };
@@ -46,7 +46,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
 }
 
 shader_struct! {
-    /// Push constants of the draws over the map's edges.
+    /// Push constants of the draw of the edges.
     pub struct MapSizePush {
         map_size: [u32; 2],
     }
@@ -56,10 +56,10 @@ bindings! {
     struct PointsBindings { shadow_map, Header, Segments, Keys, Winners, points }
 }
 
-/// Way to make the points; the map is the same.
+/// Way to make the points. Both ways give the same map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointsBy {
-    /// Edges are walked along by compute shaders.
+    /// Compute shaders walk along the edges.
     Compute,
     /// A quad is drawn around each edge. Needs [`crate::DeviceFeatures::dynamic_rendering`].
     Raster,
@@ -70,23 +70,24 @@ enum Maker {
     Raster { pipeline: Arc<RasterPipeline>, keys: Image },
 }
 
-/// The map with the passes that make it.
+/// The map, with the passes that make it.
 pub struct SilhouettePoints {
-    edges: MapEdges,
+    edges: KeptSegments,
     maker: Maker,
     points: Image,
 }
 
-/// Edges that reach this far around the map are kept, texels.
+/// Distance around the map up to which edges are kept, in texels.
 const MARGIN: f32 = 16.0;
-/// Value of a cell without an edge: its middle, `CELL_MIDDLE` of `glsl/caster_edges/sssm_cell.glsl`.
+/// Value of a cell without an edge: the cell's middle, `CELL_MIDDLE` of `glsl/caster_edges/sssm_cell.glsl`.
 const MIDDLE: u32 = 0x8000_8000;
 
 impl SilhouettePoints {
-    /// Allocates; the technique's name is for messages. With `kill`, edges that the light does not see are left out.
+    /// Makes the passes and the map. The technique's name is for messages. With `kill`, edges that the light does not
+    /// see are left out.
     ///
     /// # Errors
-    /// Errors are those of [`MapEdges::new`].
+    /// Errors are those of [`KeptSegments::new`].
     pub fn new(
         context: &Context,
         technique: &'static str,
@@ -130,16 +131,16 @@ impl SilhouettePoints {
             desc.usage |= vk::ImageUsageFlags::COLOR_ATTACHMENT;
         }
         Ok(Self {
-            edges: MapEdges::new(context, technique, casters, MARGIN)?,
+            edges: KeptSegments::new(context, technique, casters, MARGIN)?,
             maker,
             points: Image::new(device, &desc)?,
         })
     }
 
-    /// Makes the map, unless that of the frame before still holds.
+    /// Makes the map, unless the one of the frame before is still valid.
     ///
     /// # Errors
-    /// Errors are those of [`MapEdges::record`].
+    /// Errors are those of [`KeptSegments::record`].
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if !self.edges.record(frame, inputs)? {
             return Ok(());
@@ -189,13 +190,14 @@ impl SilhouettePoints {
         }
     }
 
-    /// The map: for each cell the point that stands for its edge, 16 bits an axis; the middle where it has none.
+    /// The map. It holds the point of each cell that represents the cell's edge, with 16 bits per axis; the middle of
+    /// the cell means that there is no edge.
     pub fn points(&self) -> &Image {
         &self.points
     }
 
-    /// The edges it is made from.
-    pub fn edges(&self) -> &MapEdges {
+    /// The edges that the map is made from.
+    pub fn edges(&self) -> &KeptSegments {
         &self.edges
     }
 
@@ -227,7 +229,7 @@ impl HeldMap for SilhouettePoints {
     }
 }
 
-/// The lookup: of the visibility, or with `picture` of a picture of the points over it.
-pub fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
+/// Makes the lookup of the visibility, or with `picture` of a picture of the points over the visibility.
+pub(super) fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
     MapLookup::new(context, Held::Points, &[("PICTURE", picture.into())])
 }

@@ -1,16 +1,18 @@
-//! What of a shadow volume a camera can see: whether any, and in which rectangle of the image. Conservative, in `f64`.
+//! Finds the rectangle of the image in which a camera can see a shadow volume; it is empty if the camera cannot see the
+//! volume. The rectangle is conservative and computed in `f64`.
 //!
-//! A volume is its caster's box swept away from the light: the convex hull of the box's corners and of their images at
-//! infinity. In the camera's clip space these are 16 homogeneous points. A plane through the eye that has all of them on
-//! one side, `x - s w >= 0`, has the hull there, the parts behind the viewer too.
+//! A volume is bounded by the caster's box, swept away from the light: the convex hull of the box's corners and of
+//! their images at infinity. In the camera's clip space these are 16 homogeneous points. If all of them lie on one side
+//! of a plane through the eye, `x - s w >= 0`, so does the hull, including its parts behind the viewer.
 
 use crate::view::{CameraView, DepthRange, LightView};
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use std::ops::Range;
 
-/// Pixels that a rectangle grows by on each side: rasterisation rounds vertices to fractions of a pixel.
+/// Pixels by which a rectangle grows on each side, because rasterisation rounds vertices to fractions of a pixel.
 const MARGIN: f64 = 2.0;
-/// What boxes grow by, relative to how far their points lie from the object's origin: `f32` vertices through `f32` matrices.
+/// Fraction of the points' distance from the object's origin by which boxes grow. It covers the rounding of `f32`
+/// vertices and matrices.
 const ROUNDING: f64 = 1e-5;
 
 /// A rectangle of pixels.
@@ -21,7 +23,7 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
-    /// All of an image.
+    /// The whole image.
     pub fn all([width, height]: [u32; 2]) -> Self {
         Self { x: 0..width, y: 0..height }
     }
@@ -37,7 +39,7 @@ impl Rect {
     }
 }
 
-/// Corners of the box around a sphere, object space.
+/// Corners of the box around a sphere, in object space.
 fn corners((center, radius): ([f64; 3], f64)) -> [DVec3; 8] {
     let center = DVec3::from(center);
     let half = radius + ROUNDING * (center.length() + radius);
@@ -47,8 +49,8 @@ fn corners((center, radius): ([f64; 3], f64)) -> [DVec3; 8] {
     })
 }
 
-/// Whether the shadow of what is in the sphere (object space) may lie in the light's frustum. All but its near plane counts:
-/// what is nearer still casts.
+/// True if objects within the sphere (object space) may cast shadows inside the light's frustum. The near plane does
+/// not count, because casters in front of it still cast shadows.
 pub(crate) fn is_in_light(light: &LightView, world_from_object: &DAffine3, sphere: ([f64; 3], f64)) -> bool {
     let m = light.clip_from_object(world_from_object);
     let points = corners(sphere).map(|c| m * c.extend(1.0));
@@ -61,7 +63,7 @@ pub(crate) fn is_in_light(light: &LightView, world_from_object: &DAffine3, spher
         || all(|p| p.w <= 0.0))
 }
 
-/// The box around a sphere (object space), swept away from the light (object space), in a clip space.
+/// Points of the box around a sphere, swept away from the light, in clip space. Sphere and light are in object space.
 pub(crate) fn swept(clip_from_object: &DMat4, sphere: ([f64; 3], f64), light: DVec4) -> [DVec4; 16] {
     let corners = corners(sphere);
     std::array::from_fn(|i| {
@@ -85,10 +87,10 @@ pub(crate) fn light_range(camera: &CameraView, light: &LightView) -> [DVec4; 8] 
 /// Distance of a point from a plane, positive inside.
 type Side = fn(&DVec4) -> f64;
 
-/// The pixels in which the hull of points of the camera's clip space can be seen; empty if it cannot.
+/// Pixels in which the hull of the points, given in the camera's clip space, can be seen; empty if it cannot be seen.
 pub(crate) fn rectangle(points: &[DVec4], depth: DepthRange, size: [u32; 2]) -> Rect {
     let nothing = Rect { x: 0..0, y: 0..0 };
-    // Nearer than the near plane nothing is seen, beyond the far plane neither. An infinitely far plane is no plane.
+    // Nothing is seen in front of the near plane or beyond the far plane. A far plane at infinity excludes nothing.
     let (near, far): (Side, Side) = match depth {
         DepthRange::Reversed => (|p| p.w - p.z, |p| p.z),
         DepthRange::Standard => (|p| p.z, |p| p.w - p.z),
@@ -105,7 +107,7 @@ pub(crate) fn rectangle(points: &[DVec4], depth: DepthRange, size: [u32; 2]) -> 
         let (low, high) = (bound(along(1.0)), -bound(along(-1.0)));
         let pixel = |s: f64| 0.5 * (s + 1.0) * f64::from(size[i]);
         let (low, high) = (pixel(low) - MARGIN, pixel(high) + MARGIN);
-        // Saturating casts: what lies outside the image is cut.
+        // The casts saturate, which clips the rectangle to the image.
         low.floor() as u32..(high.ceil() as u32).min(size[i])
     };
     let (x, y) = (axis(0), axis(1));
@@ -123,7 +125,7 @@ fn bound(points: impl Iterator<Item = (f64, f64)>) -> f64 {
             _ => {}
         }
     }
-    // Beyond the far border any bound is as good: the hull is outside.
+    // Any bound beyond the far border serves equally, because the hull lies outside the image.
     let most = most.min(1e3);
     if most >= least { most.max(-1.0) } else { -1.0 }
 }
@@ -145,7 +147,7 @@ mod tests {
     fn cameras(eye: DVec3, target: DVec3) -> [CameraView; 3] {
         let reversed = CameraView::perspective(look_at(eye, target), 0.9, 1.6, 0.1);
         let parallel = CameraView::orthographic(look_at(eye, target), [3.2, 2.0], 0.1, 30.0);
-        // z' = w - z.
+        // The matrix maps z to w - z.
         let flip = DMat4::from_cols_array_2d(&[
             [1.0, 0.0, 0.0, 0.0],
             [0.0, 1.0, 0.0, 0.0],
@@ -157,7 +159,8 @@ mod tests {
         [reversed, parallel, standard]
     }
 
-    /// Every point of a volume that a camera sees lies in the volume's rectangle, and rectangles are not all of the image.
+    /// Every point of a volume that a camera sees lies in the volume's rectangle, and not every rectangle is the whole
+    /// image.
     #[test]
     fn what_is_seen_is_in_the_rectangle() {
         let mut random = Random(1);
@@ -184,7 +187,7 @@ mod tests {
             area += rect.x.len() as f64 * rect.y.len() as f64 / 64000.0;
             for _ in 0..200 {
                 let p = DVec3::from(sphere.0) + sphere.1 * point(&mut random, 1.0).normalize();
-                // Any distance beyond the caster, up to infinity.
+                // The point lies at any distance beyond the caster.
                 let t = (random.signed().abs() * 20.0).exp() - 1.0;
                 let q = m * (p.extend(1.0) + t * (l.w * p - l.truncate()).extend(0.0));
                 let inside = q.w > 0.0 && q.z >= 0.0 && q.z <= q.w && q.x.abs() <= q.w && q.y.abs() <= q.w;
@@ -201,7 +204,7 @@ mod tests {
         assert!(seen > 10_000 && culled > 300 && smaller > 500 && area < 2000.0);
     }
 
-    /// What the light's frustum does not hold is told apart from what it holds, or may.
+    /// Casters outside the light's frustum are recognised, and those inside are kept.
     #[test]
     fn casters_outside_the_light_are_found() {
         let light = LightView::spot(look_at(dvec3(0.0, 5.0, 0.0), DVec3::ZERO), 0.5, 1.0, 10.0, 0.0);
@@ -217,7 +220,7 @@ mod tests {
             let light = LightView::spot(look_at(dvec3(0.0, 5.0, 0.0), DVec3::ZERO), 0.5, 1.0, 6.0, 0.0);
             let rect = rectangle(&light_range(camera, &light), camera.depth, SIZE);
             assert!(!rect.is_empty() && rect.x.len() < 100 && rect.y.len() < 150, "{rect:?}");
-            // Behind the camera.
+            // This light's range lies behind the camera.
             let light = LightView::spot(look_at(dvec3(0.0, 5.0, 40.0), dvec3(0.0, 0.0, 40.0)), 0.5, 1.0, 6.0, 0.0);
             assert!(rectangle(&light_range(camera, &light), camera.depth, SIZE).is_empty());
         }

@@ -29,7 +29,7 @@ shader_struct! {
 }
 
 shader_struct! {
-    /// `VolumeCamera` of `glsl/caster_edges/volumes.glsl`.
+    /// `VolumeCamera` of `glsl/caster_edges/casters.glsl`.
     pub struct VolumeCamera {
         clip_from_object: [[f32; 4]; 4],
         shells: u32,
@@ -37,7 +37,7 @@ shader_struct! {
 }
 
 impl VolumeCamera {
-    /// Composed as the host's rasterisation composes it, bit by bit.
+    /// Composes the matrix exactly as the host's rasterisation does, bit by bit.
     pub(super) fn new(camera: &CameraView, world_from_object: &DAffine3, shells: bool) -> Self {
         let clip_from_object = camera.clip_from_object(world_from_object).as_mat4().to_cols_array_2d();
         Self { clip_from_object, shells: shells.into() }
@@ -63,7 +63,7 @@ bindings! {
     struct DrawsBindings { Instances, Offsets, Header, Cameras, Draws }
     struct CopyBindings { camera_depth }
 
-    /// Resources that every draw of volumes binds.
+    /// Resources of every draw of volumes.
     struct VolumeBindings { Positions, Lights, Cameras }
     struct TriangleBindings { ..volumes: VolumeBindings, Triangles, Chunks, Instances, Facing }
     struct NeighbourBindings { ..triangles: TriangleBindings, Neighbours }
@@ -74,48 +74,49 @@ bindings! {
 /// Way to count the volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counting {
-    /// The stencil: 8 bits, so a multiple of 256 volumes is lit.
+    /// Counts in the stencil. It has 8 bits, so a point in a multiple of 256 volumes appears lit.
     Stencil,
-    /// A 16-bit float that is blended to: exact up to 2048.
+    /// Counts by blending into a 16-bit float, which is exact up to 2048.
     Blended,
 }
 
 /// Way to make sides and far caps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// Compute shaders: a list of silhouette edges, a quad each.
+    /// Compute shaders make a list of silhouette edges; each becomes a quad.
     Compute,
-    /// A geometry shader, over all triangles.
+    /// A geometry shader works on all triangles.
     Geometry,
 }
 
 /// Settings of the shadow volumes.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Way to count them.
+    /// Way to count the volumes.
     pub counting: Counting,
-    /// Way to make them.
+    /// Way to make the sides and far caps.
     pub path: Path,
-    /// Count triangles everywhere, not shells where a mesh is closed.
+    /// True to count triangles of all meshes, instead of shells of closed ones.
     pub robust: bool,
-    /// Leave out what the camera does not see.
+    /// True to leave out volumes that the camera cannot see.
     pub cull: bool,
-    /// Depth bias of near caps, away from the camera: slopes.
+    /// Depth bias of near caps, away from the camera, in multiples of their slope.
     pub cap_bias: f32,
-    /// Ask the shadow map too, where the casters say that there are alpha-masked ones.
+    /// True to test the shadow map as well if there are alpha-masked casters.
     pub masked: bool,
-    /// Normal offset of the shadow map's test: multiples of what a plane needs.
+    /// Normal offset of the shadow map's test, in multiples of the offset that a plane needs.
     pub normal_offset: f32,
 }
 
 const DEPTH: vk::Format = vk::Format::D32_SFLOAT_S8_UINT;
 const COUNT: vk::Format = vk::Format::R16_SFLOAT;
-/// Depth bias of near caps on top of the slopes, in steps of the depth format.
+/// Constant part of the depth bias of near caps, in steps of the depth format.
 const CAP_STEPS: f32 = 2.0;
-/// What takes the place of infinity for a parallel camera under a light with a position, as a fraction of the distance from
-/// the light: all of a parallel camera's rays meet the plane at infinity in one point, where no rasteriser finds a cap.
+/// Replaces infinity for a parallel camera and a light with a position: the caster's distance from the light, as a
+/// share of its image's distance. All rays of a parallel camera meet the plane at infinity in one point, so caps at
+/// infinity would not be rasterised.
 const NEARNESS: f32 = 1.0 / (1 << 20) as f32;
-/// Vertices that a chunk of triangles stands for.
+/// Number of vertices of a chunk of triangles.
 const CHUNK_VERTICES: u32 = 3 * crate::casters::CHUNK;
 /// Bytes of a `VkDrawIndirectCommand`.
 const DRAW: u64 = 16;
@@ -127,7 +128,7 @@ pub struct ShadowVolumes {
     silhouettes: Silhouettes,
     copy: Arc<RasterPipeline>,
     near: Arc<RasterPipeline>,
-    /// Pipeline of the sides on the compute path, where far caps come from the near ones' shader; otherwise of both.
+    /// Pipeline of the sides. On the geometry path it draws the far caps too; on the compute path `far` draws them.
     sides: Arc<RasterPipeline>,
     far: Option<Arc<RasterPipeline>>,
     ranges: Arc<ComputePipeline>,
@@ -139,21 +140,22 @@ pub struct ShadowVolumes {
     extent: [u32; 2],
 }
 
-/// An instance that is drawn.
+/// An instance whose volume is drawn.
 struct Visible {
     vertices: Range<u32>,
     instance: usize,
     rect: Rect,
-    /// True if triangles with the facing bit 0, and 1, count.
+    /// Flags for both values of the facing bit: true if triangles with that bit count.
     facing: [bool; 2],
 }
 
 impl ShadowVolumes {
-    /// Allocates for images of `extent` pixels; `keep_count` for [`ShadowVolumes::resolve`].
+    /// Makes the passes for images of `extent` pixels. `keep_count` must be true if [`ShadowVolumes::resolve`] is to
+    /// write the counts.
     ///
     /// # Errors
-    /// [`crate::Error::NoDevice`] if the caller's device was made without what the settings need, beside those of memory and
-    /// pipelines.
+    /// [`crate::Error::NoDevice`] if the caller's device was made without the features that the settings need. Other
+    /// errors come from memory and pipelines.
     pub fn new(
         context: &Context,
         casters: &Arc<Casters>,
@@ -164,7 +166,7 @@ impl ShadowVolumes {
         let device = context.device();
         let blended = settings.counting == Counting::Blended;
         let attachment = |name, format| Image::new(device, &ImageDesc::attachment(name, format, extent));
-        // Compare and bias follow the camera's depth, which comes with the frame.
+        // Comparison and bias depend on the camera's depth range, which is only known in the frame.
         let depth = DepthState { format: DEPTH, compare: vk::CompareOp::GREATER, write: false };
         let wrap = StencilState {
             front: StencilFace::on_depth_fail(vk::StencilOp::DECREMENT_AND_WRAP),
@@ -219,7 +221,8 @@ impl ShadowVolumes {
         };
         Ok(Self {
             casters: casters.clone(),
-            // Weights are multiplicities; a closed mesh that is counted by shells takes each of its edges once.
+            // Without shells, weights are multiplicities. A closed mesh that is counted by shells draws each of its
+            // edges once.
             silhouettes: Silhouettes::new(context, casters, false)?,
             copy: context.raster_pipeline::<CopyBindings, ()>(&copy)?,
             near: caps("volume near caps", bias)?,
@@ -243,7 +246,7 @@ impl ShadowVolumes {
         })
     }
 
-    /// Bytes of device memory, without the casters'.
+    /// Bytes of device memory, without the casters' buffers.
     pub fn memory_bytes(&self) -> u64 {
         self.silhouettes.memory_bytes()
             + self.cameras.size()
@@ -264,7 +267,8 @@ impl ShadowVolumes {
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, technique: &str) -> Result<()> {
         self.casters.check_transforms(technique, inputs.casters)?;
         let light = &inputs.light[0];
-        // Of a transform without inverse no side of a triangle is known.
+        // If a transform has no inverse, it is unknown which triangles face the light. The instance then casts no
+        // shadow.
         let regular = |m: &DAffine3| m.is_finite() && m.matrix3.inverse().is_finite();
         let casts: Vec<bool> = (inputs.casters.iter().enumerate())
             .map(|(i, m)| {
@@ -323,7 +327,7 @@ impl ShadowVolumes {
         })
     }
 
-    /// Returns the volumes that can be seen, each with its instance and its rectangle.
+    /// Returns the instances whose volumes can be seen, with their rectangles.
     fn visible(&self, inputs: &Inputs<'_>, casts: &[bool], cameras: &[VolumeCamera]) -> Vec<Visible> {
         let (camera, light) = (inputs.camera, &inputs.light[0]);
         let range = volume_cull::rectangle(&volume_cull::light_range(camera, light), camera.depth, self.extent);
@@ -389,7 +393,7 @@ impl ShadowVolumes {
         let compare = match (self.settings.counting, reversed) {
             (Counting::Stencil, true) => vk::CompareOp::GREATER,
             (Counting::Stencil, false) => vk::CompareOp::LESS,
-            // What fails the test above.
+            // Blending counts the fragments that pass, so these comparisons are the opposite of those above.
             (Counting::Blended, true) => vk::CompareOp::LESS_OR_EQUAL,
             (Counting::Blended, false) => vk::CompareOp::GREATER_OR_EQUAL,
         };
@@ -419,7 +423,7 @@ impl ShadowVolumes {
                     Path::Geometry => draw.draw(v.vertices.clone(), 0..1)?,
                 }
             }
-            // Those of a parallel light are points.
+            // The far caps of a parallel light are points and need no drawing.
             if self.far.is_some() && !inputs.light[0].is_directional() {
                 draw.bind(2)?;
                 draw.compare(compare);
@@ -429,7 +433,7 @@ impl ShadowVolumes {
         })
     }
 
-    /// Draws the caps that face the light and those that face away, which count the other way round.
+    /// Draws the caps that face the light, and then those that face away, with the opposite sign.
     fn caps(&self, draw: &mut Draw<'_, '_>, visible: &[Visible], push: VolumePush, infinite: bool) -> Result<()> {
         for facing in [1, 0] {
             let front = if (facing == 1) != infinite { FRONT } else { vk::FrontFace::CLOCKWISE };
@@ -443,7 +447,7 @@ impl ShadowVolumes {
         Ok(())
     }
 
-    /// Writes the visibility of every pixel, and the counts into `count` (`R32_SFLOAT`) if there is one.
+    /// Writes the visibility of every pixel, and the counts into `count` (`R32_SFLOAT`) if it is given.
     pub fn resolve(
         &self,
         frame: &mut Frame<'_>,
@@ -470,5 +474,5 @@ impl ShadowVolumes {
     }
 }
 
-/// Caps of what faces the light are counter-clockwise seen from there.
+/// Winding of front faces. Triangles that face the light are counter-clockwise when seen from the light.
 const FRONT: vk::FrontFace = vk::FrontFace::COUNTER_CLOCKWISE;

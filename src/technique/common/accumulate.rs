@@ -1,4 +1,4 @@
-//! The average of many hard shadows: the papers' own ground truth.
+//! The average of many hard shadows, which the papers use as ground truth.
 
 use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::{Bind, Context, Frame, ImageRef, Pass, Result, Threads};
@@ -25,7 +25,7 @@ pub struct Accumulate {
 }
 
 impl Accumulate {
-    /// Allocates for a camera image.
+    /// Makes the pass for a camera image.
     pub fn new(context: &Context, extent: [u32; 2]) -> Result<Self> {
         Ok(Self {
             pipeline: context.pipeline::<AccumulateBindings, AccumulatePush>("common/accumulate.comp", &[])?,
@@ -33,7 +33,7 @@ impl Accumulate {
         })
     }
 
-    /// Adds the hard shadow of sample `index` of `count`; the last one writes the average to `output`.
+    /// Adds the hard shadow of sample `index` out of `count`. The last sample writes the average to `output`.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

@@ -1,10 +1,10 @@
-//! The bindings that most passes begin with.
+//! Bindings that most passes share.
 
 use super::view::ViewConstants;
 use crate::gpu::{Bindings, Buffer, Declared, Image, bindings};
 use crate::{Bind, Inputs};
 
-/// The constants of the frame, and the surfaces that the camera sees.
+/// The constants of the frame, and the camera's depth and normals.
 #[derive(Clone, Copy)]
 pub(crate) struct CameraBindings<'a> {
     view: Bind<'a>,
@@ -13,7 +13,7 @@ pub(crate) struct CameraBindings<'a> {
 }
 
 impl<'a> CameraBindings<'a> {
-    /// `view` is of [`super::view::ViewBuffer`].
+    /// Makes the bindings. `view` is the buffer of [`super::view::ViewBuffer`].
     pub fn new(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
         Self {
             view: Bind::Buffer(view),
@@ -36,20 +36,20 @@ impl Bindings for CameraBindings<'_> {
 }
 
 bindings! {
-    /// These surfaces, and the shadow map that they are tested against.
+    /// The bindings of the camera, and the shadow map.
     pub(crate) struct ReceiverBindings { ..camera: CameraBindings, shadow_map }
 
-    /// Resources of a pass that writes the visibility of all pixels, or of a list: see [`super::pixels`].
+    /// Resources of a pass that writes the visibility of all pixels or of the listed pixels; see [`super::pixels`].
     pub(crate) struct PixelBindings { ..receiver: ReceiverBindings, visibility, list }
 }
 
 impl<'a> ReceiverBindings<'a> {
-    /// `view` is of [`super::view::ViewBuffer`].
+    /// Makes the bindings. `view` is the buffer of [`super::view::ViewBuffer`].
     pub fn new(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
         Self { camera: CameraBindings::new(view, inputs), shadow_map: Bind::Input(&inputs.shadow_map) }
     }
 
-    /// The same with [`Bind::BorderlessMap`].
+    /// Makes the bindings with the shadow map as [`Bind::BorderlessMap`].
     pub fn borderless(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
         Self { shadow_map: Bind::BorderlessMap(&inputs.shadow_map), ..Self::new(view, inputs) }
     }

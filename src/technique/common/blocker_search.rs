@@ -1,13 +1,14 @@
-//! The search for what blocks an area light: its parameters.
+//! Parameters of the blocker search of area lights.
 
 use crate::technique::{Param, Params};
 
 /// Window in which blockers are searched: `searchWindow` of `glsl/common/hsm.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchWindow {
-    /// The papers' window, which the light's near plane cuts out of the pyramid between receiver and light.
+    /// The papers' window: the cross-section of the pyramid between receiver and light at the light's near plane.
     Near,
-    /// The part of it where blockers can be, by its smallest depth: it still holds every blocker, under denser taps.
+    /// The smaller window in which blockers can lie, according to the smallest depth in the papers' window. It still
+    /// holds every blocker, and its taps lie denser.
     Blockers,
 }
 
@@ -19,7 +20,7 @@ pub(crate) const SEARCH: Param = Param::choice(
     1,
     "window of the blocker search: up to the light's near plane as in the papers, or as far as the nearest blocker in it allows",
 );
-/// Value of [`SEARCH`].
+/// Returns the value of [`SEARCH`].
 pub(crate) fn search_window(params: &Params) -> SearchWindow {
     if params.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers }
 }

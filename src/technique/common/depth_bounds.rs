@@ -1,4 +1,5 @@
-//! Bounds of the depths in blocks of 8, 16, 32 and 64 shadow-map texels, each around a slope of its own.
+//! Bounds of the depths in blocks of 8, 16, 32 and 64 shadow-map texels per side. Each block has bounds around a slope
+//! of its own.
 
 use super::kept::Kept;
 use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
@@ -6,7 +7,7 @@ use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
-/// Block sizes of the levels, in texels.
+/// Texels per side of a block, for each level.
 pub const BLOCKS: [u32; 4] = [8, 16, 32, 64];
 
 shader_struct! {
@@ -21,7 +22,7 @@ bindings! {
     struct DepthBoundsBindings { shadow_map, blocks_8, blocks_16, blocks_32, blocks_64 }
 }
 
-/// The pass, its image, and what the image was made from.
+/// The pass, its image, and a record of the inputs that the image was made from.
 pub struct DepthBounds {
     pipeline: Arc<ComputePipeline>,
     blocks: Image,
@@ -29,9 +30,9 @@ pub struct DepthBounds {
 }
 
 impl DepthBounds {
-    /// Allocates for a shadow map of the given size.
+    /// Makes the pass for a shadow map of the given size.
     pub fn new(context: &Context, map_size: [u32; 2]) -> Result<Self> {
-        // Rounded up to whole 64-texel blocks, so that every level covers the whole map.
+        // The size is rounded up to whole blocks of 64 texels, so that every level covers the whole map.
         let extent = map_size.map(|n| n.div_ceil(64) * 8);
         let desc = ImageDesc {
             mips: BLOCKS.len() as u32,
@@ -44,12 +45,13 @@ impl DepthBounds {
         })
     }
 
-    /// The image: level `l` holds slope (depth a texel, u and v), low and high of blocks of `BLOCKS[l]` texels.
+    /// The image. Level `l` holds the blocks of `BLOCKS[l]` texels per side: the slope in depth per texel along u and
+    /// v, then the lower and the upper bound.
     pub fn blocks(&self) -> &Image {
         &self.blocks
     }
 
-    /// Recomputes the blocks, unless the light has not changed since.
+    /// Recomputes the blocks if the light has changed since they were made.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if self.kept.holds(inputs) {
             return Ok(());

@@ -1,4 +1,5 @@
-//! Hierarchical shadow map: smallest and largest depth of blocks of 2, 4, 8 ... texels, up to the whole map.
+//! Hierarchical shadow map: the smallest and largest depth of entries of 2, 4, 8 ... texels per side, up to the whole
+//! map.
 
 use super::kept::Kept;
 use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
@@ -6,9 +7,9 @@ use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
-/// Levels that one dispatch makes.
+/// Number of levels that one dispatch makes.
 const AT_ONCE: u32 = 5;
-/// Threads along the side of what becomes one texel of the last of them: 4 texels of the source a thread.
+/// Texels of the source along each axis that one thread reads.
 const TEXELS_A_THREAD: u32 = 4;
 
 shader_struct! {
@@ -24,25 +25,25 @@ bindings! {
     struct HsmBindings { shadow_map, finer, level_0, level_1, level_2, level_3, level_4 }
 }
 
-/// The pass, its image, and what the image was made from.
+/// The pass, its image, and a record of the inputs that the image was made from.
 pub struct Hsm {
     from_map: Arc<ComputePipeline>,
-    /// Pipeline that makes a level from the one before; none where one dispatch makes all levels.
+    /// Pipeline that makes levels from the level before; `None` if one dispatch makes all levels.
     from_finer: Option<Arc<ComputePipeline>>,
     bounds: Image,
     levels: u32,
     kept: Kept,
 }
 
-/// Size of level 0 for a map, and the number of levels down to a single cell. Padded to powers of two: a chain of other sizes
-/// would have cells of 3 texels, or drop a row.
+/// Size of level 0 for a map, and the number of levels down to a single entry. The size is padded to powers of two.
+/// Otherwise some entries would have to cover 3 texels, or a row would be left out.
 pub fn levels(map_size: [u32; 2]) -> ([u32; 2], u32) {
     let extent = map_size.map(|n| n.div_ceil(2).next_power_of_two());
     (extent, extent[0].max(extent[1]).ilog2() + 1)
 }
 
 impl Hsm {
-    /// Allocates for a shadow map of the given size.
+    /// Makes the passes for a shadow map of the given size.
     pub fn new(context: &Context, map_size: [u32; 2]) -> Result<Self> {
         let (extent, levels) = levels(map_size);
         let desc = ImageDesc {
@@ -61,7 +62,7 @@ impl Hsm {
         })
     }
 
-    /// The image: level `l` holds smallest and largest depth of cells of `2^(l+1)` texels a side.
+    /// The image. Level `l` holds the smallest and largest depth of entries of `2^(l+1)` texels per side.
     pub fn bounds(&self) -> &Image {
         &self.bounds
     }
@@ -71,7 +72,7 @@ impl Hsm {
         self.levels
     }
 
-    /// Recomputes the levels, unless the light has not changed since.
+    /// Recomputes the levels if the light has changed since they were made.
     pub fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if self.kept.holds(inputs) {
             return Ok(());
@@ -80,7 +81,7 @@ impl Hsm {
         let map = &inputs.shadow_map;
         for first in (0..self.levels).step_by(AT_ONCE as usize) {
             let count = AT_ONCE.min(self.levels - first);
-            // What a dispatch does not write is bound all the same; reading the source is what `first` decides.
+            // Bindings of levels that the dispatch does not write repeat its last level.
             let level = |i: u32| Bind::Mip(&self.bounds, first + i.min(count - 1));
             let (pipeline, finer) = match (first, &self.from_finer) {
                 (1.., Some(from_finer)) => (from_finer, Bind::Mip(&self.bounds, first - 1)),

@@ -1,5 +1,5 @@
-//! A pass in two dispatches: the first decides most pixels and lists the others, the second works on the list, every
-//! thread with work. Or in one, that works on every pixel where it finds it: the same image.
+//! A pass of two dispatches. The first decides most pixels and lists the others. The second works on the list, so that
+//! all of its threads have work. A single dispatch without a list gives the same image.
 
 use super::tiles::{TILE, indirect_list};
 use crate::gpu::{Bindings, Buffer, ComputePipeline, Image};
@@ -7,17 +7,17 @@ use crate::technique::Param;
 use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Parameter of the techniques that work on the pixels at an edge.
+/// Parameter of the techniques that work longer on the pixels at a discontinuity.
 pub(crate) const SKIP: Param = Param::choice(
     "skip",
     &["auto", "off", "list"],
     0,
-    "pixels at an edge are worked on where they are found, or listed (auto) and worked on by a dispatch of their own: the same image",
+    "list pixels at an edge for a dispatch of their own (auto, list), or work on them at once (off); the image is the same",
 );
 
-/// Bytes before the pixels: the dispatch arguments, the count of pixels, that of tiles with any.
+/// Bytes before the pixels: the dispatch arguments, the number of pixels, and the number of tiles with a listed pixel.
 const HEADER: u64 = 20;
-/// Offset of the count of tiles.
+/// Offset of the number of tiles.
 const TILES: u64 = 16;
 
 /// Value of the specialization constant `STEP` of `glsl/common/pixel_steps.glsl`.
@@ -26,27 +26,27 @@ pub(crate) enum Step {
     AtOnce,
     List,
     Listed,
-    /// Works on a list of which another pass knows more already.
+    /// Works on a list whose pixels another pass has measured already.
     Measured,
 }
 
-/// The pipelines of such a pass with their list; 4 bytes a pixel.
+/// The pipelines of such a pass, and its list of 4 bytes per pixel.
 pub struct PixelPass {
     pixels: Arc<ComputePipeline>,
-    /// Works on the list.
+    /// Pipeline that works on the list, if there is one.
     listed: Option<Arc<ComputePipeline>>,
     list: Buffer,
     tiles_total: u32,
 }
 
-/// Pixels that one pass lists for another: `PixelList` of `glsl/common/pixel_steps.glsl`, 4 bytes a pixel.
+/// Pixels that one pass lists for another: `PixelList` of `glsl/common/pixel_steps.glsl`, 4 bytes per pixel.
 pub(crate) struct PixelList {
     buffer: Buffer,
     tiles_total: u32,
 }
 
 impl PixelList {
-    /// Room for every pixel of an image.
+    /// Makes a list with room for every pixel of an image.
     ///
     /// # Errors
     /// [`Error::Parameter`] for an image with more pixels than a storage buffer may have entries.
@@ -72,17 +72,17 @@ impl PixelList {
         clear(frame, &self.buffer);
     }
 
-    /// Returns it for binding.
+    /// The list, for binding.
     pub(crate) fn bind(&self) -> Bind<'_> {
         Bind::Buffer(&self.buffer)
     }
 
-    /// A thread for each pixel, in groups of 64.
+    /// One thread for each listed pixel, in workgroups of 64.
     pub(crate) fn threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.buffer, 0)
     }
 
-    /// Notes how many tiles' worth of pixels the pass recorded last worked on.
+    /// Reports how many tiles the pixels would fill that the last recorded pass worked on.
     pub(crate) fn count(&self, frame: &mut Frame<'_>) {
         frame.count_tiles(self.tiles_total, &self.buffer, 0);
     }
@@ -101,14 +101,14 @@ fn clear(frame: &mut Frame<'_>, list: &Buffer) {
     frame.update(list, bytemuck::bytes_of(&header));
 }
 
-/// A list of nothing, for passes that may work off one but have none.
+/// An empty list, for passes whose shader declares a list that they do not use.
 pub(crate) fn no_list(context: &Context) -> Result<Buffer> {
     indirect_list(context.device(), "no list", HEADER, 0)
 }
 
 impl PixelPass {
-    /// Makes the pipelines of the steps that `listed` needs, and room for every pixel of an image. An image with more
-    /// pixels than a storage buffer may have entries is worked on without a list.
+    /// Makes the pass for an image. With `listed`, it has a list with room for every pixel; if a storage buffer cannot
+    /// hold such a list, the pass works without one.
     pub(crate) fn new(
         context: &Context,
         name: &str,
@@ -122,7 +122,7 @@ impl PixelPass {
             true => (pipeline(Step::List)?, Some(pipeline(Step::Listed)?)),
             false => (pipeline(Step::AtOnce)?, None),
         };
-        // Where nothing is listed the shader's binding still wants a buffer.
+        // Without a list, the shader's binding still needs a buffer.
         let list = indirect_list(context.device(), name, HEADER, if listed { entries } else { 0 })?;
         Ok(Self { pixels, listed: edges, list, tiles_total: tiles(extent) })
     }
@@ -137,7 +137,8 @@ impl PixelPass {
         Bind::Buffer(&self.list)
     }
 
-    /// A thread for each listed pixel, in groups of 64, once the list is made; for all where there is none.
+    /// One thread for each listed pixel, in workgroups of 64, once the list is made. Without a list, one thread for
+    /// each pixel of the image.
     pub(crate) fn threads(&self, [width, height]: [u32; 2]) -> Threads<'_> {
         if self.is_listed() { Threads::Indirect(&self.list, 0) } else { Threads::Count([width, height, 1]) }
     }
@@ -147,7 +148,7 @@ impl PixelPass {
         self.listed.is_some()
     }
 
-    /// Writes into `output` what the first dispatch decides, and leaves the other pixels.
+    /// Records the first dispatch, which writes the pixels of `output` that it decides and leaves the others.
     pub(crate) fn record_decided(
         &self,
         frame: &mut Frame<'_>,
@@ -164,7 +165,7 @@ impl PixelPass {
         frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads })
     }
 
-    /// Writes every pixel of `output`; `names` are those of the two dispatches.
+    /// Writes every pixel of `output`. `names` holds the names of the two dispatches.
     pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,

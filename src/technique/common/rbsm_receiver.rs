@@ -1,4 +1,4 @@
-//! Receivers whose neighbouring texels are tested on the receiver's plane: parameters and push constants.
+//! Parameters and push constants of passes that test texels on the receiver's plane.
 
 use super::receiver;
 use crate::gpu::shader_struct;
@@ -7,11 +7,11 @@ use crate::technique::{Param, Setup};
 shader_struct! {
     /// Push constants of the revectorization passes (`glsl/common/rbsm_receiver.glsl`).
     pub struct RbsmPush {
-        /// Multiples of what a plane needs.
+        /// Normal offset, in multiples of the offset that a plane needs.
         normal_offset: f32,
-        /// Fraction of a texel's slope, along both axes.
+        /// Depth bias, as a fraction of the plane's change of depth per texel, summed over both axes.
         depth_bias: f32,
-        /// Texels of depth a texel of distance that a curved receiver may lie before its plane.
+        /// Depth by which a curved receiver may lie in front of its plane, in texel widths per texel of distance.
         slack: f32,
     }
 }
@@ -23,11 +23,11 @@ pub(crate) const SLACK: Param = Param::float(
     0.0,
     4.0,
     0.2,
-    "texels a texel",
-    "how far a curved receiver may lie before its plane, a texel of distance",
+    "texels per texel",
+    "depth by which a curved receiver may lie in front of its plane, in texel widths per texel of distance",
 );
 
-/// The constants of a frame from the parameters.
+/// Returns the push constants for the parameters.
 pub(crate) fn push(setup: &Setup) -> RbsmPush {
     let p = &setup.params;
     RbsmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias"), slack: p.float("slack") }

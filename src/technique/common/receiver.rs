@@ -13,14 +13,14 @@ shader_struct! {
     }
 }
 
-/// The offset that every technique moves its receivers by.
+/// Parameter for the distance by which every technique moves its receivers.
 pub(crate) const NORMAL_OFFSET: Param = Param::float(
     "normal_offset",
     0.0,
     16.0,
     1.0,
     "planes",
-    "receiver moved along its normal, in multiples of the part of a texel that a plane of its tilt needs",
+    "distance by which the receiver is moved along its normal, in multiples of the offset that a plane of its tilt needs",
 );
 /// The bias of the techniques that test many texels on the receiver's plane.
 pub(crate) const DEPTH_BIAS: Param = Param::float(
@@ -29,7 +29,7 @@ pub(crate) const DEPTH_BIAS: Param = Param::float(
     16.0,
     0.5,
     "texel slopes",
-    "taken off the receiver's depth on top, in slopes of its plane a texel",
+    "additional bias of the receiver's depth, in multiples of its plane's change of depth per texel",
 );
 
 /// Returns the constants of a frame from the parameters.

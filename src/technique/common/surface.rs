@@ -1,4 +1,4 @@
-//! Tests that tell which points lie on one surface.
+//! Choice of the test that tells whether two points lie on one surface.
 
 use crate::technique::{Param, Params};
 
@@ -7,13 +7,13 @@ use crate::technique::{Param, Params};
 pub enum SurfaceTest {
     /// Each lies near the plane of the other.
     Planes,
-    /// Their eye depths are alike, as in the paper.
+    /// Their eye depths are similar, as in the paper.
     Depth,
 }
 
 impl SurfaceTest {
-    /// What the test allows unless the user says otherwise: pixels a pixel off the plane, by measurement; or a share of the
-    /// depth, the paper's figure.
+    /// Default tolerance of the test. For planes it is a distance in pixels from the plane per pixel of distance, found
+    /// by measurement. For depths it is a share of the depth, the paper's value.
     pub fn usual_tolerance(self) -> f32 {
         match self {
             Self::Planes => 0.35,

@@ -1,4 +1,5 @@
-//! The rows to the next seed above and below every block of 32 rows, column by column, and which columns have any.
+//! First part of the transform: for every column and block of 32 rows, the distances in rows to the next seed above and
+//! below the block. Also finds the columns that have a seed in reach.
 
 use super::{EdtPush, storage};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
@@ -6,13 +7,13 @@ use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
-/// A column's word of a block, and how far the next seeds are.
+/// Format of an entry: the column's seed bits in the block, and the distances to the next seeds.
 const FORMAT: vk::Format = vk::Format::R32G32_UINT;
 
 bindings! {
     struct JoinBindings { SeedBits, columns }
 
-    /// Layout that the passes over rows begin with: `edt_envelope.glsl`.
+    /// Bindings of `edt_envelope.glsl`, which the passes over rows share.
     pub(super) struct ColumnsBindings { columns, Live }
 }
 
@@ -27,7 +28,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// `row_bands` is into how many bands the blocks of a column are shared out: a thread sweeps over one.
+    /// Makes the passes. `row_bands` is the number of bands into which the blocks of a column are divided; one thread
+    /// works on one band.
     pub fn new(context: &Context, push: EdtPush, row_bands: u32) -> Result<Self> {
         let [width, height] = push.size;
         let blocks = height.div_ceil(32);

@@ -2,13 +2,16 @@
 //!
 //! | method | what | time | memory besides the output |
 //! |---|---|---|---|
-//! | `pba` | Parallel Banding Algorithm (Cao, Tang, Mohamed, Tan 2010) in bands of rows, of columns, and of pixels | O(pixels), many threads a row | 8.5 bytes a pixel |
-//! | `bounded-tile` | one dispatch: a window around every pixel of a tile with seeds in reach, from the inside out; radius up to 64 | O(pixels in reach · distance) | 1 bit a pixel |
-//! | `bounded-row` | lower envelopes of segments of rows with seeds in reach (Meijster, Roerdink, Hesselink 2000; Felzenszwalb, Huttenlocher 2012); any radius, or none | O(pixels in reach) | 4.4 bytes a pixel and a few rows |
+//! | `pba` | Parallel Banding Algorithm (Cao, Tang, Mohamed, Tan 2010) in bands of rows, of columns, and of pixels |
+//! O(pixels), many threads per row | 8.5 bytes per pixel |
+//! | `bounded-tile` | one dispatch that searches a window around every pixel of a tile with seeds in reach, from the
+//! inside out; radius up to 64 | O(pixels in reach · distance) | 1 bit per pixel |
+//! | `bounded-row` | lower envelopes of segments of rows with seeds in reach (Meijster, Roerdink, Hesselink 2000;
+//! Felzenszwalb, Huttenlocher 2012); any radius, or none | O(pixels in reach) | 4.4 bytes per pixel and a few rows |
 //!
-//! All give the same labels bit for bit: of several nearest seeds the one with the smallest y counts, then that with the
-//! smallest x. All arithmetic is on integers and exact up to 65535 pixels a side. Squared distances are `u32` for the same
-//! reason: an `f32` rounds them above 2^24, which the diagonal of a 4K image exceeds.
+//! All methods give the same labels, bit for bit. Among several nearest seeds, the one with the smallest y is chosen,
+//! then the one with the smallest x. All arithmetic uses integers and is exact up to 65535 pixels per side. Squared
+//! distances are `u32` because an `f32` would round them above 2^24, which the diagonal of a 4K image exceeds.
 
 mod columns;
 mod pack;
@@ -26,17 +29,18 @@ use ash::vk;
 use std::fmt;
 use std::str::FromStr;
 
-/// Label of a pixel that has no seed, or none within the radius; also its squared distance.
+/// Label and squared distance of a pixel without a seed within the radius.
 pub const NO_SEED: u32 = u32::MAX;
 
-/// Most pixels a side: labels are of 16 and 16 bits, and `0xffff` is none.
+/// Largest number of pixels per side. A label holds 16 bits per axis, and the coordinate `0xffff` is reserved for
+/// [`NO_SEED`].
 pub const MAX_SIDE: u32 = 65535;
 
-/// Distance in rows that no two rows have: where nothing is cut.
+/// Radius of an unbounded transform; no two rows are farther apart.
 const UNBOUNDED: u32 = MAX_SIDE - 1;
 
 shader_struct! {
-    /// Push constants of `glsl/distance_transform/edt_*.comp`; `edt.glsl` says what they are.
+    /// Push constants of `glsl/distance_transform/edt_*.comp`; `edt.glsl` describes them.
     pub struct EdtPush {
         size: [u32; 2],
         radius: u32,
@@ -47,21 +51,21 @@ shader_struct! {
     }
 }
 
-/// Method of the transform. The result is the same.
+/// Method of the transform. All methods give the same result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EdtMethod {
     /// Parallel Banding Algorithm.
     Pba,
-    /// Windows in tiles; radius of at most [`MAX_TILE_RADIUS`].
+    /// Windows around the pixels of tiles; the radius is at most [`MAX_TILE_RADIUS`].
     BoundedTile,
     /// Lower envelopes of segments of rows.
     BoundedRow,
-    /// `bounded-row` on a CPU driver; else `bounded-tile` up to its largest radius, and `pba` beyond.
+    /// `bounded-row` on a CPU driver; otherwise `bounded-tile` up to its largest radius, and `pba` for larger ones.
     Auto,
 }
 
 impl EdtMethod {
-    /// All of them.
+    /// All methods.
     pub const ALL: [Self; 4] = [Self::Pba, Self::BoundedTile, Self::BoundedRow, Self::Auto];
 
     /// Returns the method that `Auto` stands for on this device and with this radius.
@@ -103,9 +107,9 @@ impl FromStr for EdtMethod {
 pub struct EdtConfig {
     /// Method.
     pub method: EdtMethod,
-    /// Largest distance in pixels, inclusive: pixels farther from every seed get [`NO_SEED`]. `None` for no limit.
+    /// Largest distance in pixels, inclusive. Pixels farther from every seed get [`NO_SEED`]. `None` means no limit.
     pub radius: Option<u32>,
-    /// Also write an image of squared distances.
+    /// True to write an image of squared distances as well.
     pub squared: bool,
     /// Band counts of `pba`; `None` chooses them by the kind of device.
     pub bands: Option<Bands>,
@@ -137,12 +141,13 @@ pub struct Edt {
 /// Resources that the methods write, for binding.
 struct Output<'a> {
     labels: &'a Image,
-    /// The labels again where no squared distances are asked for: the shader's binding still wants an image.
+    /// Squared distances, or the labels again if nobody asked for squared distances, because the shader's binding still
+    /// needs an image.
     squared: &'a Image,
 }
 
 impl Edt {
-    /// Allocates for images of a size in pixels, 1 to [`MAX_SIDE`] a side.
+    /// Makes the transform for images of a size in pixels, 1 to [`MAX_SIDE`] per side.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a side of 0 or too many pixels, for a radius beyond what `bounded-tile` can do, for squared
@@ -152,13 +157,13 @@ impl Edt {
         let wrong =
             |problem: String| Err(Error::Parameter(format!("distance transform of {width}x{height}: {problem}")));
         if extent.iter().any(|&n| n == 0 || n > MAX_SIDE) {
-            return wrong(format!("a side has 1 to {MAX_SIDE} pixels"));
+            return wrong(format!("a side must have 1 to {MAX_SIDE} pixels"));
         }
         let diagonal_squared = extent.iter().map(|&n| u64::from(n - 1).pow(2)).sum::<u64>();
         let reach_squared = config.radius.map_or(u64::MAX, |r| u64::from(r).pow(2));
         if config.squared && diagonal_squared.min(reach_squared) >= u64::from(NO_SEED) {
             return wrong(
-                "squared distances do not fit 32 bits; give a radius of at most 65535, or take labels alone".into(),
+                "squared distances do not fit in 32 bits; give a radius of at most 65535, or do without squared distances".into(),
             );
         }
         let device = context.device();
@@ -193,8 +198,8 @@ impl Edt {
         })
     }
 
-    /// Finds the seeds of a mask, a single-channel image as large as the transform (`R8_UNORM`, `R8_UINT` and their wider
-    /// kin): every texel that is not 0.
+    /// Transforms a mask: a single-channel image as large as the transform, in `R8_UNORM`, `R8_UINT` or a wider format
+    /// of the same kind. Every pixel other than 0 is a seed.
     ///
     /// # Errors
     /// [`Error::Input`] for an image of another size or format.
@@ -203,8 +208,8 @@ impl Edt {
         self.record_packed(frame)
     }
 
-    /// Finds the seeds of a mask of a byte a pixel in a storage buffer, rows padded to a multiple of 4 bytes: every byte
-    /// that is not 0. On a CPU driver this is several times faster than an image.
+    /// Transforms a mask in a storage buffer, with one byte per pixel and rows padded to a multiple of 4 bytes. Every
+    /// byte other than 0 is a seed. On a CPU driver this is several times faster than an image.
     ///
     /// # Errors
     /// [`Error::Input`] for a buffer that is too small.
@@ -213,7 +218,7 @@ impl Edt {
         self.record_packed(frame)
     }
 
-    /// Takes the seeds from [`Edt::seed_bits`], which an earlier pass of the frame has written.
+    /// Transforms the seeds in [`Edt::seed_bits`], which an earlier pass of the frame has written.
     pub fn record_packed(&self, frame: &mut Frame<'_>) -> Result<()> {
         let output = Output { labels: &self.labels, squared: self.squared.as_ref().unwrap_or(&self.labels) };
         match &self.steps {
@@ -223,28 +228,28 @@ impl Edt {
         }
     }
 
-    /// The seeds: a vertical bit mask of one `u32` a column and block of 32 rows. Pixel (x, y) is bit `y % 32` of word
-    /// `x + width * (y / 32)`; bits of rows beyond the image are 0.
+    /// The seeds as a vertical bit mask, with one `u32` per column and block of 32 rows. Pixel (x, y) is bit `y % 32`
+    /// of word `x + width * (y / 32)`. Bits of rows beyond the image are 0.
     pub fn seed_bits(&self) -> &Buffer {
         &self.seed_bits
     }
 
-    /// `R32_UINT`: `x | y << 16` of the nearest seed, [`NO_SEED`] where there is none within the radius.
+    /// Labels in `R32_UINT`: `x | y << 16` of the nearest seed, or [`NO_SEED`] if there is none within the radius.
     pub fn labels(&self) -> &Image {
         &self.labels
     }
 
-    /// `R32_UINT`, if asked for: the squared distance in pixels, [`NO_SEED`] where there is none within the radius.
+    /// Squared distances in pixels in `R32_UINT`, if asked for; [`NO_SEED`] if there is no seed within the radius.
     pub fn squared(&self) -> Option<&Image> {
         self.squared.as_ref()
     }
 
-    /// The method, what `Auto` stands for in its place.
+    /// The method in use; never `Auto`, but the method that it selected.
     pub fn method(&self) -> EdtMethod {
         self.method
     }
 
-    /// Bytes of device memory, the output's too.
+    /// Bytes of device memory, including the output.
     pub fn memory_bytes(&self) -> u64 {
         let steps = match &self.steps {
             Steps::Pba(pba) => pba.memory_bytes(),
@@ -256,17 +261,17 @@ impl Edt {
     }
 }
 
-/// Words of the seed bits.
+/// Number of words of the seed bits.
 fn words(extent: [u32; 2]) -> u64 {
     u64::from(extent[0]) * u64::from(extent[1].div_ceil(32))
 }
 
-/// A storage buffer on the GPU of entries of some bytes.
+/// Makes a storage buffer on the GPU with entries of `bytes_each` bytes.
 fn storage(context: &Context, name: &str, entries: u64, bytes_each: u64) -> Result<Buffer> {
     let (size, most) = (entries * bytes_each, u64::from(context.device().limits.max_storage_buffer_range));
     if size > most {
         return Err(Error::Parameter(format!(
-            "{name}: {size} bytes are needed, and this device binds at most {most}; take a smaller image or another method"
+            "{name}: {size} bytes are needed, but this device binds at most {most}; use a smaller image or another method"
         )));
     }
     let usage =

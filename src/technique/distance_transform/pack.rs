@@ -1,4 +1,4 @@
-//! Passes that turn a mask into the bits of its seeds.
+//! Passes that turn a mask into seed bits.
 
 use super::EdtPush;
 use crate::gpu::{Buffer, ComputePipeline, bindings};
@@ -11,7 +11,7 @@ bindings! {
     struct BytesBindings { Mask, SeedBits }
 }
 
-/// The pipelines, made at their first use: one for each kind of mask.
+/// The pipelines, one for each kind of mask. Each is made at its first use.
 #[derive(Default)]
 pub(super) struct Pack {
     unorm: Option<Arc<ComputePipeline>>,
@@ -30,7 +30,7 @@ impl Pack {
         let wrong = |problem| Err(Error::Input { technique: "edt".into(), input: "mask", problem });
         if mask.extent != extent {
             let ([w, h], [width, height]) = (mask.extent, extent);
-            return wrong(format!("it is of {w}x{h} pixels, the transform was made for {width}x{height}"));
+            return wrong(format!("it has {w}x{h} pixels, but the transform was made for {width}x{height}"));
         }
         let (slot, shader) = match mask.format {
             vk::Format::R8_UINT | vk::Format::R16_UINT | vk::Format::R32_UINT => {
@@ -39,7 +39,11 @@ impl Pack {
             vk::Format::R8_UNORM | vk::Format::R16_UNORM | vk::Format::R16_SFLOAT | vk::Format::R32_SFLOAT => {
                 (&mut self.unorm, "distance_transform/edt_pack.comp")
             }
-            format => return wrong(format!("{format:?} is no single-channel format of numbers; R8_UNORM is")),
+            format => {
+                return wrong(format!(
+                    "{format:?} is not a single-channel format of numbers; use R8_UNORM, for example"
+                ));
+            }
         };
         let pipeline = match slot {
             Some(pipeline) => pipeline,
@@ -63,7 +67,10 @@ impl Pack {
     ) -> Result<()> {
         let needed = u64::from(extent[0].next_multiple_of(4)) * u64::from(extent[1]);
         if mask.size() < needed {
-            let problem = format!("it has {} bytes, {needed} are needed: rows of whole words", mask.size());
+            let problem = format!(
+                "it has {} bytes, but {needed} are needed: rows are padded to multiples of 4 bytes",
+                mask.size()
+            );
             return Err(Error::Input { technique: "edt".into(), input: "mask", problem });
         }
         let pipeline = match &mut self.bytes {

@@ -6,20 +6,21 @@ use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Number of bands of each phase: more give more threads, and more to join. Counts beyond what the image has are cut.
+/// Number of bands in each phase. More bands give more threads, but also more work to join them. Numbers too large for
+/// the image are reduced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bands {
-    /// Phase 1, bands of rows: the blocks of 32 rows are shared out among as many (the paper's m1).
+    /// Phase 1: number of bands into which the blocks of 32 rows are divided (the paper's m1).
     pub rows: u32,
-    /// Phase 2, bands of columns, joined in pairs (m2).
+    /// Phase 2: number of bands of columns, which are joined in pairs (m2).
     pub columns: u32,
-    /// Phase 3, blocks of pixels of a row that are coloured side by side (m3).
+    /// Phase 3: number of blocks into which the pixels of a row are divided, for separate threads (m3).
     pub pixels: u32,
 }
 
 impl Bands {
-    /// One thread a column and row on a CPU, whose few cores gain nothing by more; else bands of 256 rows, 64 columns and
-    /// 32 pixels.
+    /// Default numbers for a device. On a CPU driver, each column and each row gets one thread, because more threads do
+    /// not help its few cores. Otherwise bands have 256 rows, 64 columns and 32 pixels.
     pub(super) fn for_device(is_cpu: bool, extent: [u32; 2]) -> Self {
         if is_cpu {
             return Self { rows: 1, columns: 1, pixels: 1 };

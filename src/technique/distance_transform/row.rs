@@ -1,4 +1,4 @@
-//! `bounded-row`: the lower envelope of every row, in segments under a radius.
+//! `bounded-row`: the lower envelope of every row, computed in segments if there is a radius.
 
 use super::columns::{Columns, ColumnsBindings};
 use super::{EdtPush, NO_SEED, Output, UNBOUNDED, storage};
@@ -6,14 +6,15 @@ use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::{Bind, Context, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Rows of a workgroup of `edt_row.comp`.
+/// Number of rows of a workgroup of `edt_row.comp`.
 const ROWS: u32 = 8;
-/// Columns of a segment under a small radius, a multiple of 4: shorter ones skip more, longer ones have less of a margin.
+/// Number of columns of a segment for small radii, a multiple of 4. Shorter segments are skipped more often; in longer
+/// ones the margins on both sides cost less.
 const SEGMENT: u32 = 128;
-/// Most sites that a thread keeps to itself: they lie on the stack of a CPU driver's thread, 8 bytes for each of
-/// 8 or 16 lanes.
+/// Largest number of sites that a thread keeps in an array of its own. A CPU driver puts the array on the stack of its
+/// thread, with 8 bytes per site for each of 8 or 16 lanes.
 const MOST_OWN_SITES: u32 = 8192;
-/// Columns that a thread of a CPU driver goes over at most, if a row has no more.
+/// Largest number of columns that a thread of a CPU driver visits, unless a single segment has more.
 const ROUNDS: u32 = 18_000;
 
 bindings! {
@@ -25,10 +26,10 @@ pub(super) struct Row {
     pipeline: Arc<ComputePipeline>,
     push: EdtPush,
     groups: u32,
-    /// Rows of segments.
+    /// Number of segments of all rows.
     items: u32,
     sites: Buffer,
-    /// Rows padded to whole quads of pixels.
+    /// Labels, with rows padded to whole groups of four pixels.
     labels: Buffer,
     squared: Option<Buffer>,
     active: Buffer,
@@ -42,11 +43,12 @@ impl Row {
             radius => SEGMENT.max(radius.saturating_mul(4)).min(width),
         };
         let items = width.div_ceil(span) * height.div_ceil(ROWS);
-        // No more sites than pixels that they own.
+        // Each site owns a pixel, so a segment has at most as many sites as pixels.
         let own_sites = if is_cpu && span <= MOST_OWN_SITES { span.next_power_of_two().max(256) } else { 1 };
         let longest = span.saturating_add(push.radius.saturating_mul(2)).min(width);
-        // Workgroups that share the buffer of sites take several segments in turn. On a CPU driver only as many as keep a
-        // thread below the 65535 rounds of all its loops after which llvmpipe ends them: up to 3.3 rounds a column.
+        // Workgroups that share the buffer of sites work on several segments in turn. llvmpipe ends all loops of a
+        // thread after 65535 rounds in total, and each column takes up to 3.3 rounds. A workgroup on a CPU driver
+        // therefore gets only as many segments as stay below that limit.
         let groups = match (is_cpu, own_sites > 1) {
             (true, true) => items,
             (true, false) => items.div_ceil((ROUNDS / longest).max(1)),
@@ -87,7 +89,7 @@ impl Row {
                 columns: self.columns.bind(),
                 Sites: Bind::Buffer(&self.sites),
                 Labels: Bind::Buffer(&self.labels),
-                // Without squared distances the shader's binding still wants a buffer.
+                // Without squared distances, the shader's binding still needs a buffer.
                 SquaredDistances: Bind::Buffer(self.squared.as_ref().unwrap_or(&self.labels)),
                 Active: Bind::Buffer(&self.active),
             },

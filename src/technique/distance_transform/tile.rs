@@ -1,13 +1,14 @@
-//! `bounded-tile`: one dispatch, a workgroup a tile.
+//! `bounded-tile`: one dispatch with a workgroup for each tile.
 
 use super::{EdtPush, Output, storage};
 use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Largest radius in pixels: of what a workgroup can hold, and where the window stops being the faster way.
+/// Largest radius in pixels. The shared memory of a workgroup holds no more, and for larger radii the other methods are
+/// faster.
 pub const MAX_RADIUS: u32 = 64;
-/// Pixels along a tile's side.
+/// Pixels per side of this method's tiles.
 const TILE: u32 = 32;
 /// Threads of the workgroup of `edt_tile.comp`.
 const THREADS: u32 = 128;
@@ -27,7 +28,7 @@ impl Tile {
         if radius.is_none_or(|r| r > MAX_RADIUS) {
             let asked = radius.map_or("no radius".into(), |r| format!("a radius of {r} pixels"));
             return Err(Error::Parameter(format!(
-                "bounded-tile has a radius of 0 to {MAX_RADIUS} pixels, here it is {asked}; bounded-row and pba do any"
+                "bounded-tile needs a radius of 0 to {MAX_RADIUS} pixels, but {asked} was given; bounded-row and pba take any"
             )));
         }
         Ok(Self {

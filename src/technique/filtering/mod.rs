@@ -1,4 +1,4 @@
-//! The shadow map's own tests: one a pixel, or the mean of many.
+//! Techniques that use the plain tests of the shadow map: one per pixel, or the mean of many.
 
 pub(super) mod pcf;
 pub(super) mod sm;

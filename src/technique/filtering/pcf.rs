@@ -9,7 +9,8 @@ use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Narrower kernels cost less than asking whether they can be skipped (see `results/`).
+/// Smallest kernel width for which `auto` skips. It costs less to filter with a narrower kernel than to find out
+/// whether it can be skipped (see `results/`).
 const SKIP_FROM_WIDTH: u32 = 31;
 
 /// The registry entry.
@@ -26,15 +27,16 @@ pub const INFO: Info = Info {
             "fetch",
             &["loop", "gather"],
             1,
-            "one texel a fetch, or 2 x 2 texels a gather: the same image up to rounding",
+            "read one texel per fetch or 2 x 2 texels per gather; the image is the same up to rounding",
         ),
         Param::choice(
             "skip",
             &["auto", "off", "pixels", "tiles"],
             0,
-            "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles: the same image",
+            "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles; the image is the same",
         ),
     ],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -49,9 +51,9 @@ bindings! {
 enum Skip {
     /// Every pixel is filtered.
     Off,
-    /// Each pixel asks the depth bounds first.
+    /// Each pixel tests the depth bounds first.
     Pixels,
-    /// A pass of its own asks the depth bounds and lists the tiles to filter.
+    /// A separate pass tests the depth bounds and lists the tiles to filter.
     Tiles,
 }
 
@@ -92,7 +94,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         classify,
         filter: context.pipeline::<PcfBindings, ReceiverPush>("filtering/pcf.comp", &constants)?,
         bounds: if skip == Skip::Off { None } else { Some(DepthBounds::new(context, setup.map_size)?) },
-        // Where nothing is listed the shader's binding still wants a buffer.
+        // Without a list, the shader's binding still needs a buffer.
         tiles: TileList::new(context.device(), "pcf tiles", if listed { setup.extent } else { [0; 2] })?,
         push: receiver::push(setup),
     }))
@@ -104,7 +106,7 @@ impl Passes for PercentageCloser {
             bounds.record(frame, inputs)?;
         }
         let pixels = PixelBindings::new(view, inputs, visibility, Bind::Buffer(self.tiles.buffer()));
-        // Without bounds the shader's binding still wants an image, which it does not read.
+        // Without bounds, the shader's binding still needs an image, which it does not read.
         let blocks = self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks()));
         let push = bytemuck::bytes_of(&self.push);
         let [width, height] = visibility.extent();

@@ -13,11 +13,12 @@ pub const INFO: Info = Info {
     id: "sm",
     title: "Shadow mapping",
     paper: "Williams 1978",
-    summary: "One test a pixel: the fastest, with the map's texels as stairs along every edge.",
+    summary: "One test per pixel: the fastest technique, with the map's texels visible as stairs along every edge.",
     params: &[
         NORMAL_OFFSET,
-        Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth on top"),
+        Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "additional bias of the receiver's depth"),
     ],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -40,7 +41,7 @@ impl Passes for ShadowMapping {
 /// The pass with its pipeline.
 pub struct Sm {
     pipeline: Arc<ComputePipeline>,
-    /// Buffer for the shader's binding where there is no list.
+    /// Buffer for the shader's binding if there is no list.
     no_list: Buffer,
 }
 
@@ -50,7 +51,7 @@ impl Sm {
         Self::with_step(context, Step::AtOnce)
     }
 
-    /// The same for the pixels of a list that another pass makes.
+    /// Makes the pipeline for the pixels of a list that another pass makes.
     pub(crate) fn of_list(context: &Context) -> Result<Self> {
         Self::with_step(context, Step::Listed)
     }

@@ -11,6 +11,15 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário 2018, algorithm 1, over listing 4 of 2017",
     summary: "Penumbrae of a fixed width in the world, from each pixel's distance to the revectorized shadow edge.",
     params: euclidean::PARAMS,
+    published: &[
+        ("filter_width", "0.1"),
+        ("surfaces", "depth"),
+        ("seeds", "any"),
+        ("nearest", "pixel"),
+        ("edge", "pixel"),
+        ("receiver", "fixed"),
+        ("depth_bias", "3"),
+    ],
     needs: &[],
     kind: Kind::RealTime(|context, setup| euclidean::prepare(context, setup, Revectorization::Silhouette)),
 };

@@ -11,6 +11,15 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário 2018, algorithm 1",
     summary: "Penumbrae of a fixed width in the world, from each pixel's distance to the edge that RBSM* draws.",
     params: euclidean::PARAMS,
+    published: &[
+        ("filter_width", "0.1"),
+        ("surfaces", "depth"),
+        ("seeds", "any"),
+        ("nearest", "pixel"),
+        ("edge", "pixel"),
+        ("receiver", "fixed"),
+        ("depth_bias", "3"),
+    ],
     needs: &[],
     kind: Kind::RealTime(|context, setup| euclidean::prepare(context, setup, Revectorization::Star)),
 };

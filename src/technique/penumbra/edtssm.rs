@@ -13,6 +13,16 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário 2017 (SIBGRAPI), algorithm 1",
     summary: "Penumbrae of an area light: blockers are searched at the revectorized shadow edges alone, the rest is distances.",
     params: PARAMS,
+    published: &[
+        ("search", "near"),
+        ("meet", "nearest"),
+        ("surfaces", "depth"),
+        ("seeds", "any"),
+        ("nearest", "pixel"),
+        ("edge", "pixel"),
+        ("receiver", "fixed"),
+        ("depth_bias", "3"),
+    ],
     needs: &[],
     kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, Revectorization::Silhouette)),
 };

@@ -13,6 +13,7 @@ pub const INFO: Info = Info {
     paper: "this project, after Macedo, Apolinário 2017 (SIBGRAPI)",
     summary: "The same over the edges that RBSM* draws, with distances taken along the light as the penumbrae's widths are.",
     params: PARAMS,
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, Revectorization::Star)),
 };

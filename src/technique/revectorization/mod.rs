@@ -1,8 +1,10 @@
-//! Shadow edges straightened in the map: the papers' listings, the edge profile, and a filter over either.
+//! Techniques that straighten shadow edges in the shadow map: the papers' listings, the edge profile, and a filter over
+//! either.
 
 pub(super) mod rbsm;
 pub(super) mod rbsm_branches;
 pub(super) mod rbsm_filtered;
+pub(super) mod rbsm_listings;
 pub(super) mod rbsm_pass;
 pub(super) mod rbsm_profile;
 pub(super) mod rbsm_star;

@@ -1,4 +1,5 @@
-//! Revectorization-based shadow mapping with a branch for every scenario: the opponent of `rbsm` and `rbsm-filtered`.
+//! Revectorization-based shadow mapping with a branch for every scenario, for comparison with `rbsm` and
+//! `rbsm-filtered`.
 
 use super::rbsm_pass::{Branches, Revectorization};
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SKIP, SLACK};
@@ -10,8 +11,9 @@ pub const INFO: Info = Info {
     id: "rbsm-branches",
     title: "Revectorization, a branch for every scenario",
     paper: "the original RBSM, as Macedo, Apolinário, Agüero 2017, section 4, counts it",
-    summary: "The images of rbsm and rbsm-filtered, bit for bit, from 43 branches: what those two are timed against.",
+    summary: "Gives the images of rbsm and of rbsm-filtered with shapes=printed, bit for bit, by 43 branches; it shows what those two save.",
     params: &[VARIANT, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -20,7 +22,7 @@ const VARIANT: Param = Param::choice(
     "variant",
     &["silhouette", "filtered"],
     0,
-    "12 branches for the image of rbsm, or 31 for that of rbsm-filtered",
+    "12 branches for the image of rbsm, or 31 for that of rbsm-filtered with shapes=printed",
 );
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {

@@ -1,4 +1,5 @@
-//! Revectorized visibility: every pixel by its texel's neighbourhood, those at an edge by the edge's shape.
+//! Revectorized visibility. The neighbourhood of a pixel's texel decides most pixels; at a discontinuity, the shape of
+//! the edge decides.
 
 use crate::gpu::{Buffer, ComputePipeline, Constant, Image};
 use crate::technique::common::bindings::PixelBindings;
@@ -7,23 +8,25 @@ use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Treatment of a fragment at an edge.
+/// Function that decides a fragment at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Revectorization {
     /// Listing 4: a lit fragment is shadowed below the line from the edge's corner to its other end.
     Silhouette,
-    /// Listing 5: a ramp across the edge, on both sides.
-    Filtered,
+    /// Eq. 7 before its threshold: listing 5's ramp across L shapes, on both sides; U, O and I shapes keep the test.
+    Ramp,
     /// RBSM*, eq. 7: lines that meet from step to step.
     Star,
     /// The edge profile.
     Profile(ProfileQuality),
-    /// `Silhouette` or `Filtered` with a branch for every scenario, as first published: the same image, to be timed
-    /// against them.
+    /// Listing 5 as printed: a ramp, in which bars of one texel's width vanish.
+    Printed,
+    /// `Silhouette` or `Printed` with a branch for every scenario, as first published. The image is the same; only the
+    /// cost differs.
     Branches(Branches),
 }
 
-/// One of the two visibility functions that scenarios are counted for (Macedo, Apolinário, Agüero 2017, section 4).
+/// One of the two visibility functions whose scenarios the paper counts (Macedo, Apolinário, Agüero 2017, section 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branches {
     /// 12 scenarios.
@@ -32,25 +35,26 @@ pub enum Branches {
     Filtered,
 }
 
-/// Reach of the edge profile.
+/// Texels that the edge profile looks at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileQuality {
-    /// Along the run itself.
+    /// The run itself.
     Run,
-    /// Along the runs next door too.
+    /// The adjacent runs as well.
     Neighbours,
-    /// Along several more where a run is short, through which a line is laid.
+    /// Several more runs if a run is short, to fit a line through them.
     Line,
 }
 
 impl Revectorization {
-    /// Specialization constants of the shaders that ask one of these functions.
+    /// Specialization constants that select the function in the shaders.
     pub(crate) fn constants(self) -> [Constant; 2] {
         let (function, quality) = match self {
             Self::Silhouette => (0, 0),
-            Self::Filtered => (1, 0),
+            Self::Ramp => (1, 0),
             Self::Star => (2, 0),
             Self::Profile(quality) => (3, quality as u32),
+            Self::Printed => (4, 0),
             Self::Branches(variant) => (variant as u32, 0),
         };
         [("FUNCTION", function), ("QUALITY", quality)]
@@ -67,13 +71,15 @@ impl Revectorization {
 /// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct RbsmConfig {
-    /// Treatment of a fragment at an edge.
+    /// Function that decides a fragment at an edge.
     pub revectorization: Revectorization,
-    /// Compare with the fragment's own depth everywhere, as the listings do, not with its plane.
+    /// Width of the ramp across the edge that [`Revectorization::Profile`] finds, texels, up to 1; 0 for a hard edge.
+    pub filter_width: f32,
+    /// True to compare all texels with the fragment's own depth, as the listings do, instead of with its plane.
     pub fixed_depth: bool,
     /// `MAXDIST`, texels.
     pub max_distance: u32,
-    /// Fragments at an edge are listed and worked on by a second dispatch, instead of where they are found.
+    /// True to list the fragments at an edge for a second dispatch, instead of working on them at once.
     pub listed: bool,
 }
 
@@ -82,7 +88,7 @@ fn pipeline(context: &Context, config: RbsmConfig, step: Step) -> Result<Arc<Com
     let fixed = ("FIXED", config.fixed_depth.into());
     let mut constants = vec![fixed, ("MAX_DISTANCE", config.max_distance), function, ("STEP", step as u32)];
     if !matches!(config.revectorization, Revectorization::Branches(_)) {
-        constants.push(quality);
+        constants.extend([quality, ("FILTER_WIDTH", config.filter_width.to_bits())]);
     }
     context.pipeline::<PixelBindings, RbsmPush>(config.revectorization.shader(), &constants)
 }
@@ -93,12 +99,12 @@ pub struct RbsmOfList {
 }
 
 impl RbsmOfList {
-    /// Makes the pipeline; [`RbsmConfig::listed`] does not matter.
+    /// Makes the pipeline. [`RbsmConfig::listed`] has no effect.
     pub fn new(context: &Context, config: RbsmConfig) -> Result<Self> {
         Ok(Self { pipeline: pipeline(context, config, Step::Listed)? })
     }
 
-    /// Writes the visibility of the listed pixels into `output`: the same as [`Rbsm::record`].
+    /// Writes the visibility of the listed pixels into `output`, with the same values as [`Rbsm::record`].
     pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -124,10 +130,10 @@ pub struct Rbsm {
 }
 
 impl Rbsm {
-    /// Allocates for a camera image.
+    /// Makes the pass for a camera image.
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
         let pass =
-            PixelPass::new(context, "edge pixels", extent, config.listed, |step| pipeline(context, config, step))?;
+            PixelPass::new(context, "listed pixels", extent, config.listed, |step| pipeline(context, config, step))?;
         Ok(Self { pass })
     }
 
@@ -146,6 +152,6 @@ impl Rbsm {
         output: &Image,
     ) -> Result<()> {
         let bind = &PixelBindings::new(view, inputs, output, self.pass.list());
-        self.pass.record(frame, ["revectorize", "revectorize edges"], bind, bytemuck::bytes_of(&push), output)
+        self.pass.record(frame, ["revectorize", "revectorize listed"], bind, bytemuck::bytes_of(&push), output)
     }
 }

@@ -1,4 +1,4 @@
-//! The edge profile: a height over every run of an edge, for all shapes.
+//! The edge profile, which assigns a height to every run of an edge, for all shapes.
 
 use super::rbsm_pass::{ProfileQuality, Revectorization};
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SKIP, SLACK};
@@ -10,8 +10,9 @@ pub const INFO: Info = Info {
     id: "rbsm-profile",
     title: "Revectorization by edge profiles",
     paper: "this project",
-    summary: "A height over every run of an edge, by how its ends turn: on average the most accurate hard edge from the same texels.",
-    params: &[QUALITY, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    summary: "Assigns a height to every run of an edge, by the way its ends turn: on average the most accurate hard edge from the same texels.",
+    params: &[QUALITY, FILTER, FILTER_WIDTH, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -20,10 +21,16 @@ pub(super) const QUALITY: Param = Param::choice(
     "quality",
     &["run", "neighbours", "line"],
     0,
-    "looks along the run itself, along the runs next door too, or lays a line through the edge where runs are short",
+    "look at the run alone, at the adjacent runs too, or fit a line through the edge where runs are short",
 );
 
-/// The word of [`QUALITY`].
+const FILTER: Param =
+    Param::choice("filter", &["off", "ramp"], 0, "hard edges, or a ramp across them from the distance to the profile");
+
+const FILTER_WIDTH: Param =
+    Param::float("filter_width", 0.0625, 1.0, 0.5, "texels", "width of the ramp, read with filter=ramp");
+
+/// Returns the value of [`QUALITY`].
 pub(super) fn quality(setup: &Setup) -> ProfileQuality {
     match setup.params.word("quality") {
         "run" => ProfileQuality::Run,
@@ -33,5 +40,9 @@ pub(super) fn quality(setup: &Setup) -> ProfileQuality {
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
-    revectorized::prepare(context, setup, Revectorization::Profile(quality(setup)))
+    let filter_width = match setup.params.word("filter") {
+        "ramp" => setup.params.float("filter_width"),
+        _ => 0.0,
+    };
+    revectorized::prepare_filtered(context, setup, Revectorization::Profile(quality(setup)), filter_width)
 }

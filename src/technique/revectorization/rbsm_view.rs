@@ -1,4 +1,4 @@
-//! Intermediate results of the RBSM family, as pictures.
+//! Pictures of the intermediate results of the RBSM family.
 
 use super::rbsm_pass::{RbsmConfig, Revectorization};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
@@ -8,13 +8,14 @@ use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
-/// Names of the images of four channels; but for the first they are in the order of listing 2 (left, right, +v, -v) and
-/// 0 where there is no edge.
+/// Names of the images, which have four channels. Except in the first image, the channels are in the order of listing 2
+/// (left, right, +v, -v) and are 0 where there is no edge.
 ///
-/// * `discontinuity`: listing 2's packed form: `(2 left + right)/4`, `(2 (+v) + (-v))/4`, 1 in shadow; then 1.
-/// * `runs`: steps of listing 3 to the end of the run, texels; `MAXDIST` + 1 where it was not reached.
-/// * `ends`: 1 where the run ends at an edge end, -1 where it steps out of the edge or its end was not reached.
-/// * `profile-height`: the edge profile's height over each side of the texel, texels.
+/// * `discontinuity`: the packed form of listing 2, that is `(2 left + right)/4`, `(2 (+v) + (-v))/4`, and 1 in shadow.
+///   The fourth channel is 1.
+/// * `runs`: number of texels to the end of the run in listing 3; `MAXDIST` + 1 if the end was not reached.
+/// * `ends`: 1 if the run ends at an edge end, -1 if it steps out of the edge or its end was not reached.
+/// * `profile-height`: height of the edge profile over each side of the texel, in texels.
 pub const NAMES: [&str; 4] = ["discontinuity", "runs", "ends", "profile-height"];
 
 bindings! {
@@ -28,7 +29,7 @@ pub struct RbsmView {
 }
 
 impl RbsmView {
-    /// Allocates for a camera image.
+    /// Makes the pass for a camera image.
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
         let quality = match config.revectorization {
             Revectorization::Profile(quality) => quality as u32,

@@ -1,4 +1,4 @@
-//! Parts that the techniques of the RBSM family share: parameters, and the recording of the one pass.
+//! Parts that the techniques of the RBSM family share: parameters, and the recording of their only pass.
 
 use super::rbsm_pass::{Rbsm, RbsmConfig, Revectorization};
 use super::rbsm_view::RbsmView;
@@ -14,17 +14,17 @@ pub(crate) const RECEIVER: Param = Param::choice(
     "receiver",
     &["plane", "fixed"],
     0,
-    "texels are tested on the receiver's plane, or all at the fragment's own depth as in the papers",
+    "compare texels with the receiver's plane, or all with the fragment's own depth as in the papers",
 );
 /// The shaders' loops and signed distances hold for this range only.
 pub(crate) const MAX_DISTANCE: Param =
     Param::int("max_distance", 1, 64, 16, "texels", "longest edge that is followed (MAXDIST)");
 
-/// Returns the settings that are fixed when the pass is made, from the parameters.
+/// Takes the settings that are fixed when the pass is made from the parameters.
 pub(crate) fn config(setup: &Setup, revectorization: Revectorization, listed: bool) -> RbsmConfig {
     let p = &setup.params;
     let fixed_depth = p.word("receiver") == "fixed";
-    RbsmConfig { revectorization, fixed_depth, max_distance: p.int("max_distance"), listed }
+    RbsmConfig { revectorization, filter_width: 0.0, fixed_depth, max_distance: p.int("max_distance"), listed }
 }
 
 struct Revectorized {
@@ -33,9 +33,19 @@ struct Revectorized {
     push: RbsmPush,
 }
 
-/// Makes a technique that is the one pass.
+/// Makes a technique that consists of this pass.
 pub(super) fn prepare(context: &Context, setup: &Setup, revectorization: Revectorization) -> Result<Box<dyn Passes>> {
-    let config = config(setup, revectorization, setup.params.word("skip") != "off");
+    prepare_filtered(context, setup, revectorization, 0.0)
+}
+
+/// The same with [`RbsmConfig::filter_width`].
+pub(super) fn prepare_filtered(
+    context: &Context,
+    setup: &Setup,
+    revectorization: Revectorization,
+    filter_width: f32,
+) -> Result<Box<dyn Passes>> {
+    let config = RbsmConfig { filter_width, ..config(setup, revectorization, setup.params.word("skip") != "off") };
     Ok(Box::new(Revectorized {
         rbsm: Rbsm::new(context, setup.extent, config)?,
         intermediates: match setup.intermediates {

@@ -19,9 +19,9 @@ pub const INFO: Info = Info {
         Param::odd("width", 1, 31, 7, "texels", "width of the kernel"),
         Param::choice(
             "visibility",
-            &["filtered", "star", "profile"],
+            &["filtered", "star", "profile", "printed"],
             0,
-            "what is averaged: listing 5, RBSM*, or the edge profile of runs",
+            "function to average: the ramp of rbsm-filtered, RBSM*, the edge profile of runs, or listing 5 as in the paper",
         ),
         RECEIVER,
         MAX_DISTANCE,
@@ -32,10 +32,11 @@ pub const INFO: Info = Info {
             "skip",
             &["auto", "off", "list", "bounds"],
             0,
-            "pixels near an edge are worked on where they are found, or listed (auto) for a dispatch of their own; with \
-             bounds, depth bounds of the map's blocks decide pixels before any test, and the rest is listed: the same image",
+            "list pixels near an edge for a dispatch of their own (auto, list), or work on them at once (off); with \
+             bounds, depth bounds of the map's blocks decide pixels before any test, and the rest is listed; the image is the same",
         ),
     ],
+    published: &[("visibility", "printed"), ("receiver", "fixed"), ("depth_bias", "3")],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -56,7 +57,8 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let function = match p.word("visibility") {
         "filtered" => 0,
         "star" => 1,
-        _ => 2,
+        "profile" => 2,
+        _ => 3,
     };
     let bounded = p.word("skip") == "bounds";
     let pass = PixelPass::new(context, "rpcf pixels", setup.extent, p.word("skip") != "off", |step| {
@@ -81,10 +83,10 @@ impl Passes for RevectorizedFiltering {
         }
         let bind = &RpcfBindings {
             pixels: PixelBindings::new(view, inputs, visibility, self.pass.list()),
-            // Without bounds the shader's binding still wants an image, which it does not read.
+            // Without bounds, the shader's binding still needs an image, which it does not read.
             blocks: self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
         };
-        self.pass.record(frame, ["rpcf", "rpcf edges"], bind, bytemuck::bytes_of(&self.push), visibility)
+        self.pass.record(frame, ["rpcf", "rpcf listed"], bind, bytemuck::bytes_of(&self.push), visibility)
     }
 
     fn memory_bytes(&self) -> u64 {

@@ -30,6 +30,7 @@ pub const INFO: Info = Info {
         DEPTH_BIAS,
         SKIP,
     ],
+    published: &[("search", "near"), ("taps", "nearest"), ("narrow", "taps")],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

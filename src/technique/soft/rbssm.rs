@@ -33,6 +33,7 @@ pub const INFO: Info = Info {
         ),
         SKIP,
     ],
+    published: &[("search", "near"), ("visibility", "recovery"), ("least_width", "0")],
     needs: &[],
     kind: Kind::RealTime(|context, setup| {
         let p = &setup.params;

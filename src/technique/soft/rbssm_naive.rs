@@ -12,6 +12,7 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário, Agüero 2019, figures 11 and 12",
     summary: "The image of `rbssm`, every pixel and every tap worked out for itself: to compare the cost with.",
     params: &[SEARCH_TAPS, FILTER_TAPS, SEARCH, VISIBILITY, LEAST_WIDTH, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS],
+    published: &[("search", "near"), ("visibility", "recovery"), ("least_width", "0")],
     needs: &[],
     kind: Kind::RealTime(|context, setup| prepare(context, setup, false, false)),
 };

@@ -76,6 +76,7 @@ pub const INFO: Info = Info {
             "decide pixels whose window is lit or in shadow by depth bounds of the map, before the search and after it: the same image",
         ),
     ],
+    published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -109,7 +110,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         RbssmVisibility::Recovery => Revectorization::Silhouette,
         RbssmVisibility::Improved => Revectorization::Star,
     };
-    let hard = RbsmConfig { revectorization, fixed_depth: false, max_distance, listed: true };
+    let hard = RbsmConfig { revectorization, filter_width: 0.0, fixed_depth: false, max_distance, listed: true };
 
     let list = |name: &str| PixelList::new(context, name, extent);
     // Made first: it rejects an image with too many pixels to list, where the pass would work without a list.

@@ -36,6 +36,13 @@ pub const INFO: Info = Info {
         Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth in the shadow test"),
         screen_space::SKIP,
     ],
+    published: &[
+        ("search_taps", "23"),
+        ("search", "near"),
+        ("narrow", "taps"),
+        ("footprint", "plane"),
+        ("surfaces", "depth"),
+    ],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

@@ -18,9 +18,9 @@ pub const INFO: Info = Info {
     params: &[
         Param::choice(
             "visibility",
-            &["filtered", "star", "profile"],
+            &["filtered", "star", "profile", "printed"],
             1,
-            "hard shadows that are blurred: listing 5 as in the paper, RBSM*, or edge profiles",
+            "hard shadows that are blurred: those of rbsm-filtered, RBSM*, edge profiles, or listing 5 as in the paper",
         ),
         screen_space::SEARCH_TAPS,
         blocker_search::SEARCH,
@@ -38,6 +38,17 @@ pub const INFO: Info = Info {
         SLACK,
         screen_space::SKIP,
     ],
+    published: &[
+        ("visibility", "printed"),
+        ("search_taps", "23"),
+        ("search", "near"),
+        ("narrow", "taps"),
+        ("footprint", "screen"),
+        ("bilateral", "second"),
+        ("surfaces", "depth"),
+        ("receiver", "fixed"),
+        ("depth_bias", "3"),
+    ],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -46,7 +57,8 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let revectorization = match setup.params.word("visibility") {
         "star" => Revectorization::Star,
         "profile" => Revectorization::Profile(ProfileQuality::Line),
-        _ => Revectorization::Filtered,
+        "printed" => Revectorization::Printed,
+        _ => Revectorization::Ramp,
     };
     let hard = Hard::revectorized(context, setup, revectorization)?;
     screen_space::prepare(context, setup, hard, (Kernel::Box, 0.0))

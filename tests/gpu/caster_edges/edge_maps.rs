@@ -12,7 +12,7 @@ use edgeshade::reference::caster_edges::edge_segments::{Segment, StoredSegment};
 use edgeshade::reference::common::rbsm_receiver::ReceiverSettings;
 use edgeshade::scene::Renderer;
 use edgeshade::technique::caster_edges::edsm::{BorderKernel, DistanceConfig, EdgeDistances};
-use edgeshade::technique::caster_edges::map_edges::MapEdges;
+use edgeshade::technique::caster_edges::kept_segments::KeptSegments;
 use edgeshade::technique::caster_edges::sssm::{PointsBy, SilhouettePoints};
 use edgeshade::technique::{Params, find};
 use edgeshade::{Frame, Inputs};
@@ -69,7 +69,7 @@ fn record(host: &Host, r: &Renderer<'_>, passes: impl FnOnce(&mut Frame<'_>, &In
 }
 
 /// Reads back the silhouettes that are drawn.
-fn edges(host: &Host, edges: &MapEdges) -> Vec<Segment> {
+fn edges(host: &Host, edges: &KeptSegments) -> Vec<Segment> {
     let count = host.read_buffer::<u32>(edges.silhouettes().header()).unwrap()[3] as usize;
     let stored: Vec<StoredSegment> = host.read_buffer(edges.segments().segments()).unwrap();
     stored[..count].iter().filter_map(StoredSegment::segment).filter(Segment::has_sides).collect()

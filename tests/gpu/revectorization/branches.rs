@@ -1,4 +1,5 @@
-//! `rbsm-branches` gives the images of `rbsm` and `rbsm-filtered`, bit for bit, and takes every one of its branches.
+//! `rbsm-branches` and `rbsm-listings` give the images of `rbsm` and of `rbsm-filtered` with `shapes=printed`, and the
+//! latter that of `rbsm-star`, bit for bit; `rbsm-branches` takes every one of its branches.
 
 use crate::common::{desc, every_nth, every_shipped, prepare, renderer, with_gpu};
 use crate::noise::{EdgePoint, FlatReceiver, MAP, Noise, edge_point, place, visibility_of};
@@ -12,7 +13,9 @@ use std::collections::BTreeMap;
 /// per coordinate. Between two jumps, visibility changes by no more than the position.
 const PLACE_ERROR: f64 = 2.0 * 4.0 * f32::EPSILON as f64 * MAP[0] as f64;
 
-const VARIANTS: [(&str, &str); 2] = [("silhouette", "rbsm"), ("filtered", "rbsm-filtered")];
+/// The word of `variant`, and the technique and setting with the same image.
+const VARIANTS: [(&str, &str, &[(&str, &str)]); 3] =
+    [("silhouette", "rbsm", &[]), ("filtered", "rbsm-filtered", &[("shapes", "printed")]), ("star", "rbsm-star", &[])];
 
 fn differing_bits(a: &[f32], b: &[f32]) -> usize {
     assert_eq!(a.len(), b.len());
@@ -34,20 +37,25 @@ fn run(host: &Host, inputs: &Inputs<'_>, map_size: [u32; 2], id: &str, settings:
     visibility_of(host, technique.as_mut(), inputs)
 }
 
-/// Returns the image of `rbsm` or `rbsm-filtered` after comparing it with that of `rbsm-branches` in both skip modes.
+/// Returns the image of a technique after comparing it with those of its opponents: the listings, and the branches in both
+/// skip modes.
 fn compared(
     host: &Host,
     inputs: &Inputs<'_>,
     map_size: [u32; 2],
-    (name, opponent): (&'static str, &str),
+    (name, technique, setting): (&'static str, &str, &'static [(&str, &str)]),
     settings: &[(&str, &str)],
     what: &str,
 ) -> Vec<f32> {
     let with = |more: &[(&'static str, &'static str)]| [settings, more].concat();
-    let expected = run(host, inputs, map_size, opponent, &with(&[("skip", "off")]));
-    for skip in ["off", "list"] {
-        let got = run(host, inputs, map_size, "rbsm-branches", &with(&[("variant", name), ("skip", skip)]));
-        assert_eq!(differing_bits(&expected, &got), 0, "{what}: {name}, skip {skip}, {settings:?}");
+    let expected = run(host, inputs, map_size, technique, &[&with(&[("skip", "off")]), setting].concat());
+    let equals = |id: &str, more: &[(&'static str, &'static str)]| {
+        let got = run(host, inputs, map_size, id, &with(more));
+        assert_eq!(differing_bits(&expected, &got), 0, "{what}: {id} {more:?}, {settings:?}");
+    };
+    equals("rbsm-listings", &[("variant", name)]);
+    for skip in if name == "star" { &[][..] } else { &["off", "list"] } {
+        equals("rbsm-branches", &[("variant", name), ("skip", skip)]);
     }
     expected
 }
@@ -75,9 +83,13 @@ fn shipped_scenes_are_equal_bit_for_bit() {
             for (receiver, distance) in [("plane", "16"), ("fixed", "64")] {
                 let settings = [("receiver", receiver), ("max_distance", distance)];
                 let what = format!("{}, map {map}", scene.name);
-                let [silhouette, filtered] = VARIANTS.map(|v| compared(host, &inputs, [map; 2], v, &settings, &what));
-                // The two images differ from each other and from plain shadow mapping.
-                assert!(differing_bits(&hard, &silhouette) > 0 && differing_bits(&silhouette, &filtered) > 0);
+                let images = VARIANTS.map(|v| compared(host, &inputs, [map; 2], v, &settings, &what));
+                // The images differ from each other and from plain shadow mapping.
+                for (i, a) in images.iter().enumerate() {
+                    for b in images[..i].iter().chain([&hard]) {
+                        assert!(differing_bits(a, b) > 0, "{what}, {settings:?}");
+                    }
+                }
             }
         }
     });

@@ -19,12 +19,27 @@ type Member = (&'static str, &'static [(&'static str, &'static str)], Function);
 /// Every function of the family, with its technique.
 pub const FUNCTIONS: &[Member] = &[
     ("rbsm", &[], Function::Silhouette),
-    ("rbsm-filtered", &[], Function::Filtered),
+    ("rbsm-filtered", &[("shapes", "printed")], Function::Filtered),
     ("rbsm-star", &[], Function::Star),
     ("rbsm-profile", &[("quality", "run")], Function::Profile(Quality::Run)),
     ("rbsm-profile", &[("quality", "neighbours")], Function::Profile(Quality::Neighbours)),
     ("rbsm-profile", &[("quality", "line")], Function::Profile(Quality::Line)),
 ];
+
+/// Ramps across the same edges.
+const RAMPS: &[Member] = &[
+    ("rbsm-filtered", &[], Function::Ramp),
+    ("rbsm-profile", &[("filter", "ramp")], Function::ProfileRamp(Quality::Run, 0.5)),
+    (
+        "rbsm-profile",
+        &[("filter", "ramp"), ("filter_width", "1"), ("quality", "line")],
+        Function::ProfileRamp(Quality::Line, 1.0),
+    ),
+];
+
+fn family() -> impl Iterator<Item = &'static Member> + Clone {
+    FUNCTIONS.iter().chain(RAMPS)
+}
 
 pub fn settings(function: Function, fixed_depth: bool, max_distance: u32) -> Settings {
     Settings {
@@ -39,7 +54,7 @@ pub fn settings(function: Function, fixed_depth: bool, max_distance: u32) -> Set
 
 /// Returns the tolerance: rounding for a ramp, almost none for a binary result.
 pub fn tolerance(function: Function) -> f64 {
-    if function == Function::Filtered { 1e-4 } else { 1e-6 }
+    if function.slope() > 0.0 { 1e-4 } else { 1e-6 }
 }
 
 fn agreement(gpu: &[f32], mirror: &Mirror, function: Function) -> Agreement {
@@ -59,7 +74,7 @@ fn the_family_equals_its_mirrors() {
                     continue;
                 }
                 let mut renderer = lit_renderer(host, &scene, SIZE, map_size, normals);
-                for &(id, params, function) in FUNCTIONS {
+                for &(id, params, function) in family() {
                     let distance = max_distance.to_string();
                     let receiver = if fixed { "fixed" } else { "plane" };
                     let mut all = vec![("receiver", receiver), ("max_distance", &distance)];
@@ -87,7 +102,7 @@ fn planted_differences_are_found() {
         let mut renderer = lit_renderer(host, &scene, SIZE, 128, true);
         let shot = |r: &_| Shot::of(host, r, true);
         let sure = |m: &Mirror| (0..m.doubt.len()).position(|i| m.doubt[i] == 0.0 && m.visibility[i] == 1.0).unwrap();
-        for &(id, params, function) in FUNCTIONS {
+        for &(id, params, function) in family() {
             let gpu = visibility(&mut renderer, id, params);
             let mirror = |f, fixed, m| rbsm::visibility(&shot(&renderer).data(), &settings(f, fixed, m)).unwrap();
             let right = mirror(function, false, 16);
@@ -98,7 +113,7 @@ fn planted_differences_are_found() {
             planted[sure(&right)] = f32::NAN;
             assert_eq!(agreement(&planted, &right, function).wrong, 1);
             // Another function, a shorter reach, and the fixed depth.
-            for &(other, other_params, f) in FUNCTIONS {
+            for &(other, other_params, f) in family() {
                 let wrong = agreement(&gpu, &mirror(f, false, 16), function).wrong;
                 let same = f == function;
                 println!("{id} {params:?} against {other} {other_params:?}: {wrong} wrong");
@@ -110,8 +125,12 @@ fn planted_differences_are_found() {
     });
 }
 
-pub const FILTERED: &[(&str, Function)] =
-    &[("filtered", Function::Filtered), ("star", Function::Star), ("profile", Function::Profile(Quality::Run))];
+pub const FILTERED: &[(&str, Function)] = &[
+    ("filtered", Function::Ramp),
+    ("star", Function::Star),
+    ("profile", Function::Profile(Quality::Run)),
+    ("printed", Function::Filtered),
+];
 
 /// The passes share tests and runs between samples; the mirror computes every sample separately.
 #[test]

@@ -6,7 +6,6 @@ use crate::mirrors::compare;
 use crate::revectorization::flat::{Expected, Flat, PLACE_ERROR, Window, expected};
 use crate::revectorization::revectorize::{FILTERED, FUNCTIONS, settings, tolerance};
 use edgeshade::reference::revectorization::rbsm::{self, Settings};
-use edgeshade::reference::revectorization::revectorize::Function;
 use edgeshade::reference::revectorization::rpcf;
 use edgeshade::reference::revectorization::shapes::study::{Method, Options, of_shape};
 use edgeshade::reference::revectorization::shapes::{Class, Shape, TILE};
@@ -143,7 +142,7 @@ fn the_studys_figures_are_those_of_the_pictures() {
                 let area = mismatch(&w, &shape, |i| gpu[i] >= 0.5);
                 let says = expected(&w, &placed(&shape), function, MAX_DISTANCE, 1);
                 // On a deciding line, or where the ramp is one half.
-                let ramp = |v: f64| function == Function::Filtered && (v - 0.5).abs() <= 2.0 * PLACE_ERROR;
+                let ramp = |v: f64| function.slope() > 0.0 && (v - 0.5).abs() <= 2.0 * PLACE_ERROR;
                 let ties = (0..gpu.len()).filter(|&i| says.doubt[i] > 0.0 || ramp(says.visibility[i])).count();
                 let allowed = ties as f64 / f64::from(w.zoom * w.zoom) + 1e-9;
                 let is_right = |study: usize| {

@@ -35,7 +35,7 @@ pub use listing::{
     traverse_all,
 };
 pub use profile::{Crack, Curve, End, NextDoor, Profile, Run, next_door, profile, profile_curve, profile_height, run};
-pub use star::star_visibility;
+pub use star::{star_ramp, star_visibility};
 
 use glam::DVec2;
 
@@ -121,16 +121,33 @@ pub enum Quality {
 }
 
 /// Visibility function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Function {
     /// Silhouette recovery, Macedo 2017 listing 4. It changes lit points only, so it grows the shadow.
     Silhouette,
     /// Filtering, Macedo 2017 listing 5: a ramp across the boundary texels.
     Filtered,
+    /// Macedo 2018 equation 7 before its threshold: the ramp of listing 5 for L shapes; U, O and I keep the shadow test.
+    Ramp,
     /// Improved visibility, Macedo 2018 equation 7, for L shapes; U, O and I keep the shadow test.
     Star,
     /// Edge profile: the boundary as a height over each run of the texel's sides.
     Profile(Quality),
+    /// A ramp across the edge profile; the number is its width in texels.
+    ProfileRamp(Quality, f64),
+}
+
+impl Function {
+    /// Largest change of the visibility along one axis, per texel, where it does not jump: 0 for hard edges.
+    pub fn slope(self) -> f64 {
+        match self {
+            Self::Silhouette | Self::Star | Self::Profile(_) => 0.0,
+            Self::Filtered | Self::Ramp => 1.0,
+            // The distance to the profile changes by at most 1 a texel, and by as much again as the profile's slope changes,
+            // at most 8 a texel over runs of a texel: (above * 8) * slope / (1 + slope^2)^1.5 with above <= 1.5.
+            Self::ProfileRamp(_, width) => 6.0 / width,
+        }
+    }
 }
 
 /// Result of a function at a point.
@@ -167,8 +184,10 @@ enum Rule {
     Keep,
     Silhouette(Discontinuity, [i64; 4]),
     Filtered(Discontinuity, [i64; 4]),
+    Ramp(Discontinuity, [i64; 4]),
     Star(Discontinuity, [i64; 4]),
     Profile([Option<Profile>; 4]),
+    ProfileRamp([Option<Profile>; 4], f64),
 }
 
 /// Reads all that `function` needs around a texel; `max_distance` is the largest number of steps per direction.
@@ -181,15 +200,18 @@ pub fn prepare(texels: &impl Texels, texel: [i64; 2], function: Function, max_di
         return Prepared { lit: d.lit, rule: Rule::Keep };
     }
     let traversal = || traverse_all(texels, texel, d, max_distance);
-    let rule =
-        match function {
-            Function::Silhouette => Rule::Silhouette(d, traversal()),
-            Function::Filtered => Rule::Filtered(d, traversal()),
-            Function::Star => Rule::Star(d, traversal()),
-            Function::Profile(quality) => Rule::Profile(Side::ALL.map(|side| {
-                d.at(side).then(|| profile(texels, Crack { texel, side, lit: d.lit }, quality, max_distance))
-            })),
-        };
+    let profiles = |quality| {
+        Side::ALL
+            .map(|side| d.at(side).then(|| profile(texels, Crack { texel, side, lit: d.lit }, quality, max_distance)))
+    };
+    let rule = match function {
+        Function::Silhouette => Rule::Silhouette(d, traversal()),
+        Function::Filtered => Rule::Filtered(d, traversal()),
+        Function::Ramp => Rule::Ramp(d, traversal()),
+        Function::Star => Rule::Star(d, traversal()),
+        Function::Profile(quality) => Rule::Profile(profiles(quality)),
+        Function::ProfileRamp(quality, width) => Rule::ProfileRamp(profiles(quality), width),
+    };
     Prepared { lit: d.lit, rule }
 }
 
@@ -224,7 +246,9 @@ impl Prepared {
                 let margin = if is_l { listing::line_margin(nrd, traversal, 0.5) } else { f64::INFINITY };
                 Outcome { visibility: star_visibility(d, nrd), margin }
             }
+            &Rule::Ramp(d, traversal) => Outcome::sure(star_ramp(d, positions(traversal))),
             Rule::Profile(profiles) => profile::outcome(self.lit, profiles, fraction),
+            Rule::ProfileRamp(profiles, width) => Outcome::sure(profile::ramp(self.lit, profiles, fraction, *width)),
         }
     }
 }

@@ -310,6 +310,20 @@ impl Profile {
         }
     }
 
+    /// Returns the slope of the curve at `u`.
+    fn slope(&self, u: f64) -> f64 {
+        match self.curve {
+            Curve::Flat => 0.0,
+            Curve::Fade { height, end, reach } => {
+                let (away, sign) = if end == 0 { (u, -1.0) } else { (self.length - u, 1.0) };
+                if away < reach { sign * height / reach } else { 0.0 }
+            }
+            // d/du of -(1 - w^2) is 2 w dw/du, and dw/du is -2 / length.
+            Curve::Bow { depth, .. } => -4.0 * depth * (1.0 - 2.0 * u / self.length) / self.length,
+            Curve::Line { heights: [a, b] } => (b - a) / self.length,
+        }
+    }
+
     /// Returns the steepest slope of the curve.
     fn steepest(&self) -> f64 {
         match self.curve {
@@ -370,4 +384,17 @@ pub(super) fn outcome(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec
     }
     let visibility = f64::from(u8::from(lit != flips));
     Outcome { visibility, margin: if flips { within } else { apart } }
+}
+
+/// Returns the visibility with a ramp of `width` texels across the boundary: by the distance to the nearest of the sides'
+/// curves, to first order.
+pub(super) fn ramp(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec2, width: f64) -> f64 {
+    let distance = |(side, profile): (Side, &Option<Profile>)| {
+        let profile = profile.as_ref()?;
+        let u = profile.before + if side.is_horizontal() { fraction.y } else { fraction.x };
+        Some((side.distance(fraction) - profile.height(u)) / profile.slope(u).hypot(1.0))
+    };
+    let nearest = Side::ALL.into_iter().zip(profiles).filter_map(distance).fold(f64::INFINITY, f64::min);
+    let inside = (0.5 + nearest / width).clamp(0.0, 1.0);
+    if lit { inside } else { 1.0 - inside }
 }

@@ -10,9 +10,14 @@ use glam::DVec4;
 /// point's own run meets the opposite visibility. A straight line cuts a step of length L: from half a texel up at one
 /// end, through the discontinuity in mid-run, to half a texel down at the other. Other shapes keep the test.
 pub fn star_visibility(d: Discontinuity, nrd: DVec4) -> f64 {
+    if star_ramp(d, nrd) < 0.5 { 0.0 } else { 1.0 }
+}
+
+/// Returns the left side of the comparison in equation 7, clamped: a ramp across L shapes. Other shapes keep the test.
+pub fn star_ramp(d: Discontinuity, nrd: DVec4) -> f64 {
     let s = f64::from(u8::from(d.lit));
     if nrd.z != 0.0 || nrd.w != 0.0 {
         return s;
     }
-    if (1.0 - s) + (2.0 * s - 1.0) * (nrd.x + nrd.y) < 0.5 { 0.0 } else { 1.0 }
+    ((1.0 - s) + (2.0 * s - 1.0) * (nrd.x + nrd.y)).clamp(0.0, 1.0)
 }

@@ -21,7 +21,7 @@ const LENGTH_CELLS: usize = 8;
 const TEXEL_RADIUS: f64 = 0.708;
 
 /// Method that computes visibility from the binary shadow map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// The test of the texel.
     ShadowMap,
@@ -55,6 +55,8 @@ impl Method {
             Self::Revectorized(Function::Profile(Quality::Run)) => "edge profile, run",
             Self::Revectorized(Function::Profile(Quality::Neighbours)) => "edge profile, neighbours",
             Self::Revectorized(Function::Profile(Quality::Line)) => "edge profile, line",
+            Self::Revectorized(Function::Ramp) => "ramp of eq. 7 at 0.5",
+            Self::Revectorized(Function::ProfileRamp(..)) => "edge profile with a ramp at 0.5",
         }
     }
 
@@ -65,7 +67,7 @@ impl Method {
 }
 
 /// Options of the study.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Methods to compare.
     pub methods: Vec<Method>,

@@ -1,9 +1,8 @@
 // Common part of the techniques that draw silhouette edges into a map of the shadow map's size: which edges count, and
 // which of them the light sees.
-#ifndef EDGESHADE_MAP_EDGE
-#define EDGESHADE_MAP_EDGE
+#ifndef EDGESHADE_DRAWN_EDGE
+#define EDGESHADE_DRAWN_EDGE
 #extension GL_EXT_scalar_block_layout : require
-#include "lib/bias.glsl"
 #include "lib/edge_segment.glsl"
 #include "lib/shadow_test.glsl"
 

@@ -1,5 +1,5 @@
-//! The casters' silhouette edges in the shadow map's plane, kept while the light stands still: what the techniques start
-//! from that hold something of the edges in a map of the shadow map's size.
+//! The casters' silhouette edges in the plane of the shadow map, kept while the light stands still. The techniques that
+//! store edges in a map of the shadow map's size start from them.
 
 use super::edge_segments::EdgeSegments;
 use super::silhouettes::Silhouettes;
@@ -9,21 +9,21 @@ use crate::{Context, Frame, Inputs, Result};
 use std::sync::Arc;
 
 bindings! {
-    /// Resources that a raster pass over the segments binds.
+    /// Resources of a raster pass over the segments.
     pub(super) struct SegmentBindings { Segments, shadow_map }
 }
 
 /// The passes with their lists.
-pub struct MapEdges {
+pub struct KeptSegments {
     silhouettes: Silhouettes,
     segments: EdgeSegments,
     margin: f32,
     technique: &'static str,
 }
 
-impl MapEdges {
-    /// Allocates room for every edge of the casters. Of each edge what lies up to `margin` texels around the map is kept;
-    /// the technique's name is for messages.
+impl KeptSegments {
+    /// Makes the passes, with room for every edge of the casters. Edges are clipped at `margin` texels around the map.
+    /// The technique's name is for messages.
     ///
     /// # Errors
     /// Errors are those of [`Silhouettes::new`] and [`EdgeSegments::new`].
@@ -33,7 +33,8 @@ impl MapEdges {
         Ok(Self { silhouettes, segments, margin, technique })
     }
 
-    /// Lists the edges. False if those of the frame before still hold, and with them all that was made of them.
+    /// Lists the edges. Returns false if the list of the frame before is still valid; everything made from it is then
+    /// valid too.
     ///
     /// # Errors
     /// [`crate::Error::Input`] unless there is a transform for each instance.
@@ -46,12 +47,12 @@ impl MapEdges {
         Ok(true)
     }
 
-    /// List of the edges, with their number and the arguments of dispatches and draws.
+    /// The list of edges, with their number and the arguments of dispatches and draws.
     pub fn silhouettes(&self) -> &Silhouettes {
         &self.silhouettes
     }
 
-    /// A segment for each of them.
+    /// The list of segments, one for each edge.
     pub fn segments(&self) -> &EdgeSegments {
         &self.segments
     }
