@@ -13,8 +13,10 @@ use std::collections::BTreeMap;
 /// per coordinate. Between two jumps, visibility changes by no more than the position.
 const PLACE_ERROR: f64 = 2.0 * 4.0 * f32::EPSILON as f64 * MAP[0] as f64;
 
-/// The word of `variant`, and the technique and setting with the same image.
-const VARIANTS: [(&str, &str, &[(&str, &str)]); 3] =
+/// The word of `variant`, and the technique and settings with the same image.
+type Variant = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+
+const VARIANTS: [Variant; 3] =
     [("silhouette", "rbsm", &[]), ("filtered", "rbsm-filtered", &[("shapes", "printed")]), ("star", "rbsm-star", &[])];
 
 fn differing_bits(a: &[f32], b: &[f32]) -> usize {
@@ -43,7 +45,7 @@ fn compared(
     host: &Host,
     inputs: &Inputs<'_>,
     map_size: [u32; 2],
-    (name, technique, setting): (&'static str, &str, &'static [(&str, &str)]),
+    (name, technique, setting): Variant,
     settings: &[(&str, &str)],
     what: &str,
 ) -> Vec<f32> {
