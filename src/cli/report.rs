@@ -38,7 +38,7 @@ impl Origin {
     }
 }
 
-/// Line that accompanies times which are not measured by timestamps as usual.
+/// Line that says that times come from the wall clock; `None` for timestamps, which are usual.
 pub fn times_line(timing: Timing) -> Option<&'static str> {
     (timing == Timing::Wall).then_some("times: wall clock, one submission per pass")
 }
