@@ -156,7 +156,7 @@ fn names_that_differ_from_the_shaders_are_refused() {
         refused(c.pipeline::<Blocks, ReceiverPush>(classify, twice).map(drop), &[classify, "named twice"]);
         let text = c.pipeline::<(), ()>("filtering/no-such.comp", &[]).err().unwrap().to_string();
         assert!(text.contains("no-such"), "{text}");
-        // Of a raster pipeline.
+        // The same holds for raster pipelines.
         let state = RasterState {
             name: "some depth",
             vertex: "caster_edges/fullscreen.vert",

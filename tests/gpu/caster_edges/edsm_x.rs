@@ -272,8 +272,8 @@ fn wrong_share(host: &Host, scene: &Scene, map_size: u32, id: &str, set: &[(&str
     wrong as f64 / judged.len() as f64
 }
 
-/// Compared with rays: right to the pixel where the casters' edges bound the shadow, with a map of a few hundred
-/// texels.
+/// Compares images with ray-traced truth. With a map of a few hundred texels nearly every pixel is right, because the
+/// casters' edges bound the shadows.
 #[test]
 fn shadows_end_at_the_casters_edges() {
     with_gpu(|host| {

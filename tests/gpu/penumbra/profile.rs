@@ -67,7 +67,8 @@ struct Line {
     samples: Vec<(f64, f64, usize)>,
     /// World width of a pixel in the image plane at the edge.
     pixel: f64,
-    /// Factor by which a step along an image column is longer on the plane, by the view rays' angle.
+    /// Ratio of the step from pixel to pixel on the plane to `pixel`: above 1 where view rays meet the plane at an
+    /// angle, 1 along image rows.
     stretch: f64,
 }
 

@@ -1,5 +1,5 @@
 //! EDTSSM over the edges of both revectorizations compared with its mirrors in `f64`: widths at the seeds, nearest
-//! edges by the fraction of these widths, intensities, the filter.
+//! edges with distances as fractions of these widths, intensities, the filter.
 
 mod limits;
 
@@ -172,7 +172,7 @@ fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]
         let (hard, intensity, d) = (f64::from(run.hard[i]), f64::from(run.intensity[i]), f64::from(run.share[i]));
         let width = f64::from(run.pixel_width[i]);
         let error = links[i].map_or(0.0, |l| l.error);
-        // The search by world distance gives widths that say nothing about the exact seed's.
+        // With `Meet::Nearest` exact distances are in world units, while the frame holds fractions of a width.
         let unit = if weighted { 1.0 } else { width };
         match links[i] {
             None => f.torn += usize::from(d != f64::INFINITY || intensity != hard - 2.0 || width != 0.0),

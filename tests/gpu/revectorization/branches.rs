@@ -1,5 +1,5 @@
-//! `rbsm-branches` and `rbsm-listings` give the images of `rbsm` and of `rbsm-filtered` with `shapes=printed`, and the
-//! latter that of `rbsm-star`, bit for bit; `rbsm-branches` takes every one of its branches.
+//! `rbsm-branches` and `rbsm-listings` give, bit for bit, the images of `rbsm` and of `rbsm-filtered` with
+//! `shapes=printed`. `rbsm-listings` also gives the image of `rbsm-star`. `rbsm-branches` takes each of its branches.
 
 use crate::common::{desc, every_nth, every_shipped, prepare, renderer, with_gpu};
 use crate::noise::{EdgePoint, FlatReceiver, MAP, Noise, edge_point, place, visibility_of};
@@ -97,17 +97,16 @@ fn shipped_scenes_are_equal_bit_for_bit() {
     });
 }
 
-/// Properties that select a branch.
+/// Properties that select a branch. Each `Option` that the fields end in is `None` in silhouette recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Scenario {
     I,
-    /// In filtering: whether the fragment is lit.
+    /// `true` if the fragment is lit.
     O(Option<bool>),
-    /// `true` if both ends on u were found, `false` if both on v. In filtering: the end found on the other axis, and
-    /// whether the fragment is lit.
+    /// `true` if both ends on u were found, `false` if both on v. Then the end found on the other axis, and `true` if
+    /// the fragment is lit.
     U(bool, Option<(Option<usize>, bool)>),
-    /// The ends found on u and v, and whether the discontinuity runs along u. In filtering: whether the fragment is
-    /// lit.
+    /// The ends found on u and v; `true` if the discontinuity runs along u; `true` if the fragment is lit.
     L(usize, usize, bool, Option<bool>),
 }
 
