@@ -386,8 +386,8 @@ pub(super) fn outcome(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec
     Outcome { visibility, margin: if flips { within } else { apart } }
 }
 
-/// Returns the visibility with a ramp of `width` texels across the boundary: by the distance to the nearest of the sides'
-/// curves, to first order.
+/// Returns the visibility with a ramp of `width` texels across the boundary. The ramp takes the distance to the nearest
+/// of the curves over the sides, to first order.
 pub(super) fn ramp(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec2, width: f64) -> f64 {
     let distance = |(side, profile): (Side, &Option<Profile>)| {
         let profile = profile.as_ref()?;
