@@ -274,8 +274,8 @@ impl Answer<'_> {
     }
 }
 
-/// Returns the number of shadow tests that listings 1 to 3 take as printed; `None` for a method that is not in the
-/// listings.
+/// Returns the number of shadow tests that a method takes if listings 1 to 3 run as printed; `None` for edge profiles
+/// and for methods that do not traverse edges.
 fn as_listed(method: Method, tests: &Tests<'_>, texel: [i64; 2], max_distance: u32) -> Option<u64> {
     let Method::Revectorized(function) = method else { return None };
     match function {
