@@ -14,7 +14,6 @@ pub mod penumbra;
 pub mod revectorization;
 pub mod soft;
 
-pub(crate) use params::check_odd;
 pub use params::{Param, ParamKind, Params};
 
 use crate::casters::Casters;

@@ -257,7 +257,7 @@ fn neither_outlines_nor_other_faces_are_boundaries() {
         assert!(faces[0] > 500 && (!with_block || faces[1] > 20 && faces[2] > 50), "{faces:?}");
         let (error, soft) = worst(&truth, &camera, expected, penumbra);
         assert!(error < 2e-6 && soft > 500, "off by {error}, {soft} in the penumbra");
-        // Otherwise the floor's own distance would show on top of the block.
+        // The check detects a floor's penumbra on the block: the floor's distance is wrong exactly if there is a block.
         assert_eq!(worst(&truth, &camera, |p, _| is_near(p).then_some(p.x), penumbra).0 > 0.1, with_block);
     }
 }

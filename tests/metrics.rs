@@ -126,7 +126,8 @@ fn a_shifted_half_plane_is_displaced_by_the_shift() {
 
 #[test]
 fn displacement_equals_its_definition_and_shows_missing_shadows() {
-    // By definition: sides between differing pixels, and for each the nearest point of the nearest other side.
+    // The definition: take the sides between differing pixels, and for each the nearest point on a side of the other
+    // picture.
     let size = [45u32, 37];
     let (w, h) = (45usize, 37usize);
     let mut next = random(7);
@@ -435,7 +436,7 @@ fn the_boundary_length_is_that_of_the_line_between_the_pixels() {
     let length = |v: &Plane| whole(v, v, size).boundary_length;
     assert_eq!(length(&half(|x, _| x < 30)), 69.0);
     assert_eq!(length(&half(|_, y| y < 30)), 89.0);
-    // From the middle of one side of the picture to the middle of another.
+    // The line starts half a pixel below the first pixel's centre and ends between the centres of the last row.
     close(length(&half(|x, y| x < y)), 68.5 * 2f64.sqrt(), 1e-9);
     assert_eq!(length(&plane(size, |_, _| 1.0)), 0.0);
     // Round boundaries come out too long, by 5.5 % in the mean.
@@ -509,7 +510,7 @@ fn false_shadow_counts_what_is_dark_far_from_every_true_shadow() {
     assert!(false_shadow(&[1.0; 3], &[0.0; 4], &[true; 4], [2, 2], 1).is_err());
 }
 
-/// By definition: every pixel looks at every other one to find a boundary nearby.
+/// Evaluates the definition: every pixel looks at every other one to find a boundary nearby.
 fn naive_motion(shots: &[[&[f32]; 2]], mask: &[Vec<bool>], size: [u32; 2], radius: i64) -> Motion {
     let (w, h) = (i64::from(size[0]), i64::from(size[1]));
     let at = |x: i64, y: i64| (y * w + x) as usize;

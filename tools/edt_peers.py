@@ -74,8 +74,8 @@ def scipy(away, _):
 
 
 def squared_opencv(distances, truth):
-    # It gives only roots, in single precision: one that is as near to the true root as that allows counts as true. Below
-    # 2^22 no two integers share such a root.
+    # OpenCV returns only roots, in single precision. A root counts as exact if it is as near to the true root as single
+    # precision allows. No two integers below 2^22 share such a root.
     roots = np.sqrt(truth.astype(np.float64))
     near = np.abs(distances - roots) <= np.spacing(roots.astype(np.float32))
     return np.where(near, truth, np.rint(distances.astype(np.float64) ** 2)).astype(np.int64)
@@ -114,7 +114,7 @@ def edgeshade(program, mask, radius, method, frames, folder):
 
 
 def differing(squared, truth, radius):
-    """Pixels whose squared distance differs from the truth, which is cut at the radius."""
+    """Number of pixels whose squared distance differs from the truth. Beyond the radius the truth is -1."""
     expected = truth if radius is None else np.where(truth <= radius * radius, truth, -1)
     return int(np.count_nonzero(squared != expected))
 
@@ -123,7 +123,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--edgeshade", type=pathlib.Path, default=pathlib.Path("target/release/edgeshade"))
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--frames", type=int, default=5, help="transforms of edgeshade a round")
+    parser.add_argument("--frames", type=int, default=5, help="transforms by edgeshade in each round")
     parser.add_argument("--method", default="auto")
     parser.add_argument("--sizes", nargs="+", choices=SIZES, default=list(SIZES))
     parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path("results"))

@@ -24,7 +24,7 @@ done
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# First words of the lines of a table, up to the first empty line; a rule ends the heading, and broken lines go on indented.
+# First words of the rows of a table, up to the first empty line. A rule ends the heading; continuation lines are indented.
 first_words() { awk '/^─/ { n = 0; next } NF == 0 { exit } /^[^ ]/ { word[n++] = $1 } END { for (i = 0; i < n; i++) print word[i] }'; }
 techniques() { "$1" list | first_words; }
 scenes() { "$1" scenes | first_words; }
@@ -41,7 +41,7 @@ compare() { # <name of the picture> <argument>...
     shift
     for which in old new; do
         file=$folder/$which-$picture
-        # Nothing is taken from the cache: the two would share it.
+        # The cache is off, because the two binaries would share it.
         if "${!which}" render "$@" --size 320x180 --shadow-map 256 --frames 1 --cache off -o "$file" \
             >"$folder/log" 2>&1; then
             status+=(0)
@@ -65,7 +65,7 @@ mapfile -t all_scenes < <(scenes "$old")
 for scene in "${all_scenes[@]}"; do
     compare "$scene.png" "$scene"
     for technique in "${wanted[@]}"; do
-        # Plain floats: no rounding to codes hides a difference.
+        # The file holds floats, so rounding to 8-bit codes cannot hide a difference.
         compare "$scene-$technique.exr" "$scene" -t "$technique" --view visibility
     done
     echo "$scene: $same pictures the same so far, $failed not, after $SECONDS s"

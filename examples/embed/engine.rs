@@ -38,13 +38,13 @@ const DEPTH_TARGET: State = (
 );
 const COLOR_TARGET: State =
     (Stage::COLOR_ATTACHMENT_OUTPUT, Access::COLOR_ATTACHMENT_WRITE, Layout::COLOR_ATTACHMENT_OPTIMAL);
-/// Read by Edgeshade and by the engine's lighting.
+/// State of the depth buffer while Edgeshade and the engine's lighting read it.
 const DEPTH_READ: State = (
     Stage::from_raw(Stage::COMPUTE_SHADER.as_raw() | Stage::FRAGMENT_SHADER.as_raw()),
     Access::SHADER_SAMPLED_READ,
     Layout::DEPTH_READ_ONLY_OPTIMAL,
 );
-/// Read by Edgeshade alone.
+/// State of images that only Edgeshade reads.
 const SHADOW_INPUT: State = (Stage::COMPUTE_SHADER, Access::SHADER_SAMPLED_READ, Layout::SHADER_READ_ONLY_OPTIMAL);
 const COPIED: State = (Stage::COPY, Access::TRANSFER_READ, Layout::TRANSFER_SRC_OPTIMAL);
 

@@ -87,7 +87,7 @@ impl Gpu {
         Self::with_extensions(messages, edgeshade::requirements().extensions)
     }
 
-    /// Same as [`Self::new`] with these device extensions, which are not the ones that Edgeshade needs.
+    /// Does the same as [`Self::new`], but with these device extensions instead of those that Edgeshade needs.
     pub fn with_extensions(messages: Option<Messages>, extensions: &[&CStr]) -> Result<Self> {
         let device_extensions = extensions;
         unsafe {

@@ -28,8 +28,8 @@ struct CasterLight {
   uint shell;            // 1: its front faces alone determine its shadow
 };
 
-// An edge that bounds a shadow or counts for a shadow volume. Seen from the light, in an image whose y points down, the
-// occluder lies to the right of a -> b.
+// An edge that bounds a shadow or counts for a shadow volume. Seen from the light, the occluder lies to the left of
+// a -> b.
 struct SilhouetteEdge {
   uint a, b;     // vertices
   uint instance;

@@ -47,7 +47,7 @@ void main() {
   if (i >= header.count) return;
   SilhouetteEdge s = silhouettes[i];
   mat4 m = lights[s.instance].clip_from_object;
-  // A silhouette edge has its occluder to the right of a -> b, with y down; a segment has it to the left.
+  // Seen from the light, the occluder lies to the left of a silhouette edge a -> b, and to the right of a segment.
   bool swapped = push.mirrored > 0.0;
   vec4 a = clipOf(swapped ? s.b : s.a, m), b = clipOf(swapped ? s.a : s.b, m);
   vec2 range = vec2(0.0, 1.0), reach = 1.0 + 2.0 * push.margin / push.map_size;

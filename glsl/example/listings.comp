@@ -1,5 +1,6 @@
 #version 460
-// The papers' listings in another engine's compute shader: filtered shadow edges (listing 5), at the fragment's own depth.
+// The papers' listings in another engine's compute shader: filtered shadow edges (listing 5), at the fragment's own
+// depth.
 #extension GL_GOOGLE_include_directive : require
 #include "lib/rbsm_listings.glsl"
 
@@ -11,7 +12,7 @@ layout(binding = 3, r32f) writeonly uniform image2D visibility;
 layout(push_constant) uniform Light {
   mat4 clip_from_world; // of a directional light: its w is 1
   float depth_scale;    // not read
-  float bias;           // taken off the receiver's depth
+  float bias;           // subtracted from the receiver's depth
 } light;
 
 float shadowTest(vec3 p, ivec2 texel) {

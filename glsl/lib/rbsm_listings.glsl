@@ -1,7 +1,7 @@
 // Revectorization as it was published, function by function and in the order of the printed lines.
 //
-//   [JCGT] Macedo, Apolinario, Aguero, "Optimized visibility functions for revectorization-based shadow mapping" (2017):
-//          listings 1 to 5.
+//   [JCGT] Macedo, Apolinario, Aguero, "Optimized visibility functions for revectorization-based shadow mapping"
+//          (2017): listings 1 to 5.
 //   [CGF]  Macedo, Apolinario, Aguero, "Revectorization-based soft shadow mapping" (2019): eq. 2 and 3, which [JCGT]
 //          uses and does not print.
 //   [CG]   Macedo, Apolinario, "Improved anti-aliasing for Euclidean distance transform shadow mapping" (2018): eq. 4
@@ -14,31 +14,31 @@
 //
 //   float shadowTest(vec3 p, ivec2 texel) { return p.z > depth of texel ? 0.0 : 1.0; }
 //
-// It may define MAXDIST before this file. A point `p` is the fragment in the shadow map: p.xy is its place in texels (uv
-// times the map's size), p.z its depth with the bias taken off. In the listings p.xy is uv.
+// It may define MAXDIST before this file. A point `p` is the fragment in the shadow map: p.xy is its place in texels
+// (uv times the map's size), p.z its depth with the bias subtracted. In the listings p.xy is uv.
 //
 // Departures, each marked where it is:
-//   INDEX    Texels are addressed by index. The listings add the texel's size `o` to a float coordinate, which crosses a
-//            texel's border after many steps. So `o` is gone, and directions are whole texels.
+//   INDEX    Texels are addressed by index. The listings add the texel's size `o` to a float coordinate, which crosses
+//            a texel's border after many steps. So `o` is gone, and directions are whole texels.
 //   ERRATUM  The printed line cannot be meant:
-//            - [JCGT] listing 3 returns a vec2 and takes a vec2 d, but reads its z. These are a float and a vec3 here. Its
-//              loop variable is misspelt.
-//            - [JCGT] listing 5 tests nrd.w == 1 for the I shape. It must be -1: all with w == 1 has returned before.
+//            - [JCGT] listing 3 returns a vec2 and takes a vec2 d, but reads its z. These are a float and a vec3 here.
+//              Its loop variable is misspelt.
+//            - [JCGT] listing 5 tests nrd.w == 1 for the I shape. It must be -1: every case with w == 1 has returned.
 //            - [JCGT] table 1 swaps top and bottom against listing 2. Listing 2 counts: left, right, +v, -v.
 //            - [CGF] eq. 3 has max(d_l, d_b) in its second component. It must be max(d_t, d_b).
-//            - Where one axis ended twice and the other not at all, the second position is negative. Listing 5 clamps its
-//              last return alone; here all are clamped.
+//            - Where one axis ended twice and the other not at all, the second position is negative. Listing 5 clamps
+//              its last return alone; here all are clamped.
 //   SILENT   The papers name a function and do not print it.
 //
 // Contradictions between the papers:
-//   - [JCGT] 3.2.1 says that lit and shadowed fragments share one origin, and 3.2.4 that for shadowed fragments two ends
-//     mean I and none means U or O. Listing 5 and [CG] 3.2 say otherwise, and count: each side measures from the corner
-//     where its own run ends, and ends mean the same on both sides.
+//   - [JCGT] 3.2.1 says that lit and shadowed fragments share one origin, and 3.2.4 that for shadowed fragments two
+//     ends mean I and none means U or O. This file follows listing 5 and [CG] 3.2, which say otherwise: each side
+//     measures from the corner where its own run ends, and ends mean the same on both sides.
 //   - The text after [CG] eq. 5 says that a shadowed fragment becomes lit where alpha is at least 0.5. Eq. 5 and 7 say
-//     up to 0.5, and count.
+//     up to 0.5; this file follows them.
 //   - [CGF] ends a traversal at a texel without any discontinuity, [JCGT] and [CG] where no direction is shared with
-//     the start. The latter counts.
-//   - A run that reaches MAXDIST returns -(MAXDIST + 1), in print too: its far end counts as stepped out.
+//     the start. This file follows the latter.
+// A run that reaches MAXDIST returns -(MAXDIST + 1), as in the printed loop: its far end counts as stepped out.
 // Listing 5 makes a shadow bar of one texel's width vanish: it has two ends across and none along, so the position
 // along is negative, or it is closed as a long O. computeRBSMStarRamp of lib/rbsm_star.glsl keeps such bars.
 #ifndef EDGESHADE_RBSM_LISTINGS
@@ -76,7 +76,7 @@ vec3 computeDiscontinuity(vec3 p, ivec2 texel) {
   return vec3(dC, 1.0 - s);
 }
 
-// SILENT, used by [JCGT] listing 3: whether two texels have a direction of discontinuity in common.
+// SILENT, used by [JCGT] listing 3: tests whether two texels have a direction of discontinuity in common.
 bool checkDiscontinuity(vec3 p, ivec2 texel, vec3 d) {
   vec3 nd = computeDiscontinuity(p, texel);
   bvec2 first = bvec2(nd.x >= 0.5 && d.x >= 0.5, nd.y >= 0.5 && d.y >= 0.5);
@@ -126,8 +126,8 @@ vec4 computeFragmentDistanceToSE(vec3 p, vec3 d) {
   return sign(t) * (vec4(c.x, 1.0 - c.x, 1.0 - c.y, c.y) + (abs(t) - 1.0));
 }
 
-// SILENT, used by [JCGT] listing 1: [CGF] eq. 3 (ERRATUM) in xy, the position along each axis, and [JCGT] eq. 5 in zw: 1
-// if both ends of the axis were found, 0 if one was, -1 if none.
+// SILENT, used by [JCGT] listing 1: [CGF] eq. 3 (ERRATUM) in xy, the position along each axis, and [JCGT] eq. 5 in zw:
+// 1 if both ends of the axis were found, 0 if one was, -1 if none.
 vec4 normalizeFragmentDistanceToSE(vec4 rd) {
   precise vec4 nrd;
   nrd.x = max(rd.x, rd.y) / (abs(rd.x) + abs(rd.y));
@@ -213,8 +213,8 @@ float improvedRBSM(vec3 p) {
   return nrd.z == 0.0 && nrd.w == 0.0 ? improvedVisibility(s, nrd.xy) : s;
 }
 
-// [CG] eq. 8: intensity of a fragment in the penumbra (D <= P / 2). `s` is its improved hard visibility, `D` the distance
-// to the nearest seed and `P` the width of the penumbra, both in world units.
+// [CG] eq. 8: intensity of a fragment in the penumbra (D <= P / 2). `s` is its improved hard visibility, `D` the
+// distance to the nearest seed and `P` the width of the penumbra, both in world units.
 float penumbraIntensity(float s, float D, float P) {
   return s == 0.0 ? 0.5 - D / P : 0.5 + D / P;
 }

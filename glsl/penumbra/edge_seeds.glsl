@@ -16,7 +16,7 @@ layout(constant_id = 0) const bool PLANES = true; // separate surfaces by planes
 layout(push_constant, scalar) uniform Push {
   float penumbra;      // full width, world units
   float filter_width;  // world units
-  float tolerance;     // of the test for one surface: pixels per pixel, or a share of the depth
+  float tolerance;     // of the test for one surface: pixels off the plane per pixel of distance, or a share of the depth
   int step;            // of nearest_block.comp, blocks
   float beta;          // of seed_width.comp: factor of the penumbra width
   float normal_offset; // of seed_width.comp's blocker search: multiples of the offset that a plane needs

@@ -32,7 +32,7 @@ float meanOnSurface(ivec2 pixel, float own) {
   if (SOFT) filter_width *= texelFetch(pixel_widths, pixel, 0).x;
   float pixels = filter_width / width;
   if (!(pixels > 1.0)) return own;
-  // The number of taps is that of pixels, made odd.
+  // One tap per pixel of the filter's width, made odd, at most TAPS.
   int half_taps = min(TAPS, int(min(ceil(pixels), 64.0)) | 1) / 2;
   float between = half_taps > 0 ? 0.5 * pixels / float(half_taps) : 0.0;
   float sum = own, count = 1.0;

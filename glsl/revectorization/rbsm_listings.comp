@@ -20,10 +20,10 @@ layout(binding = 4) writeonly uniform image2D visibility;
 layout(push_constant, scalar) uniform Push {
   float normal_offset; // multiples of what a plane needs
   float depth_bias;    // fraction of the plane's change of depth per texel, over both axes
-  float slack;         // by how much a curved receiver may lie before its plane: texel depths per texel of distance
+  float slack;         // by how much a curved receiver may lie in front of its plane: texel depths per texel of distance
 } push;
 
-// Change of the pixel's depth per texel, and the depth by which it may lie before its plane, per texel of distance.
+// Change of the pixel's depth per texel, and the depth by which it may lie in front of its plane, per texel of distance.
 vec2 dz;
 float slack;
 

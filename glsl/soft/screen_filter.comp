@@ -36,7 +36,7 @@ layout(binding = 6, scalar) readonly buffer PixelList {
 } list;
 
 layout(push_constant, scalar) uniform Push {
-  float tolerance; // of the test for one surface: pixels per pixel, or a share of the depth
+  float tolerance; // of the test for one surface: pixels off the plane per pixel of distance, or a share of the depth
   float sigma;     // of the Gaussian, in penumbra widths
 } push;
 

@@ -1,12 +1,13 @@
 #version 460
-// Values of equations 4 to 10 of lib/rbsm_listings.glsl for arguments that the pixel says: 16 columns an equation.
+// Evaluates equations 4 to 10 of lib/rbsm_listings.glsl. Sixteen columns of pixels belong to each equation; the pixel's
+// place gives the arguments.
 #extension GL_GOOGLE_include_directive : require
 #include "lib/rbsm_listings.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 3, r32f) writeonly uniform image2D visibility;
 
-// The listings want it; the equations do not test.
+// Required by the file of the listings; the equations do not call it.
 float shadowTest(vec3 p, ivec2 texel) { return 1.0; }
 
 void main() {

@@ -60,7 +60,7 @@ pub struct Args {
     /// defaults. ID:preset=published starts from the form that the technique's paper describes
     #[arg(short, long = "technique", value_name = "ID,ID", default_value = "all")]
     techniques: Vec<String>,
-    /// Adds each technique's published form beside its defaults, where the two differ
+    /// Add each technique's published form beside its defaults, where the two differ
     #[arg(long, value_name = "published", value_parser = ["published"])]
     preset: Option<String>,
     /// Sides of the shadow maps in texels; each size gives one row per technique
@@ -145,7 +145,7 @@ pub fn run(args: &Args) -> Outcome {
         warnings: stage.scene.warnings.clone(),
     };
     if figures.pixels_judged == 0 {
-        console::note("warning: no pixel could be judged, so all errors are those of nothing; see the reasons below");
+        console::note("warning: no pixel could be judged, so the errors say nothing; see the reasons below");
     }
     let note = note(&figures);
     let table = table(&judged);

@@ -38,7 +38,7 @@ impl Origin {
     }
 }
 
-/// Line that accompanies times which are not measured by timestamps as usual.
+/// Line that says that times come from the wall clock; `None` for timestamps, which are usual.
 pub fn times_line(timing: Timing) -> Option<&'static str> {
     (timing == Timing::Wall).then_some("times: wall clock, one submission per pass")
 }
@@ -190,7 +190,7 @@ pub fn technique(info: &Info, kind: &str) -> Value {
     json!({
         "id": info.id, "title": info.title, "paper": info.paper, "summary": info.summary, "kind": kind,
         "needs": info.needs.iter().map(|n| n.text()).collect::<Vec<_>>(),
-        "published": info.published.iter().map(|&(name, value)| (name.to_owned(), value.into())).collect::<Map<_, Value>>(),
+        "published": info.published.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>(),
         "params": info.params.iter().map(row).collect::<Vec<_>>(),
     })
 }

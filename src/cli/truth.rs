@@ -76,8 +76,7 @@ impl<'a> Tracer<'a> {
         self.trace(&Method::Soft(SoftSettings { samples, adaptive: true, seed: seed as u64 }))
     }
 
-    /// Hard shadows. Which pixels are judged does not depend on the light's size, so this cheap truth tells that as
-    /// well.
+    /// Hard shadows. They also give the pixels that are judged, because these do not depend on the light's size.
     pub fn hard(&mut self) -> Result<Truth> {
         Ok(self.trace(&Method::Hard)?.0)
     }

@@ -109,7 +109,8 @@ impl Shot {
         Ok(Self { size, look: Look::Color(Picture { size, rgb }), channels })
     }
 
-    /// A picture with an image of the same size drawn over it wherever that has any alpha. Both have 8-bit colours.
+    /// A picture with an image of the same size drawn over it. A pixel of that image counts if it has any alpha. Both
+    /// images have 8-bit colours.
     pub fn over(host: &Host, below: &Image, above: &Image) -> Result<Self> {
         let (mut picture, above) = (self::picture(host, below)?, host.read_image::<[u8; 4]>(above)?);
         lay_over(&mut picture, &above);

@@ -62,8 +62,8 @@ pub(super) fn queue_family(families: &[vk::QueueFamilyProperties]) -> Option<u32
     families.iter().position(|f| f.queue_count > 0 && f.queue_flags.contains(wanted)).map(|i| i as u32)
 }
 
-/// Lists what a device lacks that every device able to render has, whatever its features. Drivers may offer devices
-/// without hardware that only compile shaders, such as RADV's null device.
+/// Lists which of two basics a device lacks: memory, and a queue for graphics and compute. No device can render without
+/// them. Drivers may offer devices without hardware that only compile shaders, such as RADV's null device.
 fn missing_hardware(
     memory: &vk::PhysicalDeviceMemoryProperties,
     families: &[vk::QueueFamilyProperties],

@@ -83,8 +83,8 @@ pub(crate) fn length(planes: &Planes, values: &[f32]) -> f64 {
 /// Returns the displacements from the test to the truth and from the truth to the test; `None` if either has no
 /// boundary.
 pub(crate) fn displacements(planes: &Planes) -> (Option<Displacement>, Option<Displacement>) {
-    // In the test's direction, a point on the truth's lit side means that the shadow has grown there. In the reverse
-    // direction, a point on the test's shadow side means so.
+    // The shadow has grown where the tested boundary lies on the truth's lit side, and where the true boundary lies on
+    // the test's shadow side.
     let forward = directed(planes, planes.test, planes.truth, true);
     let reverse = directed(planes, planes.truth, planes.test, false);
     (forward, reverse)
@@ -109,7 +109,8 @@ fn directed(planes: &Planes, from: &[f32], to: &[f32], lit_is_growth: bool) -> O
     let mut signed_sum = 0.0;
     for_each_crack(planes, from, |crack| {
         let d = 0.5 * f64::from(squared[crack.middle[1] * width + crack.middle[0]]).sqrt();
-        // Off the other boundary both pixels are on the same side of it, so either tells the sign.
+        // Where the crack does not lie on the other boundary, both of its pixels are on the same side of that boundary,
+        // so either pixel gives the sign. Where it does, the distance is 0.
         let grown = (to[crack.first] >= LIT_THRESHOLD) == lit_is_growth;
         signed_sum += if grown { d } else { -d };
         distances.push(d);

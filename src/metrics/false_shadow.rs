@@ -6,7 +6,7 @@ use crate::Result;
 /// Result of [`false_shadow`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FalseShadow {
-    /// Number of pixels of the mask that are lit in the truth, like everything near them.
+    /// Number of pixels of the mask that are fully lit in the truth, as are all pixels near them.
     pub lit: u64,
     /// Number of those pixels that the test has in shadow (below 0.5).
     pub dark: u64,

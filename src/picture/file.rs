@@ -39,7 +39,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     };
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-    // A file name may have 255 bytes, so the temporary name must not be longer than the name itself.
+    // A file name may have at most 255 bytes, so only the start of the name goes into the temporary one.
     let short: String = name.to_string_lossy().chars().take(32).collect();
     let temporary = folder.join(format!(".{short}.{}-{number}.tmp", std::process::id()));
     let written = fs::OpenOptions::new()

@@ -69,11 +69,15 @@ impl DrawList {
             }
             let m = instance.world_from_object.matrix3;
             let mirrored = m.determinant() < 0.0;
+            let normals = normal_matrix(&m);
+            let largest = normals.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            // Keeps tiny and huge objects within `f32`.
+            let normals = normals * if largest > 0.0 { 1.0 / largest } else { 0.0 };
             visible.push((
                 (instance.mesh, mirrored),
                 GpuInstance {
                     clip_from_object: clip_from_object.as_mat4().to_cols_array_2d(),
-                    normal_from_object: normal_matrix(&m).as_mat3().to_cols_array_2d(),
+                    normal_from_object: normals.as_mat3().to_cols_array_2d(),
                     world_from_object: m.as_mat3().to_cols_array_2d(),
                     viewer: viewer(instance.world_from_object.translation).as_vec4().to_array(),
                     first_triangle: first,
@@ -94,12 +98,12 @@ impl DrawList {
     }
 }
 
-/// Returns the inverse transpose up to a positive factor, scaled so that tiny and huge objects stay within `f32`.
-fn normal_matrix(m: &DMat3) -> DMat3 {
+/// Returns the matrix for normals: the inverse transpose up to a positive factor. It is computed without a division,
+/// which a flattening matrix would break.
+pub(super) fn normal_matrix(m: &DMat3) -> DMat3 {
     let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-    let largest = cofactors.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
-    cofactors * if m.determinant() < 0.0 { -scale } else { scale }
+    // The cofactors of a mirroring matrix also reverse the normal.
+    if m.determinant() < 0.0 { -cofactors } else { cofactors }
 }
 
 /// Returns `true` only if all corners lie outside one plane: a side, behind the viewer, or `z > w`. The latter is the

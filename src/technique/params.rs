@@ -133,14 +133,6 @@ impl Param {
     }
 }
 
-/// Rejects kernel widths that are even or above `most`.
-pub(crate) fn check_odd(what: &str, n: u32, most: u32) -> Result<()> {
-    if n % 2 == 1 && n <= most {
-        return Ok(());
-    }
-    Err(Error::Parameter(format!("{n} {what} are not possible: the number must be odd, 1 to {most}")))
-}
-
 /// Name of the setting that selects where all others start: `default` or `published`.
 const PRESET: &str = "preset";
 

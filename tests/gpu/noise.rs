@@ -1,14 +1,14 @@
 //! Binary shadow maps of noise over a flat receiver, and the shapes of the discontinuities in them.
 
-use ash::vk;
-use edgeshade::gpu::{Image, ImageDesc};
+use crate::common::{plain_inputs, run_passes, upload_depths};
+use edgeshade::Inputs;
+use edgeshade::gpu::Image;
 use edgeshade::host::Host;
 use edgeshade::reference::revectorization::revectorize::{
     Discontinuity, discontinuity, distance_to_edge, normalized, traverse_all,
 };
 use edgeshade::technique::Technique;
 use edgeshade::view::{CameraView, LightView};
-use edgeshade::{Frame, Handoff, Inputs};
 use glam::{DAffine3, DVec2, DVec4, dvec2, dvec3};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -41,9 +41,7 @@ impl Noise {
     /// Uploads the map as depth: 0 where it blocks, 1 where it does not.
     pub fn upload(&self, host: &Host, array: bool) -> Image {
         let depths: Vec<f32> = self.0.iter().map(|&lit| f32::from(u8::from(lit))).collect();
-        let usage = vk::ImageUsageFlags::SAMPLED;
-        let desc = ImageDesc { array, usage, ..ImageDesc::storage("noise", vk::Format::D32_SFLOAT, MAP) };
-        host.upload_image(&desc, bytemuck::cast_slice(&depths)).unwrap()
+        upload_depths(host, &depths, MAP, array)
     }
 }
 
@@ -88,38 +86,21 @@ impl FlatReceiver {
         let half = MAP.map(|n| f64::from(n) / 16.0);
         let (near, far) = (1.0, 21.0);
         let depth = ((far - 10.0) / (far - near)) as f32;
-        let usage = vk::ImageUsageFlags::SAMPLED;
-        let desc = ImageDesc { usage, ..ImageDesc::storage("flat", vk::Format::D32_SFLOAT, IMAGE) };
         let depths = vec![depth; (IMAGE[0] * IMAGE[1]) as usize];
         Self {
             camera: CameraView::orthographic(eye, half, near, far),
             light: [LightView::directional(eye, half, near, far, 0.0)],
-            depth: host.upload_image(&desc, bytemuck::cast_slice(&depths)).unwrap(),
+            depth: upload_depths(host, &depths, IMAGE, false),
         }
     }
 
     pub fn inputs<'a>(&'a self, map: &Image) -> Inputs<'a> {
-        Inputs {
-            camera: &self.camera,
-            depth: self.depth.as_ref(),
-            normal: None,
-            shadow_map: map.as_ref(),
-            light: &self.light,
-            light_version: None,
-            casters: &[],
-        }
+        plain_inputs(&self.camera, &self.depth, map, &self.light)
     }
 }
 
 /// Returns the visibility from prepared inputs.
 pub fn visibility_of(host: &Host, technique: &mut dyn Technique, inputs: &Inputs<'_>) -> Vec<f32> {
-    host.run(|cmd| {
-        // SAFETY: `cmd` is recording and is waited for.
-        let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
-        technique.record(&mut frame, inputs)?;
-        frame.end();
-        Ok(())
-    })
-    .unwrap();
+    run_passes(host, |frame| technique.record(frame, inputs));
     host.read_values(technique.output()).unwrap()
 }

@@ -7,10 +7,9 @@ use edgeshade::gpu::{Bind, Bindings, Constant, Declared, DepthState, RasterState
 use edgeshade::scene::RenderDesc;
 use edgeshade::shaders;
 use edgeshade::technique::common::accumulate::Accumulate;
+use edgeshade::technique::common::receiver::ReceiverPush;
 use edgeshade::technique::common::view::ViewConstants;
 use edgeshade::technique::distance_transform::{Bands, Edt, EdtConfig, EdtMethod};
-use edgeshade::technique::filtering::pcf::PcfPush;
-use edgeshade::technique::filtering::sm::SmPush;
 use edgeshade::technique::{ALL, Info, Kind, ParamKind, Params};
 use std::collections::BTreeSet;
 
@@ -90,13 +89,13 @@ impl Bindings for NoBlock {
 struct OtherBlock;
 impl Bindings for OtherBlock {
     fn declare(all: &mut Vec<Declared>) {
-        all.push(Declared::uniform::<SmPush>("view"));
+        all.push(Declared::uniform::<ReceiverPush>("view"));
         all.extend(["camera_depth", "camera_normal", "shadow_map", "visibility", "list"].map(Declared::new));
     }
     fn add<'a>(&'a self, _: &mut Vec<(&'static str, Bind<'a>)>) {}
 }
 
-/// The members of [`SmPush`], exchanged.
+/// The members of [`ReceiverPush`], exchanged.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct Exchanged {
@@ -115,7 +114,7 @@ fn names_that_differ_from_the_shaders_are_refused() {
         // Made first, so that the wrong ones below find a pipeline of the same shader and constants.
         let step: &[Constant] = &[("STEP", 0)];
         let sm = "filtering/sm.comp";
-        c.pipeline::<Fitting, SmPush>(sm, step).unwrap();
+        c.pipeline::<Fitting, ReceiverPush>(sm, step).unwrap();
         let refused = |result: edgeshade::Result<()>, parts: &[&str]| {
             let Err(error) = result else { panic!("accepted, where {parts:?} should be said") };
             assert!(matches!(error, Error::Shader { .. }), "{error}");
@@ -124,13 +123,13 @@ fn names_that_differ_from_the_shaders_are_refused() {
             println!("{text}");
         };
         let declared = "\"shadow_map\", \"visibility\", \"list\"]";
-        refused(c.pipeline::<Missing, SmPush>(sm, step).map(drop), &[sm, declared, "[\"shadow_map\"] missing"]);
+        refused(c.pipeline::<Missing, ReceiverPush>(sm, step).map(drop), &[sm, declared, "[\"shadow_map\"] missing"]);
         let exchanged = "[\"camera_depth_2\"] unknown, [\"camera_normal\"] missing";
-        refused(c.pipeline::<Other, SmPush>(sm, step).map(drop), &[sm, declared, exchanged]);
-        refused(c.pipeline::<Twice, SmPush>(sm, step).map(drop), &[sm, "[\"camera_normal\"] missing"]);
-        refused(c.pipeline::<(), SmPush>(sm, step).map(drop), &[sm, "missing"]);
-        refused(c.pipeline::<NoBlock, SmPush>(sm, step).map(drop), &[sm, "camera_depth is not a uniform block"]);
-        refused(c.pipeline::<OtherBlock, SmPush>(sm, step).map(drop), &[sm, "view_from_clip"]);
+        refused(c.pipeline::<Other, ReceiverPush>(sm, step).map(drop), &[sm, declared, exchanged]);
+        refused(c.pipeline::<Twice, ReceiverPush>(sm, step).map(drop), &[sm, "[\"camera_normal\"] missing"]);
+        refused(c.pipeline::<(), ReceiverPush>(sm, step).map(drop), &[sm, "missing"]);
+        refused(c.pipeline::<NoBlock, ReceiverPush>(sm, step).map(drop), &[sm, "camera_depth is not a uniform block"]);
+        refused(c.pipeline::<OtherBlock, ReceiverPush>(sm, step).map(drop), &[sm, "view_from_clip"]);
         // Members of push constants: other ones, none, exchanged ones, some where the shader has none.
         refused(c.pipeline::<Fitting, ViewConstants>(sm, step).map(drop), &[sm, "normal_offset", "view_from_clip"]);
         refused(c.pipeline::<Fitting, ()>(sm, step).map(drop), &[sm, "normal_offset"]);
@@ -140,21 +139,24 @@ fn names_that_differ_from_the_shaders_are_refused() {
         );
         names!(Points: shadow_map Header Segments Keys Winners points);
         let (points, constants) = ("caster_edges/sssm_points.comp", &[("KILL", 0), ("STEP", 0)]);
-        refused(c.pipeline::<Points, SmPush>(points, constants).map(drop), &[points, "SmPush", "no push constants"]);
-        // Constants: none, another, one of another shader, one twice.
-        refused(c.pipeline::<Fitting, SmPush>(sm, &[]).map(drop), &[sm, "constants [],", "[\"STEP\"] missing"]);
         refused(
-            c.pipeline::<Fitting, SmPush>(sm, &[("STEPS", 0)]).map(drop),
+            c.pipeline::<Points, ReceiverPush>(points, constants).map(drop),
+            &[points, "ReceiverPush", "no push constants"],
+        );
+        // Constants: none, another, one of another shader, one twice.
+        refused(c.pipeline::<Fitting, ReceiverPush>(sm, &[]).map(drop), &[sm, "constants [],", "[\"STEP\"] missing"]);
+        refused(
+            c.pipeline::<Fitting, ReceiverPush>(sm, &[("STEPS", 0)]).map(drop),
             &[sm, "[\"STEPS\"] unknown, [\"STEP\"] missing"],
         );
         let classify = "filtering/pcf_classify.comp";
         let two = &[("WIDTH", 3), ("GATHER", 1)];
-        refused(c.pipeline::<Blocks, PcfPush>(classify, two).map(drop), &[classify, "[\"GATHER\"] unknown"]);
+        refused(c.pipeline::<Blocks, ReceiverPush>(classify, two).map(drop), &[classify, "[\"GATHER\"] unknown"]);
         let twice = &[("WIDTH", 3), ("WIDTH", 5)];
-        refused(c.pipeline::<Blocks, PcfPush>(classify, twice).map(drop), &[classify, "named twice"]);
+        refused(c.pipeline::<Blocks, ReceiverPush>(classify, twice).map(drop), &[classify, "named twice"]);
         let text = c.pipeline::<(), ()>("filtering/no-such.comp", &[]).err().unwrap().to_string();
         assert!(text.contains("no-such"), "{text}");
-        // Of a raster pipeline.
+        // The same holds for raster pipelines.
         let state = RasterState {
             name: "some depth",
             vertex: "caster_edges/fullscreen.vert",

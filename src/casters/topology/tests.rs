@@ -35,7 +35,8 @@ fn is_sound(t: &Topology) {
     assert!(seen.iter().flatten().all(|&n| n == 1), "a triangle has three edges, each once");
 }
 
-/// Sums `m(e)` at every vertex, outgoing minus incoming: the boundary of a boundary is zero.
+/// Sums the multiplicities of the edges at every vertex, outgoing minus incoming. All sums are zero, because a boundary
+/// has no boundary. `sigma` holds the facing of each triangle, 1 or -1.
 fn vertex_sums(t: &Topology, vertices: usize, sigma: &[i32]) -> Vec<i32> {
     let mut sums = vec![0; vertices];
     for e in &t.edges {
@@ -195,8 +196,8 @@ fn wrong_indices_are_refused() {
     }
 }
 
-/// Two spheres of half a million triangles each, with shared and with split vertices, as exporters write them. Prints
-/// time and memory.
+/// Builds the adjacency of two spheres of half a million triangles each, with shared and with split vertices, as
+/// exporters write them. Prints time and memory.
 #[test]
 fn a_million_triangles() {
     let (shared, indices) = joined(sphere(8), moved(sphere(8), |p| [p[0] + 3.0, p[1], p[2]]));

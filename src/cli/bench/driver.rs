@@ -33,8 +33,8 @@ pub struct Suite {
     pub extent: fn(bool) -> Extent,
     /// Variants that the registry and the device support.
     pub variants: fn(DeviceFeatures) -> Result<Variants>,
-    /// Name of the group of variants that are compared with each other in a scene with a map; `None` leaves the
-    /// variant out there.
+    /// Names the group of a variant in a scene with a map. Variants of one group are compared with each other. `None`
+    /// leaves the variant out.
     pub group: Group,
     /// Number of frames that a variant is drawn for in a scene with a map.
     pub frames: fn(&Plan) -> u32,
@@ -53,7 +53,7 @@ pub struct Suite {
 }
 
 impl Suite {
-    /// One frame of each variant in every scene, without means or plot.
+    /// Suite that draws one frame of each variant in every scene, and has neither means nor a plot.
     pub const BASE: Self = Self {
         name: "",
         about: "",

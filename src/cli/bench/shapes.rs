@@ -19,13 +19,21 @@ pub static SUITE: Suite = Suite {
 /// Writes `shapes.md`, `shapes.json` and `shapes.png`.
 fn run(args: &Args) -> Result<()> {
     let options = Options::default();
-    let rows = {
+    let filters = Options {
+        methods: [&[Method::ShadowMap], &Method::FILTERS[..]].concat(),
+        max_distances: vec![USUAL_DISTANCE],
+        ..Options::default()
+    };
+    let (rows, filters) = {
         let progress = Progress::start("suite shapes");
-        study::study(&options, |done, total| progress.set(done, total))
+        // The filters have one distance of three.
+        let rows = study::study(&options, |done, total| progress.set(done, total + total / 3));
+        let before = u64::from(options.shapes) * Class::ALL.len() as u64;
+        (rows, study::study(&filters, |done, total| progress.set(before + done / 3, before + total / 3)))
     };
     let path = args.output.join("shapes.json");
-    args.write(&path, &as_json(&options, &rows))?;
-    let markdown = markdown(&options, &rows);
+    args.write(&path, &as_json(&options, &rows, &filters))?;
+    let markdown = markdown(&options, &rows) + &filter_table(&filters);
     write_atomic(&path.with_extension("md"), markdown.as_bytes())?;
     write_png(&path.with_extension("png"), &picture()?)?;
     args.say(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
@@ -50,10 +58,30 @@ const SCALE: u32 = 8;
 const SHADOW: [u8; 3] = [12, 12, 14];
 const LIT: [u8; 3] = [228, 228, 228];
 
-fn as_json(options: &Options, rows: &[Row]) -> Value {
+/// The errors of filters by class.
+fn filter_table(rows: &[Row]) -> String {
+    let heads = rows.iter().fold("<class".to_owned(), |heads, r| heads + " | " + r.method.filter_name());
+    let line = |(i, class): (usize, &Class)| {
+        let figures = rows.iter().map(|r| number(r.squares.get(i).copied(), 3));
+        [class.name().to_owned()].into_iter().chain(figures).collect()
+    };
+    let mean = ["mean".to_owned()].into_iter().chain(rows.iter().map(|r| number(Some(r.square()), 3))).collect();
+    format!(
+        "\n## Filters, M {USUAL_DISTANCE}\n\nSquared error of the values against the exact hard shadow, summed over the \
+         area, per texel of silhouette. For a hard edge it equals the mismatch area. The bilinear filter blurs over a \
+         texel, listing 5 and the ramp of eq. 7 over the boundary texels, the edge profile over half a texel.\n\n{}",
+        plain_table(&heads, Class::ALL.iter().enumerate().map(line).chain([mean])),
+    )
+}
+
+fn as_json(options: &Options, rows: &[Row], filters: &[Row]) -> Value {
+    let by_class = |values: &[f64]| -> serde_json::Map<_, _> {
+        Class::ALL.iter().zip(values).map(|(c, &v)| (c.name().to_owned(), json!(v))).collect()
+    };
+    let filter =
+        |r: &Row| json!({ "method": r.method.filter_name(), "square": r.square(), "classes": by_class(&r.squares) });
     let row = |r: &Row| {
-        let classes: serde_json::Map<_, _> =
-            Class::ALL.iter().zip(&r.classes).map(|(c, &v)| (c.name().to_owned(), json!(v))).collect();
+        let classes = by_class(&r.classes);
         json!({
             "method": r.method.name(),
             "max_distance": r.max_distance,
@@ -74,6 +102,7 @@ fn as_json(options: &Options, rows: &[Row]) -> Value {
         "subsamples": options.subsamples,
         "tile": TILE,
         "results": rows.iter().map(row).collect::<Vec<_>>(),
+        "filters": filters.iter().map(filter).collect::<Vec<_>>(),
     })
 }
 
@@ -177,7 +206,20 @@ mod tests {
         }
         assert!(!text.contains("| - |") && !text.contains("NaN"), "{text}");
 
-        let json = as_json(&options, &rows);
+        let methods = [&[Method::ShadowMap], &Method::FILTERS[..]].concat();
+        let filters = study::study(&Options { methods, max_distances: vec![16], ..options.clone() }, |_, _| {});
+        let table = filter_table(&filters);
+        assert!(
+            filters.iter().all(|r| table.contains(r.method.filter_name())) && table.contains("| mean |"),
+            "{table}"
+        );
+        assert!(!table.contains("| - |") && !table.contains("NaN"), "{table}");
+        // The squared error of a hard edge is its mismatch; half-values have less.
+        assert!((filters[0].square() - filters[0].mismatch()).abs() < 1e-9);
+        assert!(filters[1..].iter().all(|r| r.square() < r.mismatch()));
+
+        let json = as_json(&options, &rows, &filters);
+        assert_eq!(json["filters"].as_array().unwrap().len(), filters.len());
         // Two methods do not traverse; six have two distances.
         let results = json["results"].as_array().unwrap();
         assert_eq!(results.len(), 14);

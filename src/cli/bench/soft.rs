@@ -263,7 +263,7 @@ fn conclusions(cells: &[Row]) -> String {
             text += &format!("* {what}: {held} of {} cells.\n", found.len());
         }
     };
-    say_how_often("The whole order, of those that there are", &holds);
+    say_how_often("The order of all techniques in the cell", &holds);
     for pair in ORDER.windows(2) {
         let is_below = |c: &Row| {
             let place = |id| c.text("order").split(" < ").position(|o| o == id);

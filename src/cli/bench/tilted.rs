@@ -114,7 +114,7 @@ impl Tilted {
     }
 }
 
-/// True if the picture shows shadows of every kind with the plane lit all around them.
+/// True if the picture shows shadow in cells of every kind.
 pub fn is_complete(tilted: &Tilted, truth: &Truth, mask: &[bool]) -> bool {
     EDGES.iter().all(|&edge| {
         let part = tilted.part(mask, edge);

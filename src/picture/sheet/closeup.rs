@@ -6,19 +6,19 @@ use crate::picture::{
     color::{NOT_JUDGED, false_color},
 };
 
-/// Weight of the first picture's contents relative to the techniques' disagreement. It decides where there is no
-/// disagreement and prefers shadow boundaries where there is.
+/// Weight of the detail in the first picture, relative to the disagreement of the techniques. Where they agree, the
+/// detail decides. Where they disagree, it favours shadow boundaries.
 const CONTENT_WEIGHT: f64 = 0.25;
 
-/// Smallest score, relative to the best window's, for which a second window far away is preferred to a nearer one,
-/// because it shows something else.
+/// Smallest score, relative to the best window's, at which a distant window is preferred as the second one. A distant
+/// window shows something else.
 const FAR_ENOUGH: f64 = 0.6;
 
 /// Finds up to two windows of the pictures that do not overlap, as left, top, width, height.
 ///
 /// The score is mainly how much the difference between the techniques, or their error, *varies* in a window: a
-/// misplaced boundary varies, a uniformly wrong area does not. To a lesser degree it is how much detail the first
-/// picture has, which should be the truth. The choice depends on the pictures alone. A window has sides of `side_px`,
+/// misplaced boundary varies, a uniformly wrong area does not. Detail in the first picture, which should be the truth,
+/// adds to the score with a smaller weight. The choice depends on the pictures alone. A window has sides of `side_px`,
 /// or of the picture if that is smaller.
 pub fn choose_closeups(rows: &[Row], side_px: u32) -> Vec<[u32; 4]> {
     let Some(first) = rows.first() else { return Vec::new() };

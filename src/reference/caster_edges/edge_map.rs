@@ -23,7 +23,7 @@ pub struct Near {
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Distance along each axis, texels, at which a cell still lists an edge.
+    /// Distance from a cell's border along each axis, texels, up to which the cell lists edges.
     pub reach: f64,
     /// Leaves out edges that lie behind everything around a cell.
     pub kill: bool,

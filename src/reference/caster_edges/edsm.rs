@@ -46,7 +46,8 @@ pub struct Candidate {
     sure: bool,
 }
 
-/// Rasterisation snaps vertices to a grid of 1/256 of a texel; some devices use a coarser one.
+/// Largest displacement of a quad's border, texels. Rasterisation snaps vertices to a grid of 1/256 of a texel; some
+/// devices use a coarser one.
 const SNAPPING: f64 = 1.0 / 64.0;
 
 /// Returns, for each texel of a map, every edge that the texel may keep.
@@ -67,7 +68,7 @@ pub fn candidates(
             for x in (low.x.floor() as i64).max(0)..(high.x.floor() as i64 + 1).min(w) {
                 let p = dvec2(x as f64, y as f64) + 0.5;
                 let place = along.dot(p - e.ends[0]);
-                // Depth inside the quad, texels.
+                // Distance from the quad's border, texels; positive inside.
                 let inside =
                     (r - along.perp_dot(p - e.ends[0]).abs()).min(place + r).min(e.along().length() + r - place);
                 if inside < -SNAPPING {

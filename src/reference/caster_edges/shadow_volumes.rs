@@ -27,7 +27,8 @@ pub struct Caster<'a> {
 /// Number of volumes that contain a pixel's point: a range where the point lies too close to a boundary to tell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
-    /// Smallest possible count. It may be -1: of a very thin volume, one side may count and the other not.
+    /// Smallest possible count. It may be -1, because one side of a very thin volume may count while the other does
+    /// not.
     pub least: i32,
     /// Largest possible count.
     pub most: i32,

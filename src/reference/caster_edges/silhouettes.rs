@@ -40,8 +40,8 @@ impl Facing {
         self.value.abs() <= band * self.size
     }
 
-    /// Returns `1` facing the light, `-1` facing away, and `1` edge-on. Edge-on, either sign is right as long as all
-    /// edges read the same.
+    /// Returns `1` if the triangle faces the light or is edge-on to it, and `-1` if it faces away. For an edge-on
+    /// triangle either sign is right, as long as all its edges read the same one.
     pub fn sign(&self) -> i32 {
         if self.value < 0.0 && !self.is_doubtful(Self::BAND_F64) { -1 } else { 1 }
     }

@@ -48,7 +48,7 @@ fn candidate(e: &Segment, cell: [i64; 2], hidden: &dyn Fn(DVec2, f64) -> Decisio
     if way < -PLACE_ERROR {
         return None;
     }
-    // Depth of a vertex inside the cell.
+    // Distance of a vertex from the cell's border, positive inside.
     let depth_in = |p: DVec2| p.min_element().min(1.0 - p.max_element());
     let [in_a, in_b] = [0, 1].map(|i| if e.own[i] { depth_in([a, b][i]) } else { -1.0 });
     let doubtful = in_a.abs().min(in_b.abs()) < PLACE_ERROR;

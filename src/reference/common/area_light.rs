@@ -28,9 +28,9 @@ use glam::{DVec2, dvec2};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight {
-    /// Half-width of the filter in uv, without the factor for the distances, by axis of the map. For a spot `R/(2 T)`,
-    /// with half-width `R` and tangent `T` of half the map's field of view; for a sun `tan(theta)/W`, with half-angle
-    /// `theta` and map width `W`.
+    /// Half-width of the filter in uv, without the factor for the distances, along each axis of the map. For a spot it
+    /// is `R/(2 T)`, with the light's half-width `R` and the tangent `T` of half the map's field of view. For a sun it
+    /// is `tan(theta)/W`, with half-angle `theta` and map width `W`.
     pub uv: DVec2,
     /// `R` for a spot, `tan(theta)` for a sun.
     pub world: f64,
@@ -41,8 +41,8 @@ pub struct AreaLight {
 }
 
 impl AreaLight {
-    /// Returns a spot of full width `size`, world units. `tangents` are those of half the field of view by axis;
-    /// `near` and `far` are the distances of the map's planes.
+    /// Returns a spot of full width `size`, world units. `tangents` holds the tangent of half the field of view along
+    /// each axis of the map; `near` and `far` are the distances of the map's planes.
     pub fn spot(size: f64, tangents: [f64; 2], near: f64, far: f64) -> Self {
         let world = 0.5 * size;
         Self {
@@ -53,8 +53,8 @@ impl AreaLight {
         }
     }
 
-    /// Returns a sun of full `angle` in radians. `width` is the map's by axis; `depth` is the distance between its
-    /// planes. World units.
+    /// Returns a sun of full `angle` in radians. `width` holds the map's width along each axis, and `depth` is the
+    /// distance between its planes, both in world units.
     pub fn sun(angle: f64, width: [f64; 2], depth: f64) -> Self {
         let world = (0.5 * angle).tan();
         Self { uv: world / dvec2(width[0], width[1]), world, depth_scale: 0.0, depth_offset: depth }

@@ -203,7 +203,8 @@ impl SoftReceiver {
     }
 
     /// Mirror of `searchWindow`, in uv. Returns every window that rounding may lead to, the most likely first; `None`
-    /// where positions are in doubt by more than [`MOST_DOUBTED`]. `reach` is the filter's, in penumbra half-widths.
+    /// where positions are in doubt by more than [`MOST_DOUBTED`]. `reach` is the half-width of the filter, as a
+    /// multiple of the penumbra's half-width.
     pub fn search_windows(
         &self,
         a: &AreaLight,

@@ -1,6 +1,9 @@
 //! Mirror of `glsl/common/hsm.comp` and of `hsmBounds` in `hsm.glsl`. It is exact because minimum and maximum do not
 //! round.
 
+use super::view::FrameData;
+use crate::technique::common::blocker_search::SearchWindow;
+
 /// One level of the hierarchical shadow map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
@@ -23,6 +26,11 @@ fn merge(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
 }
 
 impl Hsm {
+    /// Builds the pyramid that narrows the windows of a blocker search, if it has such windows.
+    pub(crate) fn of_search(data: &FrameData<'_>, window: SearchWindow) -> Option<Self> {
+        (window == SearchWindow::Blockers).then(|| Self::new(data.shadow_map, data.constants.map_size))
+    }
+
     /// Builds the pyramid from a map's depths, row by row from the top. Texels outside the map count as 1.
     pub fn new(shadow_map: &[f32], map_size: [u32; 2]) -> Self {
         let (extent, count) = crate::technique::common::hsm::levels(map_size);

@@ -125,7 +125,7 @@ impl<'a> Tests<'a> {
             let other = ask(&|t| lit(&flipped, t));
             doubt = doubt.max((visibility(&other) - visibility(&outcome)).abs());
         }
-        // The other outcome may have met more doubtful tests.
+        // With the doubtful tests flipped, `ask` may have met further ones, which were not tried.
         let doubt = if doubtful.borrow().len() > tried.len() { 1.0 } else { doubt };
         (outcome, doubt)
     }

@@ -40,8 +40,8 @@ pub struct Mirror {
     pub visibility: Vec<f64>,
     /// Largest change of each pixel's visibility by decisions within the rounding; for a hard test 0 or 1.
     pub doubt: Vec<f64>,
-    /// Further change of each pixel's visibility by rounding without any decision, as of a kernel's position or its
-    /// sums.
+    /// Further change of each pixel's visibility by rounding that affects no decision, such as rounding of a kernel's
+    /// position or of its sums.
     pub rounding: Vec<f64>,
 }
 
@@ -64,6 +64,9 @@ pub(crate) struct Verdict {
 }
 
 impl Verdict {
+    /// Verdict of a pixel with too much in doubt to follow up.
+    pub const ANYTHING: Self = Self { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
+
     pub const fn sure(visibility: f64) -> Self {
         Self { visibility, doubt: 0.0, rounding: 0.0 }
     }
@@ -186,7 +189,7 @@ pub(crate) struct LightPoint {
 pub(crate) struct Plane {
     pub slope: DVec2,
     pub error: DVec2,
-    /// `false` where the shader may as well have taken the plane for edge-on.
+    /// `false` where rounding may have let the shader take the plane for edge-on.
     pub sure: bool,
 }
 

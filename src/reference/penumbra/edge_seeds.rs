@@ -19,7 +19,7 @@ const NORMAL_STEP: f64 = 2.13 / 32767.0;
 pub struct Settings {
     /// Test that decides whether two pixels lie on one surface.
     pub surfaces: SurfaceTest,
-    /// Tolerance of that test: pixels off the plane per pixel, or a fraction of the eye depth.
+    /// Tolerance of that test: pixels off the plane per pixel of distance, or a fraction of the eye depth.
     pub tolerance: f32,
     /// Counts neighbours on any surface.
     pub any_surface: bool,
@@ -58,7 +58,7 @@ pub struct Seed {
     pub point: DVec3,
     /// Bound on the point's error in single precision, world units.
     pub error: f64,
-    /// Largest displacement of the point either way where a test on the way to it is a tie, world units.
+    /// Largest displacement of the point, in either direction, if a test on the path to it is a tie, world units.
     pub doubt: DVec3,
     /// Unit normal of the surface at the pixel, in camera view space.
     pub normal: DVec3,

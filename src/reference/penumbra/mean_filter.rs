@@ -10,7 +10,7 @@ use crate::{Error, Result};
 pub struct Settings {
     /// Test that decides whether two pixels lie on one surface.
     pub surfaces: SurfaceTest,
-    /// Tolerance of that test: pixels off the plane per pixel, or a fraction of the eye depth.
+    /// Tolerance of that test: pixels off the plane per pixel of distance, or a fraction of the eye depth.
     pub tolerance: f32,
     /// Width of the filter: world units, or a fraction of the penumbra's width.
     pub filter_width: f32,
@@ -108,7 +108,7 @@ fn mean(
     let pixels = filter_width / width;
     let pixels_error = pixels * (width_error / width + ROUNDING);
     let half_taps = |pixels: f64| match pixels > 1.0 {
-        // The number of taps is that of pixels, made odd.
+        // There is one tap per pixel of the filter's width, made odd, and at most `taps`.
         true => (s.taps.min(pixels.ceil().min(64.0) as u32 | 1) / 2) as i64,
         false => 0,
     };

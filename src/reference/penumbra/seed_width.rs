@@ -56,10 +56,7 @@ pub struct Width {
 pub fn widths(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Result<Vec<Width>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
-    let hsm = match settings.window {
-        SearchWindow::Near => None,
-        SearchWindow::Blockers => Some(Hsm::new(data.shadow_map, data.constants.map_size)),
-    };
+    let hsm = Hsm::of_search(data, settings.window);
     let found = |seed: &Seed| {
         let (width, range) = width_at(&view, &light, hsm.as_ref(), settings, seed);
         let (towards, error) = view.towards_light(seed.point, DVec3::splat(seed.off()));

@@ -126,7 +126,8 @@ impl Cache {
         self.trim(folder, &path)
     }
 
-    /// Removes the oldest files until the rest fits. Keeps `newest` and every file that is not a truth.
+    /// Removes the oldest truths until the rest fits, but keeps `newest`. Also removes temporary files that killed runs
+    /// left behind more than an hour ago. All other files stay.
     fn trim(&self, folder: &Path, newest: &Path) -> io::Result<()> {
         let now = SystemTime::now();
         let mut files = Vec::new();
@@ -141,7 +142,6 @@ impl Cache {
             } else if extension == format!("{EXTENSION}-part")
                 && now.duration_since(modified).is_ok_and(|age| age > Duration::from_secs(3600))
             {
-                // A run that was killed left this file behind.
                 let _ = fs::remove_file(path);
             }
         }

@@ -14,9 +14,6 @@ use glam::DVec2;
 /// `NARROWEST_FILTER` and `NARROWEST_SEARCH` of the shader, texels.
 const NARROWEST: [f64; 2] = [0.5, 1.0];
 
-/// Verdict of a pixel with too much in doubt to follow up.
-const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
-
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -43,16 +40,13 @@ pub struct Settings {
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
-    let hsm = match settings.window {
-        SearchWindow::Near => None,
-        SearchWindow::Blockers => Some(Hsm::new(data.shadow_map, data.constants.map_size)),
-    };
+    let hsm = Hsm::of_search(data, settings.window);
     let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
             let r = SoftReceiver::new(&view, &light, &open);
             let Some(windows) = r.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
-                return open.with_doubts(ANYTHING);
+                return open.with_doubts(Verdict::ANYTHING);
             };
             let verdicts = windows.into_iter().map(|window| {
                 let least = NARROWEST[1] / view.map_extent();
@@ -98,7 +92,7 @@ fn search_and_filter(
     settings: &Settings,
 ) -> Verdict {
     if !blockers::is_followed(r.at.error + window.error * view.map_extent()) {
-        return ANYTHING;
+        return Verdict::ANYTHING;
     }
     let found = blockers::find_blockers(view, r, light, window, settings.search_taps.into());
     let Some(z) = found.z else {
@@ -133,7 +127,7 @@ pub(super) fn filter_for(
     };
     let texels = width(z);
     if !blockers::is_followed(texels.error) {
-        return ANYTHING;
+        return Verdict::ANYTHING;
     }
     let mut verdict = filter(view, r, texels, settings);
     if let Some(range) = range {

@@ -68,10 +68,7 @@ const ANY: Width = Width { range: [0.0, f64::INFINITY], ..NONE };
 pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
-    let hsm = match settings.window {
-        SearchWindow::Near => None,
-        SearchWindow::Blockers => Some(Hsm::new(data.shadow_map, data.constants.map_size)),
-    };
+    let hsm = Hsm::of_search(data, settings.window);
     Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
         MapReceiver::Decided(verdict) if verdict.doubt == 0.0 => NONE,
         // If the decision goes the other way, any width is possible.

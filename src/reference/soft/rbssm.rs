@@ -14,9 +14,6 @@ use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::soft::rbssm::RbssmVisibility;
 use glam::{DVec2, dvec2};
 
-/// Verdict of a pixel with too much in doubt to follow up.
-const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
-
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -61,16 +58,13 @@ impl Settings {
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
-    let hsm = match settings.window {
-        SearchWindow::Near => None,
-        SearchWindow::Blockers => Some(Hsm::new(data.shadow_map, data.constants.map_size)),
-    };
+    let hsm = Hsm::of_search(data, settings.window);
     let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
             let pixel = Pixel::new(&view, &light, &open, settings);
             let Some(windows) = pixel.soft.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
-                return open.with_doubts(ANYTHING);
+                return open.with_doubts(Verdict::ANYTHING);
             };
             let verdicts = windows.into_iter().map(|window| pixel.search_and_filter(pixel.at_least(window)));
             open.with_doubts(verdicts.reduce(Verdict::or_verdict).unwrap_or(Verdict::sure(1.0)))
@@ -144,7 +138,7 @@ impl<'a> Pixel<'a> {
 
     fn search_and_filter(&self, window: Bounded<DVec2>) -> Verdict {
         if !blockers::is_followed(self.soft.at.error + window.error * self.view.map_extent()) {
-            return ANYTHING;
+            return Verdict::ANYTHING;
         }
         let found =
             blockers::find_blockers(self.view, &self.soft, self.light, window, self.settings.search_taps.into());
@@ -215,7 +209,7 @@ impl<'a> Pixel<'a> {
     /// Returns the mean of the taps over a half-width in texels.
     fn filter(&self, half: Bounded<DVec2>) -> Verdict {
         if !blockers::is_followed(half.error) {
-            return ANYTHING;
+            return Verdict::ANYTHING;
         }
         let n = i64::from(self.settings.filter_taps);
         let axis = |axis| (0..n).map(|i| self.soft.tap(half, axis, i, n)).collect::<Vec<_>>();

@@ -11,16 +11,12 @@ use crate::reference::common::hsm::Hsm;
 use crate::reference::common::map_receiver::{MapReceiver, receive};
 use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, Verdict, View};
 use crate::reference::revectorization::rbsm;
-use crate::technique::common::blocker_search::SearchWindow;
 use glam::DVec2;
 
 /// `NARROWEST_SEARCH` of the shader, texels.
 const NARROWEST: f64 = 1.0;
 /// `GRAZING` of the shader.
 const GRAZING: f64 = 0.05;
-
-/// Verdict of a pixel with too much in doubt to follow up.
-const ANYTHING: Verdict = Verdict { visibility: 1.0, doubt: 1.0, rounding: 0.0 };
 
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
@@ -63,20 +59,17 @@ impl Settings {
 pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
-    let hsm = match settings.kernel.window {
-        SearchWindow::Near => None,
-        SearchWindow::Blockers => Some(Hsm::new(data.shadow_map, data.constants.map_size)),
-    };
+    let hsm = Hsm::of_search(data, settings.kernel.window);
     let pixels = view.every_pixel(|p| {
         let open = match receive(&view, p, settings.kernel.normal_offset, settings.kernel.depth_bias) {
             MapReceiver::Decided(verdict) => return verdict,
             MapReceiver::Open(open) => open,
         };
-        let Some(receiver) = view.receiver(p) else { return ANYTHING };
+        let Some(receiver) = view.receiver(p) else { return Verdict::ANYTHING };
         let narrow = rbssm::Pixel::new(&view, &light, &open, &settings.kernel);
         let pixel = Pixel { view: &view, light: &light, settings, receiver, texel_depth: open.texel_depth, narrow };
         let Some(windows) = pixel.narrow.soft.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
-            return open.with_doubts(ANYTHING);
+            return open.with_doubts(Verdict::ANYTHING);
         };
         let verdicts = windows.into_iter().map(|window| pixel.search(window)).reduce(Verdict::or_verdict);
         open.with_doubts(verdicts.unwrap_or(Verdict::sure(1.0)))
@@ -126,7 +119,7 @@ impl Pixel<'_> {
         };
         let soft = &self.narrow.soft;
         if !blockers::is_followed(soft.at.error + window.error * extent) {
-            return ANYTHING;
+            return Verdict::ANYTHING;
         }
         let taps = self.settings.kernel.search_taps.into();
         let found = blockers::find_blockers(self.view, soft, self.light, window, taps);

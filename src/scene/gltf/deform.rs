@@ -3,6 +3,7 @@
 use super::accessor::Data;
 use super::fault::{Loaded, entry, fault};
 use super::node::{Tree, node_label};
+use crate::scene::cull::normal_matrix;
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -151,12 +152,4 @@ pub fn skin(
         }
     }
     Ok(())
-}
-
-/// Returns the matrix for normals: the inverse transpose up to a positive factor. It is computed without a division,
-/// which a flattening matrix would break.
-fn normal_matrix(m: &DMat3) -> DMat3 {
-    let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-    // The cofactors of a mirroring matrix also reverse the normal.
-    cofactors * m.determinant().signum()
 }

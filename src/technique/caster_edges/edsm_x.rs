@@ -5,9 +5,9 @@ use super::edsm::border_kernel;
 use super::kept_segments::KeptSegments;
 use super::silhouette_view::SilhouetteView;
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{PixelPass, SKIP};
-use crate::technique::common::rbsm_receiver::DEPTH_BIAS;
+use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, SLACK};
 use crate::technique::{Info, Kind, Need, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Result};
 use ash::vk;
@@ -69,14 +69,7 @@ pub const INFO: Info = Info {
             "depth by which an edge may lie in front of the receiver and still count as on it, in multiples of its plane's change of depth per texel",
         ),
         DEPTH_BIAS,
-        Param::float(
-            "slack",
-            0.0,
-            4.0,
-            0.2,
-            "texels per texel",
-            "depth by which a curved receiver may lie in front of its plane, in texel widths per texel of distance",
-        ),
+        SLACK,
         SKIP,
     ],
     published: &[],
@@ -170,11 +163,7 @@ impl Passes for EdsmX {
             }
         }
         let bind = LookupBindings {
-            pixels: PixelBindings {
-                receiver: ReceiverBindings::new(view, inputs),
-                visibility: Bind::Image(visibility),
-                list: self.lookup.list(),
-            },
+            pixels: PixelBindings::new(view, inputs, visibility, self.lookup.list()),
             Keys: Bind::Buffer(self.map.keys()),
             Segments: Bind::Buffer(self.edges.segments().segments()),
             spill: Bind::Buffer(self.map.spill()),

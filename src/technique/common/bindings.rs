@@ -1,7 +1,7 @@
 //! Bindings that most passes share.
 
 use super::view::ViewConstants;
-use crate::gpu::{Bindings, Buffer, Declared, bindings};
+use crate::gpu::{Bindings, Buffer, Declared, Image, bindings};
 use crate::{Bind, Inputs};
 
 /// The constants of the frame, and the camera's depth and normals.
@@ -52,5 +52,17 @@ impl<'a> ReceiverBindings<'a> {
     /// Makes the bindings with the shadow map as [`Bind::BorderlessMap`].
     pub fn borderless(view: &'a Buffer, inputs: &'a Inputs<'_>) -> Self {
         Self { shadow_map: Bind::BorderlessMap(&inputs.shadow_map), ..Self::new(view, inputs) }
+    }
+}
+
+impl<'a> PixelBindings<'a> {
+    /// `view` is of [`super::view::ViewBuffer`].
+    pub fn new(view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image, list: Bind<'a>) -> Self {
+        Self { receiver: ReceiverBindings::new(view, inputs), visibility: Bind::Image(output), list }
+    }
+
+    /// The same with [`Bind::BorderlessMap`].
+    pub fn borderless(view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image, list: Bind<'a>) -> Self {
+        Self { receiver: ReceiverBindings::borderless(view, inputs), ..Self::new(view, inputs, output, list) }
     }
 }

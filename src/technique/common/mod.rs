@@ -8,7 +8,7 @@ pub mod hsm;
 pub(crate) mod kept;
 pub mod pixels;
 pub mod rbsm_receiver;
-pub(crate) mod receiver;
+pub mod receiver;
 pub mod surface;
 pub mod tiles;
 pub mod view;

@@ -17,14 +17,7 @@ shader_struct! {
 }
 
 pub(crate) const NORMAL_OFFSET: Param = Param { default: 0.1, ..receiver::NORMAL_OFFSET };
-pub(crate) const DEPTH_BIAS: Param = Param::float(
-    "depth_bias",
-    0.0,
-    16.0,
-    0.3,
-    "texel slopes",
-    "additional bias of the receiver's depth, in multiples of its plane's change of depth per texel",
-);
+pub(crate) const DEPTH_BIAS: Param = Param { default: 0.3, ..receiver::DEPTH_BIAS };
 pub(crate) const SLACK: Param = Param::float(
     "slack",
     0.0,

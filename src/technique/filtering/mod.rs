@@ -1,4 +1,4 @@
 //! Techniques that use the plain tests of the shadow map: one per pixel, or the mean of many.
 
-pub mod pcf;
-pub mod sm;
+pub(super) mod pcf;
+pub(super) mod sm;

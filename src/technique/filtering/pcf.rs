@@ -1,9 +1,9 @@
 //! Percentage-closer filtering.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
-use crate::technique::common::bindings::{CameraBindings, PixelBindings, ReceiverBindings};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::common::bindings::{CameraBindings, PixelBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
-use crate::technique::common::receiver;
+use crate::technique::common::receiver::{self, ReceiverPush};
 use crate::technique::common::tiles::TileList;
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
@@ -22,14 +22,7 @@ pub const INFO: Info = Info {
     params: &[
         Param::odd("width", 1, 63, 3, "texels", "width of the kernel"),
         Param { default: 0.25, ..receiver::NORMAL_OFFSET },
-        Param::float(
-            "depth_bias",
-            0.0,
-            16.0,
-            0.5,
-            "texel slopes",
-            "additional bias of the receiver's depth, in multiples of its plane's change of depth per texel",
-        ),
+        receiver::DEPTH_BIAS,
         Param::choice(
             "fetch",
             &["loop", "gather"],
@@ -48,51 +41,15 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
-struct PercentageCloser {
-    pcf: Pcf,
-    push: PcfPush,
+bindings! {
+    struct ClassifyBindings { ..camera: CameraBindings, blocks, visibility, list }
+    struct PcfBindings { ..pixels: PixelBindings, blocks }
 }
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
-    let p = &setup.params;
-    let width = p.int("width");
-    let skip = match p.word("skip") {
-        "auto" if width >= SKIP_FROM_WIDTH => PcfSkip::Pixels,
-        "pixels" => PcfSkip::Pixels,
-        "tiles" => PcfSkip::Tiles,
-        _ => PcfSkip::Off,
-    };
-    let config = PcfConfig { width, gather: p.word("fetch") == "gather", skip };
-    Ok(Box::new(PercentageCloser {
-        pcf: Pcf::new(context, setup.extent, setup.map_size, config)?,
-        push: PcfPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
-    }))
-}
-
-impl Passes for PercentageCloser {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        self.pcf.record(frame, view, inputs, self.push, visibility)
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.pcf.memory_bytes()
-    }
-}
-
-shader_struct! {
-    /// Push constants of `glsl/filtering/pcf.comp` and `pcf_classify.comp`.
-    pub struct PcfPush {
-        /// Normal offset, in multiples of the offset that a plane needs.
-        normal_offset: f32,
-        /// Depth bias, as a fraction of the plane's change of depth per texel, summed over both axes.
-        depth_bias: f32,
-    }
-}
-
-/// Way to find pixels whose whole kernel has one test result, without filtering. The image does not depend on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PcfSkip {
-    /// Skips nothing: every pixel is filtered.
+/// Way to find pixels whose whole kernel agrees without filtering. The image is the same.
+#[derive(PartialEq)]
+enum Skip {
+    /// Every pixel is filtered.
     Off,
     /// Each pixel tests the depth bounds first.
     Pixels,
@@ -100,91 +57,76 @@ pub enum PcfSkip {
     Tiles,
 }
 
-/// Settings that are fixed when the pass is made.
-#[derive(Clone, Copy, Debug)]
-pub struct PcfConfig {
-    /// Texels along the kernel's side: odd, 1 to 63.
-    pub width: u32,
-    /// True to read four texels per gather instead of one per fetch.
-    pub gather: bool,
-    /// Way to find pixels that need no filter.
-    pub skip: PcfSkip,
-}
-
-bindings! {
-    struct ClassifyBindings { ..camera: CameraBindings, blocks, visibility, list }
-    struct PcfBindings { ..pixels: PixelBindings, blocks }
-}
-
-/// The pass with its pipelines, the depth bounds that decide pixels, and the list of tiles.
-pub struct Pcf {
-    filter: Arc<ComputePipeline>,
-    /// Present only with [`PcfSkip::Tiles`].
+struct PercentageCloser {
+    /// Present only with [`Skip::Tiles`].
     classify: Option<Arc<ComputePipeline>>,
-    /// Depth bounds; absent with [`PcfSkip::Off`].
+    filter: Arc<ComputePipeline>,
+    /// Absent with [`Skip::Off`].
     bounds: Option<DepthBounds>,
     tiles: TileList,
+    push: ReceiverPush,
 }
 
-impl Pcf {
-    /// Makes the pass for a camera image and a shadow map.
-    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcfConfig) -> Result<Self> {
-        let PcfConfig { width, gather, skip } = config;
-        let (listed, bounded) = (skip == PcfSkip::Tiles, skip == PcfSkip::Pixels);
-        let constants =
-            [("WIDTH", width), ("GATHER", gather.into()), ("LISTED", listed.into()), ("BOUNDED", bounded.into())];
-        let filter = context.pipeline::<PcfBindings, PcfPush>("filtering/pcf.comp", &constants)?;
-        let classify = match listed {
-            true => {
-                let constants = [("WIDTH", width)];
-                Some(context.pipeline::<ClassifyBindings, PcfPush>("filtering/pcf_classify.comp", &constants)?)
-            }
-            false => None,
-        };
-        let bounds = match skip {
-            PcfSkip::Off => None,
-            _ => Some(DepthBounds::new(context, map_size)?),
-        };
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
+    let p = &setup.params;
+    let width = p.int("width");
+    let skip = match p.word("skip") {
+        "auto" if width >= SKIP_FROM_WIDTH => Skip::Pixels,
+        "pixels" => Skip::Pixels,
+        "tiles" => Skip::Tiles,
+        _ => Skip::Off,
+    };
+    let listed = skip == Skip::Tiles;
+    let classify = match listed {
+        true => {
+            let constants = [("WIDTH", width)];
+            Some(context.pipeline::<ClassifyBindings, ReceiverPush>("filtering/pcf_classify.comp", &constants)?)
+        }
+        false => None,
+    };
+    let constants = [
+        ("WIDTH", width),
+        ("GATHER", (p.word("fetch") == "gather").into()),
+        ("LISTED", listed.into()),
+        ("BOUNDED", (skip == Skip::Pixels).into()),
+    ];
+    Ok(Box::new(PercentageCloser {
+        classify,
+        filter: context.pipeline::<PcfBindings, ReceiverPush>("filtering/pcf.comp", &constants)?,
+        bounds: if skip == Skip::Off { None } else { Some(DepthBounds::new(context, setup.map_size)?) },
         // Without a list, the shader's binding still needs a buffer.
-        let tiles = TileList::new(context.device(), "pcf tiles", if listed { extent } else { [0; 2] })?;
-        Ok(Self { filter, classify, bounds, tiles })
-    }
+        tiles: TileList::new(context.device(), "pcf tiles", if listed { setup.extent } else { [0; 2] })?,
+        push: receiver::push(setup),
+    }))
+}
 
-    /// Bytes of images and lists.
-    pub fn memory_bytes(&self) -> u64 {
-        self.tiles.buffer().size() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
-    }
-
-    /// Writes the visibility of every pixel into `output`.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: PcfPush,
-        output: &Image,
-    ) -> Result<()> {
-        let [width, height] = output.extent();
-        let all = Threads::Count([width, height, 1]);
+impl Passes for PercentageCloser {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         if let Some(bounds) = &mut self.bounds {
             bounds.record(frame, inputs)?;
         }
-        let receiver = ReceiverBindings::new(view, inputs);
+        let pixels = PixelBindings::new(view, inputs, visibility, Bind::Buffer(self.tiles.buffer()));
         // Without bounds, the shader's binding still needs an image, which it does not read.
         let blocks = self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks()));
-        let (visibility, list) = (Bind::Image(output), Bind::Buffer(self.tiles.buffer()));
-        let push = bytemuck::bytes_of(&push);
+        let push = bytemuck::bytes_of(&self.push);
+        let [width, height] = visibility.extent();
+        let mut threads = Threads::Count([width, height, 1]);
         if let Some(classify) = &self.classify {
             self.tiles.clear(frame);
+            let PixelBindings { receiver, visibility, list } = pixels;
             let bind = &ClassifyBindings { camera: receiver.camera, blocks, visibility, list };
-            frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads: all })?;
+            frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads })?;
+            threads = self.tiles.threads();
         }
-        let threads = if self.classify.is_some() { self.tiles.threads() } else { all };
-        let bind = &PcfBindings { pixels: PixelBindings { receiver, visibility, list }, blocks };
+        let bind = &PcfBindings { pixels, blocks };
         frame.dispatch(&Pass { name: "pcf", pipeline: &self.filter, bind, push, threads })?;
         if self.classify.is_some() {
             self.tiles.count(frame);
         }
         Ok(())
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.tiles.buffer().size() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
     }
 }

@@ -1,9 +1,9 @@
 //! Shadow mapping.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, shader_struct};
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::gpu::{Buffer, ComputePipeline, Image};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{Step, no_list};
-use crate::technique::common::receiver::NORMAL_OFFSET;
+use crate::technique::common::receiver::{self, NORMAL_OFFSET, ReceiverPush};
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
@@ -25,32 +25,16 @@ pub const INFO: Info = Info {
 
 struct ShadowMapping {
     test: Sm,
-    push: SmPush,
+    push: ReceiverPush,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
-    Ok(Box::new(ShadowMapping {
-        test: Sm::new(context)?,
-        push: SmPush {
-            normal_offset: setup.params.float("normal_offset"),
-            depth_bias: setup.params.float("depth_bias"),
-        },
-    }))
+    Ok(Box::new(ShadowMapping { test: Sm::new(context)?, push: receiver::push(setup) }))
 }
 
 impl Passes for ShadowMapping {
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         self.test.record(frame, view, inputs, self.push, visibility)
-    }
-}
-
-shader_struct! {
-    /// Push constants of `glsl/filtering/sm.comp`.
-    pub struct SmPush {
-        /// Normal offset, in multiples of the offset that a plane needs.
-        normal_offset: f32,
-        /// Additional bias, in units of light depth.
-        depth_bias: f32,
     }
 }
 
@@ -73,7 +57,8 @@ impl Sm {
     }
 
     fn with_step(context: &Context, step: Step) -> Result<Self> {
-        let pipeline = context.pipeline::<PixelBindings, SmPush>("filtering/sm.comp", &[("STEP", step as u32)])?;
+        let pipeline =
+            context.pipeline::<PixelBindings, ReceiverPush>("filtering/sm.comp", &[("STEP", step as u32)])?;
         Ok(Self { pipeline, no_list: no_list(context)? })
     }
 
@@ -83,7 +68,7 @@ impl Sm {
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
-        push: SmPush,
+        push: ReceiverPush,
         output: &Image,
     ) -> Result<()> {
         let [width, height] = output.extent();
@@ -97,18 +82,14 @@ impl Sm {
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
-        push: SmPush,
+        push: ReceiverPush,
         (list, threads): (Bind<'_>, Threads<'_>),
         output: &Image,
     ) -> Result<()> {
         frame.dispatch(&Pass {
             name: "shadow test",
             pipeline: &self.pipeline,
-            bind: &PixelBindings {
-                receiver: ReceiverBindings::new(view, inputs),
-                visibility: Bind::Image(output),
-                list,
-            },
+            bind: &PixelBindings::new(view, inputs, output, list),
             push: bytemuck::bytes_of(&push),
             threads,
         })

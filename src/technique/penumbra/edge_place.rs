@@ -3,29 +3,25 @@
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::revectorization::rbsm_pass::{RbsmConfig, check_max_distance};
+use crate::technique::revectorization::rbsm_pass::RbsmConfig;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Bisections of the way from a pixel to the next: the edge is found to a sixteenth of it.
+/// Bisections between a pixel and the next: the edge is found to a sixteenth of their distance.
 pub const STEPS: u32 = 3;
 
 bindings! {
     struct PlaceBindings { ..receiver: ReceiverBindings, list, seeds, SeedBits }
 }
 
-/// The pass: it asks the function of the hard shadows again, at points between pixels.
-pub struct EdgePlace {
+/// The pass: it evaluates the function of the hard shadows again, at points between pixels.
+pub(super) struct EdgePlace {
     pipeline: Arc<ComputePipeline>,
 }
 
 impl EdgePlace {
-    /// Makes the pipeline for the function that the hard shadows are made by; [`RbsmConfig::listed`] does not matter.
-    ///
-    /// # Errors
-    /// [`crate::Error::Parameter`] for a longest edge out of range.
+    /// Makes the pipeline for the function of the hard shadows; [`RbsmConfig::listed`] has no effect.
     pub fn new(context: &Context, hard: RbsmConfig) -> Result<Self> {
-        check_max_distance(hard.max_distance)?;
         let [function, quality] = hard.revectorization.constants();
         let fixed = ("FIXED", hard.fixed_depth.into());
         let constants = [fixed, ("MAX_DISTANCE", hard.max_distance), function, quality, ("STEPS", STEPS)];

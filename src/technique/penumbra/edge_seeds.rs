@@ -34,10 +34,10 @@ bindings! {
     struct MarkedTilesBindings { Marks, list, BlockGroups, QuadGroups }
 }
 
-/// Place of the edge that a pixel is a seed of.
-#[derive(Clone, Copy, Debug)]
+/// Place of the edge that a seed stands for.
+#[derive(Clone, Copy)]
 pub enum EdgePoints {
-    /// Through the pixel's own centre, as in the paper.
+    /// The pixel's own centre, as in the paper.
     Pixels,
     /// Half-way to the neighbours that differ.
     Between,
@@ -46,7 +46,7 @@ pub enum EdgePoints {
 }
 
 /// Settings that are fixed when the passes are made.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct EdgeConfig {
     /// Test that tells surfaces apart.
     pub surfaces: SurfaceTest,
@@ -56,9 +56,9 @@ pub struct EdgeConfig {
     pub points: EdgePoints,
     /// True to list only tiles within reach of a seed; false to list all.
     pub skip: bool,
-    /// Penumbrae as wide as the area light makes them; none: of one width.
+    /// Settings of penumbrae as wide as the area light makes them; `None` for penumbrae of one width.
     pub widths: Option<WidthConfig>,
-    /// A mean filter follows, which writes the visibility; otherwise the search does, over the hard shadows.
+    /// A mean filter follows and writes the visibility; otherwise the search overwrites the hard shadows with it.
     pub filtered: bool,
 }
 
@@ -81,10 +81,10 @@ pub struct EdgeSeeds {
 }
 
 impl EdgeSeeds {
-    /// Allocates for a camera image and a shadow map, whose size matters to widths alone.
+    /// Allocates for a camera image and a shadow map, whose size matters only with [`EdgeConfig::widths`].
     ///
     /// # Errors
-    /// More pixels than a storage buffer of the device may list; no memory; what [`SeedWidth::new`] refuses.
+    /// [`Error::Parameter`] for more pixels than a storage buffer of the device may list.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: EdgeConfig) -> Result<Self> {
         let device = context.device();
         let EdgeConfig { surfaces, any_surface, points, skip, widths, filtered: _ } = config;
@@ -141,34 +141,35 @@ impl EdgeSeeds {
         buffers.iter().map(|b| b.size()).sum::<u64>() + self.seeds.memory_bytes() + widths
     }
 
-    /// [`SeedWidth::widths`], or an image of nothing where all penumbrae are alike.
+    /// Returns [`SeedWidth::widths`], or an image of one pixel where all penumbrae have one width.
     pub fn widths(&self) -> &Image {
         self.widths.as_ref().map_or(&self.no_widths, SeedWidth::widths)
     }
 
-    /// `R32G32B32A32_UINT`, of seeds only: the bits of a point of the edge as three `f32` in camera view space, and the
-    /// surface's normal there, octahedral in 16 and 16 bits.
+    /// Returns the image of seeds, `R32G32B32A32_UINT`; other pixels are not written. It holds the bits of a point of the edge
+    /// as three `f32` in camera view space, and the surface's normal there, octahedral in 16 and 16 bits.
     pub fn seeds(&self) -> &Image {
         &self.seeds
     }
 
-    /// Tiles within reach of a seed.
+    /// Returns the tiles within reach of a seed.
     pub fn tiles(&self) -> &TileList {
         &self.tiles
     }
 
-    /// A thread for every block of 4 x 4 pixels of these tiles, in groups of 64.
+    /// Returns a thread for every block of 4 x 4 pixels of these tiles, in groups of 64.
     pub fn block_threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.block_groups, 0)
     }
 
-    /// A thread for every quad of 2 x 2 pixels of these tiles, in groups of 64.
+    /// Returns a thread for every quad of 2 x 2 pixels of these tiles, in groups of 64.
     pub fn quad_threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.quad_groups, 0)
     }
 
     /// Finds the seeds in `hard`, an image of visibility 0 and 1, sets their bits in `seed_bits` (see
-    /// [`crate::technique::distance_transform::Edt::seed_bits`]) and lists the tiles in their reach. `hard_push` is what `hard` was made with.
+    /// [`crate::technique::distance_transform::Edt::seed_bits`]) and lists the tiles in their reach. `hard_push` holds the
+    /// constants that `hard` was made with.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

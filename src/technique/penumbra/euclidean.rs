@@ -1,5 +1,5 @@
-//! What the techniques of the EDTSM family share: hard shadows, their edges, every pixel's distance to the nearest, eq. 8,
-//! and the mean filter (Macedo, Apolinário 2018, algorithm 1); of an area light the widths of the penumbrae too.
+//! Shared part of the EDTSM family (Macedo, Apolinário 2018, algorithm 1): hard shadows, their edges, every pixel's distance
+//! to the nearest edge, eq. 8, and the mean filter; under an area light also the widths of the penumbrae.
 
 use super::edge_seeds::{EdgeConfig, EdgePoints, EdgeSeeds};
 use super::fixed_width::penumbra_width;
@@ -10,15 +10,15 @@ use super::shared::PenumbraPush;
 use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::surface::{EDGE_THRESHOLD, surface_test};
 use crate::technique::distance_transform::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
 use crate::technique::revectorization::rbsm_pass::{Rbsm, Revectorization};
 use crate::technique::revectorization::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use crate::technique::{PENUMBRA, Param, Passes, Setup};
 use crate::{Context, Frame, Inputs, Result};
 
-/// The filter blurs penumbrae of one width more than it smooths them: without it their error against traced ones is smaller
-/// on nearly all scenes.
+/// The filter is off by default, since it blurs penumbrae of one width more than it smooths them: without it their error
+/// against traced penumbrae is smaller on nearly all scenes.
 const FILTER_WIDTH: Param = filter_width(0.0);
 const SOFT_FILTER_WIDTH: Param = filter_width(0.1);
 
@@ -39,14 +39,6 @@ const SURFACES: Param = Param::choice(
     &["plane", "depth"],
     0,
     "points are on one surface if their positions and normals fit a plane or an even curve, or if their eye depths are alike as in the paper",
-);
-const EDGE_THRESHOLD: Param = Param::float(
-    "edge_threshold",
-    0.0,
-    8.0,
-    0.0,
-    "see help",
-    "of that test: pixels off the plane a pixel of distance, or a share of the depth; 0: 0.35 and 0.0025",
 );
 const SEEDS: Param = Param::choice(
     "seeds",
@@ -79,28 +71,34 @@ const SKIP: Param = Param::choice(
     "only tiles within reach of an edge are worked on, or all: the same image",
 );
 
-/// The table of penumbrae of one width.
-pub(super) const PARAMS: &[Param] = &[
-    PENUMBRA,
-    FILTER_WIDTH,
-    FILTER_TAPS,
-    SURFACES,
-    EDGE_THRESHOLD,
-    SEEDS,
-    NEAREST,
-    EDT,
-    EDGE,
-    RECEIVER,
-    MAX_DISTANCE,
-    NORMAL_OFFSET,
-    DEPTH_BIAS,
-    SLACK,
-    SKIP,
-];
+/// Makes a table of the given rows and those that all techniques of the family have.
+macro_rules! table {
+    ($($own:expr,)*) => {
+        [
+            $($own,)*
+            FILTER_TAPS,
+            SURFACES,
+            EDGE_THRESHOLD,
+            SEEDS,
+            NEAREST,
+            EDT,
+            EDGE,
+            RECEIVER,
+            MAX_DISTANCE,
+            NORMAL_OFFSET,
+            DEPTH_BIAS,
+            SLACK,
+            SKIP,
+        ]
+    };
+}
 
-/// The table of penumbrae of an area light; the default of `metric` is an index.
+/// The table for penumbrae of one width.
+pub(super) const PARAMS: &[Param] = &table![PENUMBRA, FILTER_WIDTH,];
+
+/// Returns the table for penumbrae of an area light with two defaults; that of `metric` is an index.
 pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 20] {
-    [
+    table![
         Param::float("beta", 0.0, 1e9, 1.0, "factor", "of the penumbrae's widths; 1: as wide as similar triangles say"),
         blocker_search::SEARCH_TAPS,
         blocker_search::SEARCH,
@@ -125,31 +123,18 @@ pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 20] {
             "across a penumbra, of the hard shadows beyond the nearest edge; 0: as if there were none, as in the paper",
         ),
         SOFT_FILTER_WIDTH,
-        FILTER_TAPS,
-        SURFACES,
-        EDGE_THRESHOLD,
-        SEEDS,
-        NEAREST,
-        EDT,
-        EDGE,
-        RECEIVER,
-        MAX_DISTANCE,
-        NORMAL_OFFSET,
-        DEPTH_BIAS,
-        SLACK,
-        SKIP,
     ]
 }
 
-/// Radius of the transform, pixels, where its labels only start a search.
+/// Radius of the transform, pixels, if its labels only start the search for the edge nearest in the world.
 const START_RADIUS: u32 = 32;
 
 /// Width of the penumbrae.
 #[derive(Clone, Copy)]
 enum Penumbrae {
-    /// All alike, in world units, or 0 for a width that fits the light.
+    /// One width for all, world units; 0 for one that fits the light.
     Fixed(f64),
-    /// Penumbrae as wide as the area light makes them, times a factor.
+    /// Widths that the area light gives, times `beta`.
     OfLight { beta: f32 },
 }
 
@@ -158,7 +143,7 @@ struct Euclidean {
     seeds: EdgeSeeds,
     edt: Edt,
     nearest: NearestEdge,
-    /// None if its width is 0.
+    /// Absent if neither the filter has a width nor penumbrae have widths of their own.
     filter: Option<MeanFilter>,
     push: RbsmPush,
     penumbrae: Penumbrae,
@@ -198,33 +183,29 @@ fn prepare_either(
     (penumbrae, widths): (Penumbrae, Option<WidthConfig>),
 ) -> Result<Box<dyn Passes>> {
     let (p, extent) = (&setup.params, setup.extent);
-    // To be looked at, all tiles have to be there.
+    // Intermediate images need all tiles.
     let skip = p.word("skip") != "off" && !setup.intermediates;
-    let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
+    let (surfaces, tolerance) = surface_test(p);
     let hard = revectorized::config(setup, revectorization, skip);
     let points = match p.word("edge") {
         "traced" => EdgePoints::Traced(hard),
         "between" => EdgePoints::Between,
         _ => EdgePoints::Pixels,
     };
-    // Taps across a penumbra read the hard shadows of other pixels, which therefore must stay.
+    // Taps across a penumbra read other pixels' hard shadows, so the visibility must not overwrite these before the filter.
     let filtered = p.get("filter_width") > 0.0 || widths.is_some();
     let edges = EdgeConfig { surfaces, any_surface: p.word("seeds") == "any", points, skip, widths, filtered };
     let nearest = if p.word("nearest") == "world" { Nearest::World } else { Nearest::Pixel };
     let method: EdtMethod = p.word("edt").parse()?;
     let edt = EdtConfig {
         method,
-        // In the world labels spread further by themselves.
+        // The search in the world carries labels farther.
         radius: match nearest {
             Nearest::World => Some(START_RADIUS),
             Nearest::Pixel if method == EdtMethod::BoundedTile => Some(MAX_TILE_RADIUS),
             Nearest::Pixel => None,
         },
         ..EdtConfig::default()
-    };
-    let tolerance = match p.float("edge_threshold") {
-        0.0 => surfaces.usual_tolerance(),
-        given => given,
     };
     Ok(Box::new(Euclidean {
         hard: Rbsm::new(context, extent, hard)?,
@@ -241,7 +222,7 @@ fn prepare_either(
 
 impl Passes for Euclidean {
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        // Where widths differ, each is the unit of its own penumbra.
+        // If widths differ, each penumbra is measured in its own width.
         let (penumbra, beta) = match self.penumbrae {
             Penumbrae::Fixed(width) => (penumbra_width(width, &inputs.light[0]), 0.0),
             Penumbrae::OfLight { beta } => (1.0, beta),

@@ -5,15 +5,15 @@ use glam::{DMat4, dvec4};
 
 /// Texels of a [`DEFAULT_MAP`] that the default penumbra is wide.
 const DEFAULT_TEXELS: f64 = 15.0;
-/// Side of the shadow map that the default penumbra is told by, texels. The map in use does not matter: another
-/// resolution shall not change what is asked for.
+/// Side of the shadow map that these texels belong to. The map in use does not matter: another resolution must not change
+/// the width.
 const DEFAULT_MAP: f64 = 1024.0;
 
-/// The penumbra width of a light where the user gives none: 15/1024 of the width of the light's view half-way between
-/// its near and its far plane, in world units.
+/// Returns the penumbra width, in world units, that a light has unless the user gives one: 15/1024 of the width of the
+/// light's view half-way between its near and its far plane.
 ///
-/// The width is along the x axis of the view: of a parallel light that of its box; of a spot that of its frustum at
-/// that distance. Not finite, or 0, if the light's projection is not invertible.
+/// The view's width is measured along its x axis: for a parallel light that of its box, for a spot that of its frustum at
+/// this distance. The result is not finite, or 0, if the light's projection is not invertible.
 ///
 /// ```
 /// # use edgeshade::technique::penumbra::fixed_width::default_penumbra;
@@ -31,13 +31,13 @@ pub fn default_penumbra(light: &LightView) -> f64 {
     width * DEFAULT_TEXELS / DEFAULT_MAP
 }
 
-/// Along the view's axis, of what has this depth there.
+/// Returns the distance along the view's axis at which the depth has this value.
 fn distance(view_from_clip: &DMat4, depth: f64) -> f64 {
     let p = *view_from_clip * dvec4(0.0, 0.0, depth, 1.0);
     -p.z / p.w
 }
 
-/// The penumbra width that a parameter's value stands for, world units: 0 is [`default_penumbra`].
+/// Returns the penumbra width, in world units, that a parameter's value stands for: 0 means [`default_penumbra`].
 pub fn penumbra_width(value: f64, light: &LightView) -> f64 {
     if value == 0.0 { default_penumbra(light) } else { value }
 }
@@ -51,7 +51,7 @@ mod tests {
     #[test]
     fn is_15_texels_of_1024_half_way() {
         let place = look_at(dvec3(1e6, -3.0, 2.0), dvec3(1e6 + 1.0, 2.0, 4.0));
-        // The half way is told from the planes, not from the depth values between them, which crowd at the far end.
+        // Half-way is measured between the planes, not between their depth values, which crowd at the far end.
         for (near, far) in [(0.1, 10.0), (4.0, 6.0)] {
             for fov in [0.3f64, 1.6] {
                 let expected = 2.0 * (0.5 * fov).tan() * 0.5 * (near + far) * 15.0 / 1024.0;

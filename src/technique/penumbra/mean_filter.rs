@@ -1,10 +1,9 @@
-//! The separable mean filter over a penumbra, of constant width in the world or a share of the penumbra's.
+//! The separable mean filter over a penumbra. Its width is constant in the world, or a share of the penumbra's.
 
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::nearest_edge::NearestEdge;
 use super::shared::{PenumbraPush, scratch};
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
-use crate::technique::check_odd;
 use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
@@ -22,9 +21,8 @@ pub struct MeanFilter {
 }
 
 impl MeanFilter {
-    /// Allocates for a camera image; `taps` a pass, odd, 1 to 63.
+    /// Allocates for a camera image; `taps` is the number of taps of a pass.
     pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, taps: u32) -> Result<Self> {
-        check_odd("taps of the filter", taps, 63)?;
         let pass = |vertical: bool| {
             let planes = config.surfaces == SurfaceTest::Planes;
             let constants = [
@@ -46,7 +44,8 @@ impl MeanFilter {
         self.between.memory_bytes()
     }
 
-    /// Filters the pixels within reach of an edge, told by the two passes before, into `output`, which holds the hard shadows of all.
+    /// Filters the pixels within reach of an edge, as `seeds` and `nearest` found them, into `output`, which holds the hard
+    /// shadows of all pixels.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -56,8 +55,8 @@ impl MeanFilter {
         (seeds, nearest): (&EdgeSeeds, &NearestEdge),
         output: &Image,
     ) -> Result<()> {
-        // A tap along y may fall into a tile without a penumbra, where pixels are only copied; none falls where no tile is
-        // near an edge.
+        // A tap along y may fall into a tile near an edge but without a penumbra. The pass along x therefore works on all
+        // tiles near an edge, and copies such pixels; no tap leaves these tiles.
         let steps = [
             ("mean filter, x", nearest.intensity(), &self.between, seeds.tiles()),
             ("mean filter, y", &self.between, output, nearest.tiles()),

@@ -1,4 +1,4 @@
-//! Every pixel's nearest shadow edge, and the intensity of a penumbra out of its distance.
+//! Every pixel's nearest shadow edge, and the intensity of the penumbra by its distance.
 
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::seed_width::WidthConfig;
@@ -15,16 +15,16 @@ use std::sync::Arc;
 /// Seed that counts as the nearest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nearest {
-    /// The one nearest in the world, of those on the pixel's surface.
+    /// The seed nearest in the world, among those on the pixel's surface.
     World,
-    /// The one nearest in the image, as in the paper; then its distance in the world counts.
+    /// The seed nearest in the image, as in the paper. Its distance is measured in the world.
     Pixel,
 }
 
-/// Sides of the blocks of pixels that the search goes over first: `BLOCK` and `QUAD` of `glsl/penumbra/nearest_edge.glsl`.
+/// Sides of the blocks of pixels that the search visits first: `BLOCK` and `QUAD` of `glsl/penumbra/nearest_edge.glsl`.
 const BLOCK: u32 = 4;
 const QUAD: u32 = 2;
-/// Blocks between neighbours, a pass each.
+/// Steps between the neighbours that a block asks, in blocks; a pass each.
 const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
 
 bindings! {
@@ -48,7 +48,7 @@ bindings! {
 
 /// The passes with their images: about 9 bytes a pixel.
 pub struct NearestEdge {
-    /// None for a search by pixel.
+    /// Passes over blocks; absent with [`Nearest::Pixel`].
     coarse: Option<Coarse>,
     finish: Arc<ComputePipeline>,
     block_labels: [Image; 2],
@@ -71,14 +71,14 @@ struct Coarse {
     quads: Arc<ComputePipeline>,
 }
 
-/// Intermediate images of a search; only tiles near an edge hold values.
+/// Intermediate images of a search; only tiles near an edge have values.
 pub struct Viewed<'a> {
     /// `R8_UNORM`, 1 at a seed; with [`EdgeConfig::widths`] `R32G32_SFLOAT`, the seeds' widths and cosines, otherwise 0.
     pub seeds: &'a Image,
     /// `R32_UINT`: the pixel of the nearest edge's seed, `x + 65536 y`, or [`NO_SEED`].
     pub labels: &'a Image,
-    /// `R32_SFLOAT`: world distance to that edge, infinite beyond reach; with [`EdgeConfig::widths`] as a share of that
-    /// edge's penumbra width.
+    /// `R32_SFLOAT`: world distance to that edge, infinite beyond reach; with [`EdgeConfig::widths`], a share of that edge's
+    /// penumbra width.
     pub distances: &'a Image,
     /// `R32_SFLOAT`: the width of the penumbra that a pixel lies in, world units, 0 beyond reach; only with
     /// [`EdgeConfig::widths`].
@@ -86,7 +86,7 @@ pub struct Viewed<'a> {
 }
 
 impl NearestEdge {
-    /// Allocates for a camera image; `viewed`: also keep distances and labels.
+    /// Allocates for a camera image; `viewed`: keeps the images of [`Viewed`].
     pub fn new(
         context: &Context,
         extent: [u32; 2],
@@ -152,32 +152,34 @@ impl NearestEdge {
         images.into_iter().chain(&self.block_labels).map(|i| i.memory_bytes()).sum::<u64>() + self.tiles.buffer().size()
     }
 
-    /// `R32G32_SFLOAT`, in the tiles near an edge only: the intensity of pixels within reach of an edge, of others the
-    /// hard visibility less 2; and the normal, as `packNormal` of `glsl/penumbra/seed_format.glsl` has it.
+    /// Returns the image of intensities, `R32G32_SFLOAT`, written in the tiles near an edge only. It holds the intensity of
+    /// pixels within reach of an edge, the hard visibility less 2 of others, and the normal, packed by `packNormal` of
+    /// `glsl/penumbra/seed_format.glsl`.
     pub fn intensity(&self) -> &Image {
         &self.intensity
     }
 
-    /// `R32_SFLOAT`, of pixels within reach of an edge: the width of its penumbra, world units; an image of nothing unless
-    /// [`EdgeConfig::widths`].
+    /// Returns the image of penumbra widths, `R32_SFLOAT`, world units, written at pixels within reach of an edge; an image of
+    /// one pixel without [`EdgeConfig::widths`].
     pub fn pixel_widths(&self) -> &Image {
         &self.pixel_widths
     }
 
-    /// The tiles with any pixel within reach of an edge.
+    /// Returns the tiles with any pixel within reach of an edge.
     pub fn tiles(&self) -> &TileList {
         &self.tiles
     }
 
-    /// `None` unless it was asked for.
+    /// Returns the intermediate images, if they are kept.
     pub fn viewed(&self) -> Option<Viewed<'_>> {
         let widths = self.soft.then_some(&self.pixel_widths);
         let viewed = Viewed { seeds: &self.seed_mask, labels: &self.labels, distances: &self.distances, widths };
         self.viewed.then_some(viewed)
     }
 
-    /// Works on the tiles that `seeds` has listed, from `labels` on, the nearest seeds in the image: of all pixels, or of
-    /// those within some distance. `hard`: the hard shadows, which turn into the visibility unless [`EdgeConfig::filtered`].
+    /// Finds the nearest edges in the tiles that `seeds` lists. The search starts from `labels`, the nearest seeds in the image
+    /// of all pixels or of those within some distance. `hard` holds the hard shadows; without [`EdgeConfig::filtered`], the
+    /// visibility overwrites them.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

@@ -1,8 +1,7 @@
-//! The penumbra width of every shadow-edge seed: a blocker search at these pixels alone.
+//! The penumbra width of every shadow-edge seed, by a blocker search at these pixels alone.
 
 use super::shared::{PenumbraPush, scratch};
 use crate::gpu::{Buffer, ComputePipeline, Constant, Image, bindings};
-use crate::technique::check_odd;
 use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::hsm::Hsm;
@@ -14,41 +13,41 @@ use std::sync::Arc;
 /// Edge that counts where the penumbrae of several overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meet {
-    /// The one whose distance is the smallest share of its penumbra's width: intensities are continuous.
+    /// The edge whose distance is the smallest share of its penumbra's width: intensities are continuous.
     Weighted,
-    /// The one at the smallest distance, as in the paper: seams where widths differ.
+    /// The edge at the smallest distance, as in the paper: intensities jump where widths differ.
     Nearest,
 }
 
 /// Measure of the distance to an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metric {
-    /// Along the surface, as in the paper.
+    /// Distance along the surface, as in the paper.
     World,
-    /// On a plane parallel to the shadow map, taken there along the light's ray, as the width is; longer
-    /// along the map's axes than aslant to them, since the light is a square along them.
+    /// Distance on a plane parallel to the shadow map, projected onto it along the light's ray, like the width. The light is a square
+    /// along the map's axes, so distances along the axes count as longer than oblique ones.
     Light,
 }
 
 /// Settings of penumbrae that are as wide as the area light makes them.
-#[derive(Clone, Copy, Debug)]
-pub struct WidthConfig {
-    /// Taps of the blocker search along each axis: odd, 1 to 63.
+#[derive(Clone, Copy)]
+pub(super) struct WidthConfig {
+    /// Taps of the blocker search along each axis.
     pub search_taps: u32,
     /// Window in which blockers are searched.
     pub window: SearchWindow,
-    /// Edge that counts.
+    /// Edge that counts where penumbrae overlap.
     pub meet: Meet,
-    /// Measure of its distance.
+    /// Measure of the distance to it.
     pub metric: Metric,
-    /// Taps across the penumbra along the line to that edge, for what the hard shadows hold beyond it; 0: nothing, as in the
-    /// paper.
+    /// Taps across the penumbra along the line to that edge, which find the hard shadows beyond it; 0: these are ignored, as in
+    /// the paper.
     pub line_taps: u32,
 }
 
 impl WidthConfig {
-    /// Specialization constants of `glsl/penumbra/nearest_edge.glsl`.
-    pub(crate) fn constants(config: Option<Self>) -> [Constant; 3] {
+    /// Returns the specialization constants of `glsl/penumbra/nearest_edge.glsl`.
+    pub fn constants(config: Option<Self>) -> [Constant; 3] {
         let is = |what: fn(Self) -> bool| config.is_some_and(what).into();
         [
             ("SOFT", is(|_| true)),
@@ -63,13 +62,13 @@ bindings! {
 }
 
 /// The pass with its image: 8 bytes a pixel.
-pub struct SeedWidth {
+pub(super) struct SeedWidth {
     pipeline: Arc<ComputePipeline>,
     hsm: Option<Hsm>,
     widths: Image,
 }
 
-/// What the pass works on: all of [`crate::technique::penumbra::edge_seeds::EdgeSeeds`].
+/// Lists and images of [`super::edge_seeds::EdgeSeeds`] that the pass works on.
 pub(super) struct Seeds<'a> {
     pub pixels: &'a Buffer,
     pub seeds: &'a Image,
@@ -79,9 +78,6 @@ pub(super) struct Seeds<'a> {
 
 impl SeedWidth {
     /// Allocates for a camera image and a shadow map.
-    ///
-    /// # Errors
-    /// [`crate::Error::Parameter`] for a number of taps out of range; no memory.
     pub fn new(
         context: &Context,
         extent: [u32; 2],
@@ -90,7 +86,6 @@ impl SeedWidth {
         config: WidthConfig,
     ) -> Result<Self> {
         let WidthConfig { search_taps, window, meet, metric, .. } = config;
-        check_odd("taps along the side of the blocker search", search_taps, 63)?;
         let narrow = window == SearchWindow::Blockers;
         let constants = [
             ("PLANES", (surfaces == SurfaceTest::Planes).into()),
@@ -111,14 +106,14 @@ impl SeedWidth {
         self.widths.memory_bytes() + self.hsm.as_ref().map_or(0, |h| h.bounds().memory_bytes())
     }
 
-    /// `R32G32_SFLOAT`, of seeds only: the penumbra's full width in world units, and the cosine between surface and light
-    /// that distances may shrink by ([`Metric::Light`]; otherwise 1), at least 0.1.
+    /// Returns the image of widths, `R32G32_SFLOAT`, written at seeds only: the penumbra's full width in world units, and the
+    /// cosine between surface and light that distances may shrink by ([`Metric::Light`]; otherwise 1), at least 0.1.
     pub fn widths(&self) -> &Image {
         &self.widths
     }
 
-    /// Searches at the seeds, takes those without a penumbra out of them ([`Meet::Weighted`]), and marks the tiles in
-    /// reach of the others.
+    /// Searches for blockers at the seeds, removes seeds without a penumbra ([`Meet::Weighted`]), and marks the tiles in reach
+    /// of the others.
     pub(super) fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -140,7 +135,7 @@ impl SeedWidth {
                 SeedBits: Bind::Buffer(seeds.bits),
                 Marks: Bind::Buffer(seeds.marks),
                 widths: Bind::Image(&self.widths),
-                // What the shader does not read, its binding still wants.
+                // Without a pyramid the shader's binding still needs an image, which it does not read.
                 hsm: self.hsm.as_ref().map_or(Bind::Input(&inputs.depth), |h| Bind::Image(h.bounds())),
             },
             push: bytemuck::bytes_of(push),

@@ -1,4 +1,4 @@
-//! What the passes of penumbrae share: push constants, and images that only some configurations use.
+//! Push constants of the passes that make penumbrae, and images that only some configurations use.
 
 use crate::gpu::{Image, ImageDesc, shader_struct};
 use crate::{Context, Result};
@@ -7,7 +7,7 @@ use ash::vk;
 shader_struct! {
     /// Push constants of the passes that make penumbrae (`glsl/penumbra/edge_seeds.glsl`). With
     /// [`EdgeConfig::widths`](super::edge_seeds::EdgeConfig::widths) each seed's own width is the unit of lengths.
-    pub struct PenumbraPush {
+    pub(super) struct PenumbraPush {
         /// Full width of the penumbra, world units; 1 where seeds have their own.
         penumbra: f32,
         /// Width of the mean filter, world units; a share of the penumbra's where seeds have their own.
@@ -20,13 +20,13 @@ shader_struct! {
         beta: f32,
         /// Normal offset of that search: multiples of what a plane needs.
         normal_offset: f32,
-        /// Depth bias of that search: fraction of a texel's slope, along both axes.
+        /// Depth bias of that search: slopes of the receiver's plane a texel, summed over both axes.
         depth_bias: f32,
     }
 }
 
-/// An image for a shader's binding: of one pixel where it is not wanted.
-pub(crate) fn scratch(
+/// Makes an image for a shader's binding; it has one pixel if it is not wanted.
+pub(super) fn scratch(
     context: &Context,
     name: &str,
     format: vk::Format,

@@ -2,10 +2,10 @@
 //! the edge decides.
 
 use crate::gpu::{Buffer, ComputePipeline, Constant, Image};
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{PixelPass, Step};
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
 /// Function that decides a fragment at an edge.
@@ -77,22 +77,13 @@ pub struct RbsmConfig {
     pub filter_width: f32,
     /// True to compare all texels with the fragment's own depth, as the listings do, instead of with its plane.
     pub fixed_depth: bool,
-    /// `MAXDIST`, texels: 1 to 64.
+    /// `MAXDIST`, texels.
     pub max_distance: u32,
     /// True to list the fragments at an edge for a second dispatch, instead of working on them at once.
     pub listed: bool,
 }
 
-/// Rejects distances outside 1..=64 texels, for which the shaders' loops and signed distances do not work.
-pub(crate) fn check_max_distance(max_distance: u32) -> Result<()> {
-    match max_distance {
-        1..=64 => Ok(()),
-        n => Err(Error::Parameter(format!("max_distance {n} is not possible: it must be 1 to 64 texels"))),
-    }
-}
-
 fn pipeline(context: &Context, config: RbsmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
-    check_max_distance(config.max_distance)?;
     let [function, quality] = config.revectorization.constants();
     let fixed = ("FIXED", config.fixed_depth.into());
     let mut constants = vec![fixed, ("MAX_DISTANCE", config.max_distance), function, ("STEP", step as u32)];
@@ -126,11 +117,7 @@ impl RbsmOfList {
         frame.dispatch(&Pass {
             name: "revectorize penumbrae",
             pipeline: &self.pipeline,
-            bind: &PixelBindings {
-                receiver: ReceiverBindings::new(view, inputs),
-                visibility: Bind::Image(output),
-                list,
-            },
+            bind: &PixelBindings::new(view, inputs, output, list),
             push: bytemuck::bytes_of(&push),
             threads,
         })
@@ -164,11 +151,7 @@ impl Rbsm {
         push: RbsmPush,
         output: &Image,
     ) -> Result<()> {
-        let bind = &PixelBindings {
-            receiver: ReceiverBindings::new(view, inputs),
-            visibility: Bind::Image(output),
-            list: self.pass.list(),
-        };
+        let bind = &PixelBindings::new(view, inputs, output, self.pass.list());
         self.pass.record(frame, ["revectorize", "revectorize listed"], bind, bytemuck::bytes_of(&push), output)
     }
 }

@@ -1,6 +1,6 @@
 //! Pictures of the intermediate results of the RBSM family.
 
-use super::rbsm_pass::{RbsmConfig, Revectorization, check_max_distance};
+use super::rbsm_pass::{RbsmConfig, Revectorization};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
 use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
@@ -31,7 +31,6 @@ pub struct RbsmView {
 impl RbsmView {
     /// Makes the pass for a camera image.
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
-        check_max_distance(config.max_distance)?;
         let quality = match config.revectorization {
             Revectorization::Profile(quality) => quality as u32,
             _ => 0,

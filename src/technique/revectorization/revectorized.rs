@@ -16,6 +16,7 @@ pub(crate) const RECEIVER: Param = Param::choice(
     0,
     "compare texels with the receiver's plane, or all with the fragment's own depth as in the papers",
 );
+/// The shaders' loops and signed distances hold for this range only.
 pub(crate) const MAX_DISTANCE: Param =
     Param::int("max_distance", 1, 64, 16, "texels", "longest edge that is followed (MAXDIST)");
 

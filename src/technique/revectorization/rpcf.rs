@@ -1,13 +1,12 @@
 //! Percentage-closer filtering of revectorized visibility.
 
-use super::rbsm_pass::check_max_distance;
 use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use crate::gpu::{Buffer, Image, bindings};
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::pixels::PixelPass;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::{Info, Kind, Param, Passes, Setup, check_odd};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Result};
 
 /// The registry entry.
@@ -42,129 +41,55 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
+bindings! {
+    struct RpcfBindings { ..pixels: PixelBindings, blocks }
+}
+
 struct RevectorizedFiltering {
-    rpcf: Rpcf,
+    pass: PixelPass,
+    /// Depth bounds that pixels ask before any texel.
+    bounds: Option<DepthBounds>,
     push: RbsmPush,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
-    let config = RpcfConfig {
-        width: p.int("width"),
-        visibility: match p.word("visibility") {
-            "filtered" => RpcfVisibility::Ramp,
-            "star" => RpcfVisibility::Star,
-            "profile" => RpcfVisibility::Profile,
-            _ => RpcfVisibility::Printed,
-        },
-        fixed_depth: p.word("receiver") == "fixed",
-        max_distance: p.int("max_distance"),
-        bounded: p.word("skip") == "bounds",
-        listed: p.word("skip") != "off",
+    let function = match p.word("visibility") {
+        "filtered" => 0,
+        "star" => 1,
+        "profile" => 2,
+        _ => 3,
     };
-    Ok(Box::new(RevectorizedFiltering {
-        rpcf: Rpcf::new(context, setup.extent, setup.map_size, config)?,
-        push: revectorized::push(setup),
-    }))
+    let bounded = p.word("skip") == "bounds";
+    let pass = PixelPass::new(context, "rpcf pixels", setup.extent, p.word("skip") != "off", |step| {
+        let constants = [
+            ("FIXED", (p.word("receiver") == "fixed").into()),
+            ("MAX_DISTANCE", p.int("max_distance")),
+            ("w", p.int("width")),
+            ("FUNCTION", function),
+            ("STEP", step as u32),
+            ("BOUNDED", bounded.into()),
+        ];
+        context.pipeline::<RpcfBindings, RbsmPush>("revectorization/rpcf.comp", &constants)
+    })?;
+    let bounds = if bounded { Some(DepthBounds::new(context, setup.map_size)?) } else { None };
+    Ok(Box::new(RevectorizedFiltering { pass, bounds, push: revectorized::push(setup) }))
 }
 
 impl Passes for RevectorizedFiltering {
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        self.rpcf.record(frame, view, inputs, self.push, visibility)
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.rpcf.memory_bytes()
-    }
-}
-
-/// Function that is averaged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RpcfVisibility {
-    /// Eq. 7 before its threshold.
-    Ramp,
-    /// RBSM*, eq. 7.
-    Star,
-    /// The edge profile of runs.
-    Profile,
-    /// Listing 5 as printed.
-    Printed,
-}
-
-/// Settings that are fixed when the pass is made.
-#[derive(Clone, Copy, Debug)]
-pub struct RpcfConfig {
-    /// Texels along the kernel's side: odd, 1 to 31.
-    pub width: u32,
-    /// Function that is averaged.
-    pub visibility: RpcfVisibility,
-    /// True to compare all texels with the fragment's own depth, as the listings do, instead of with its plane.
-    pub fixed_depth: bool,
-    /// `MAXDIST`, texels: 1 to 64.
-    pub max_distance: u32,
-    /// True to test the depth bounds of the map's blocks before any texel.
-    pub bounded: bool,
-    /// True to list the pixels near an edge for a second dispatch, instead of working on them at once.
-    pub listed: bool,
-}
-
-bindings! {
-    struct RpcfBindings { ..pixels: PixelBindings, blocks }
-}
-
-/// The pass with its pipelines, and the depth bounds if it uses them.
-pub struct Rpcf {
-    pass: PixelPass,
-    bounds: Option<DepthBounds>,
-}
-
-impl Rpcf {
-    /// Makes the pass for a camera image and a shadow map.
-    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: RpcfConfig) -> Result<Self> {
-        let RpcfConfig { width, visibility, fixed_depth, max_distance, bounded, listed } = config;
-        check_max_distance(max_distance)?;
-        check_odd("texels along the side of the kernel", width, 31)?;
-        let pass = PixelPass::new(context, "rpcf pixels", extent, listed, |step| {
-            let constants = [
-                ("FIXED", fixed_depth.into()),
-                ("MAX_DISTANCE", max_distance),
-                ("w", width),
-                ("FUNCTION", visibility as u32),
-                ("STEP", step as u32),
-                ("BOUNDED", bounded.into()),
-            ];
-            context.pipeline::<RpcfBindings, RbsmPush>("revectorization/rpcf.comp", &constants)
-        })?;
-        let bounds = if bounded { Some(DepthBounds::new(context, map_size)?) } else { None };
-        Ok(Self { pass, bounds })
-    }
-
-    /// Bytes of device memory that the pass holds.
-    pub fn memory_bytes(&self) -> u64 {
-        self.pass.memory_bytes() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
-    }
-
-    /// Writes the visibility of every pixel into `output`.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: RbsmPush,
-        output: &Image,
-    ) -> Result<()> {
         if let Some(bounds) = &mut self.bounds {
             bounds.record(frame, inputs)?;
         }
         let bind = &RpcfBindings {
-            pixels: PixelBindings {
-                receiver: ReceiverBindings::new(view, inputs),
-                visibility: Bind::Image(output),
-                list: self.pass.list(),
-            },
+            pixels: PixelBindings::new(view, inputs, visibility, self.pass.list()),
             // Without bounds, the shader's binding still needs an image, which it does not read.
             blocks: self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
         };
-        self.pass.record(frame, ["rpcf", "rpcf listed"], bind, bytemuck::bytes_of(&push), output)
+        self.pass.record(frame, ["rpcf", "rpcf listed"], bind, bytemuck::bytes_of(&self.push), visibility)
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.pass.memory_bytes() + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
     }
 }

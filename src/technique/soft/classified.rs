@@ -1,14 +1,13 @@
-//! What `pcss`, `rbssm` and `soft-auto` share: the classification of pixels by the depths under their search window, a pass
-//! that classifies pixels and works on the others, and its filter alone, over pixels that another pass has listed.
+//! Steps that `pcss`, `rbssm` and `soft-auto` share: pixels are classified by the depths under their search window, the
+//! others are searched and filtered; or filtered alone, where another pass has listed them.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
-use crate::technique::Param;
-use crate::technique::check_odd;
-use crate::technique::common::bindings::{PixelBindings, ReceiverBindings};
+use crate::gpu::{Buffer, ComputePipeline, Image, ShaderStruct, bindings};
+use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelList, PixelPass, Step};
+use crate::technique::{Param, Passes, Setup, classes_view};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use std::sync::Arc;
 
@@ -20,29 +19,19 @@ pub(super) const SKIP: Param = Param::choice(
     "decide pixels whose whole search window is lit or in shadow by depth bounds of the map: the same image",
 );
 
-shader_struct! {
-    /// Push constants of the passes that search for blockers.
-    pub struct SoftPush {
-        /// Multiples of what a plane needs.
-        normal_offset: f32,
-        /// Fraction of a texel's slope, along both axes.
-        depth_bias: f32,
-    }
-}
-
 bindings! {
-    /// Everything that a search for blockers reads and writes.
+    /// Everything that a blocker search reads and writes.
     pub(super) struct SearchBindings { ..pixels: PixelBindings, hsm, blocks, half_widths }
 }
 
-/// What pixels are classified by, and their search windows narrowed: of each only what is needed.
+/// Depth bounds of the map that classify pixels and narrow their search windows. Bounds that are not needed are not made.
 pub(super) struct MapClasses {
     hsm: Option<Hsm>,
     bounds: Option<DepthBounds>,
 }
 
 impl MapClasses {
-    /// `listed`: pixels are classified at all.
+    /// Allocates for a shadow map; `listed`: pixels are classified.
     pub(super) fn new(context: &Context, map_size: [u32; 2], window: SearchWindow, listed: bool) -> Result<Self> {
         let narrow = window == SearchWindow::Blockers;
         Ok(Self {
@@ -56,7 +45,7 @@ impl MapClasses {
             + self.bounds.as_ref().map_or(0, |b| b.blocks().memory_bytes())
     }
 
-    /// Makes both anew if the light has changed.
+    /// Makes the bounds again if the light has changed.
     pub(super) fn record(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<()> {
         if let Some(hsm) = &mut self.hsm {
             hsm.record(frame, inputs)?;
@@ -67,7 +56,7 @@ impl MapClasses {
         Ok(())
     }
 
-    /// The pyramid and the blocks, for binding; another image stands in for what the shader does not read.
+    /// Returns the pyramid and the blocks, for binding; another image stands in for one that the shader does not read.
     pub(super) fn bind<'a>(&'a self, inputs: &'a Inputs<'_>) -> [Bind<'a>; 2] {
         let unread = Bind::Input(&inputs.depth);
         [
@@ -77,86 +66,74 @@ impl MapClasses {
     }
 }
 
-/// Refuses numbers of taps that a kernel can't have.
-pub(super) fn check_taps(search_taps: u32, filter_taps: u32) -> Result<()> {
-    check_odd("taps along the side of the search", search_taps, 63)?;
-    check_odd("taps along the side of the filter", filter_taps, 63)
-}
-
-/// The pass with its pipelines, and what it skips by.
-pub(super) struct ClassifiedPass {
-    pass: PixelPass,
+/// Technique that decides pixels by depth bounds of the map, and searches and filters at the others.
+pub(super) struct Classified<P> {
+    names: [String; 3],
     classes: MapClasses,
+    pass: PixelPass,
+    push: P,
+    /// Image of the classes, for viewing.
+    classes_view: Option<Image>,
 }
 
-impl ClassifiedPass {
-    /// Allocates for a camera image and a shadow map.
+impl<P: ShaderStruct> Classified<P> {
+    /// Allocates the technique whose passes are named after `id`; `listed`: pixels are classified.
     pub(super) fn new(
         context: &Context,
-        name: &str,
-        [extent, map_size]: [[u32; 2]; 2],
+        setup: &Setup,
+        id: &str,
         (window, listed): (SearchWindow, bool),
+        push: P,
         pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
     ) -> Result<Self> {
-        let pass = PixelPass::new(context, name, extent, listed, pipeline)?;
-        Ok(Self { pass, classes: MapClasses::new(context, map_size, window, listed)? })
-    }
-
-    /// Bytes of images and lists.
-    pub(super) fn memory_bytes(&self) -> u64 {
-        self.pass.memory_bytes() + self.classes.memory_bytes()
-    }
-
-    /// True if pixels are classified first.
-    pub(super) fn is_listed(&self) -> bool {
-        self.pass.is_listed()
-    }
-
-    /// Writes the visibility of every pixel into `output`.
-    pub(super) fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        (names, push): ([&str; 2], &[u8]),
-        output: &Image,
-    ) -> Result<()> {
-        self.classes.record(frame, inputs)?;
-        let bind = &self.bind(view, inputs, output);
-        self.pass.record(frame, names, bind, push, output)
-    }
-
-    /// Writes what the classification says of every pixel into an image of one `f32`: 1 lit, 0 in shadow, 0.5 to be searched
-    /// and filtered. To be looked at; made with `TRANSFER_DST`, and only where pixels are classified.
-    pub(super) fn record_classes(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        (name, push): (&str, &[u8]),
-        classes: &Image,
-    ) -> Result<()> {
-        self.classes.record(frame, inputs)?;
-        frame.fill_image("open classes", classes, 0.5f32.to_bits());
-        let bind = &self.bind(view, inputs, classes);
-        self.pass.record_decided(frame, name, bind, push, classes)
+        let pass = PixelPass::new(context, &format!("{id} pixels"), setup.extent, listed, pipeline)?;
+        Ok(Self {
+            names: [format!("{id} classes"), format!("{id} classify"), id.into()],
+            classes: MapClasses::new(context, setup.map_size, window, listed)?,
+            classes_view: classes_view(context, setup, pass.is_listed())?,
+            pass,
+            push,
+        })
     }
 
     fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> SearchBindings<'a> {
-        let pixels = search_pixels(view, inputs, output, self.pass.list());
+        let pixels = PixelBindings::borderless(view, inputs, output, self.pass.list());
         let [hsm, blocks] = self.classes.bind(inputs);
         SearchBindings { pixels, hsm, blocks, half_widths: Bind::Input(&inputs.depth) }
     }
 }
 
-/// The filter alone, over pixels that another pass lists, as wide as it says.
+impl<P: ShaderStruct> Passes for Classified<P> {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.classes.record(frame, inputs)?;
+        let [shown, classify, search] = self.names.each_ref().map(String::as_str);
+        let push = bytemuck::bytes_of(&self.push);
+        if let Some(image) = &self.classes_view {
+            frame.fill_image("open classes", image, 0.5f32.to_bits());
+            self.pass.record_decided(frame, shown, &self.bind(view, inputs, image), push, image)?;
+        }
+        self.pass.record(frame, [classify, search], &self.bind(view, inputs, visibility), push, visibility)
+    }
+
+    /// `classes`: 1 lit, 0 in shadow, 0.5 for pixels that are searched and filtered.
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.classes_view.iter().map(|image| ("classes", image)).collect()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let viewed = self.classes_view.as_ref().map_or(0, Image::memory_bytes);
+        self.pass.memory_bytes() + self.classes.memory_bytes() + viewed
+    }
+}
+
+/// The filter alone, over the pixels that another pass lists and the widths that it finds.
 pub(super) struct MeasuredFilter {
     name: &'static str,
     pipeline: Arc<ComputePipeline>,
 }
 
 impl MeasuredFilter {
-    /// Of the pipeline for [`Step::Measured`].
+    /// Takes the pipeline of [`Step::Measured`].
     pub(super) fn new(name: &'static str, pipeline: Arc<ComputePipeline>) -> Self {
         Self { name, pipeline }
     }
@@ -176,7 +153,7 @@ impl MeasuredFilter {
             name: self.name,
             pipeline: &self.pipeline,
             bind: &SearchBindings {
-                pixels: search_pixels(view, inputs, output, list.bind()),
+                pixels: PixelBindings::borderless(view, inputs, output, list.bind()),
                 hsm: unread,
                 blocks: unread,
                 half_widths: Bind::Image(half_widths),
@@ -187,14 +164,4 @@ impl MeasuredFilter {
         list.count(frame);
         Ok(())
     }
-}
-
-/// The pixels that a search may leave the map for.
-pub(super) fn search_pixels<'a>(
-    view: &'a Buffer,
-    inputs: &'a Inputs<'_>,
-    output: &'a Image,
-    list: Bind<'a>,
-) -> PixelBindings<'a> {
-    PixelBindings { receiver: ReceiverBindings::borderless(view, inputs), visibility: Bind::Image(output), list }
 }

@@ -1,12 +1,12 @@
 //! Percentage-closer soft shadows.
 
-use super::classified::{self, ClassifiedPass, MeasuredFilter, SearchBindings, SoftPush, check_taps};
-use crate::gpu::{Buffer, ComputePipeline, Image};
-use crate::technique::common::blocker_search::{self, SearchWindow};
+use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings};
+use crate::gpu::ComputePipeline;
+use crate::technique::common::blocker_search::{self, SEARCH, SEARCH_TAPS, SearchWindow};
 use crate::technique::common::pixels::Step;
-use crate::technique::common::receiver;
-use crate::technique::{Info, Kind, Param, Passes, Setup, classes_view};
-use crate::{Context, Frame, Inputs, Result};
+use crate::technique::common::receiver::{self, DEPTH_BIAS, NORMAL_OFFSET, ReceiverPush};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Context, Result};
 use std::sync::Arc;
 
 /// The registry entry.
@@ -16,9 +16,9 @@ pub const INFO: Info = Info {
     paper: "Fernando 2005",
     summary: "Penumbrae of an area light: their width from the mean distance of what blocks, filtered over that width.",
     params: &[
-        blocker_search::SEARCH_TAPS,
+        SEARCH_TAPS,
         Param::odd("filter_taps", 1, 63, 15, "taps", "taps of the filter along each axis"),
-        blocker_search::SEARCH,
+        SEARCH,
         Param::choice("taps", &["nearest", "bilinear"], 1, "a tap of the filter tests one texel, or 2 x 2 weighted"),
         Param::choice(
             "narrow",
@@ -26,28 +26,14 @@ pub const INFO: Info = Info {
             1,
             "windows of no more texels than the filter has taps: taps all the same, or the exact mean of the texels",
         ),
-        Param { default: 0.25, ..receiver::NORMAL_OFFSET },
-        Param::float(
-            "depth_bias",
-            0.0,
-            16.0,
-            0.5,
-            "texel slopes",
-            "taken off the receiver's depth on top, in slopes of its plane a texel",
-        ),
-        classified::SKIP,
+        Param { default: 0.25, ..NORMAL_OFFSET },
+        DEPTH_BIAS,
+        SKIP,
     ],
     published: &[("search", "near"), ("taps", "nearest"), ("narrow", "taps")],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
-
-struct SoftShadows {
-    pcss: Pcss,
-    push: SoftPush,
-    /// To be looked at.
-    classes_view: Option<Image>,
-}
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
@@ -57,40 +43,18 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         window: blocker_search::search_window(p),
         bilinear: p.word("taps") == "bilinear",
         exact_box: p.word("narrow") == "box",
-        listed: p.word("skip") == "auto",
     };
-    let pcss = Pcss::new(context, setup.extent, setup.map_size, config)?;
-    Ok(Box::new(SoftShadows {
-        classes_view: classes_view(context, setup, pcss.is_listed())?,
-        pcss,
-        push: SoftPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") },
-    }))
+    let skip = (config.window, p.word("skip") == "auto");
+    let pipeline = |step| pipeline(context, config, step);
+    Ok(Box::new(Classified::new(context, setup, "pcss", skip, receiver::push(setup), pipeline)?))
 }
 
-impl Passes for SoftShadows {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        if let Some(image) = &self.classes_view {
-            self.pcss.record_classes(frame, view, inputs, self.push, image)?;
-        }
-        self.pcss.record(frame, view, inputs, self.push, visibility)
-    }
-
-    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        self.classes_view.iter().map(|image| ("classes", image)).collect()
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        let viewed = self.classes_view.as_ref().map_or(0, Image::memory_bytes);
-        self.pcss.memory_bytes() + viewed
-    }
-}
-
-/// Settings that are fixed when the pass is made.
-#[derive(Clone, Copy, Debug)]
-pub struct PcssConfig {
-    /// Taps of the blocker search along each axis: odd, 1 to 63.
+/// Settings of the shader.
+#[derive(Clone, Copy)]
+pub(super) struct PcssConfig {
+    /// Taps of the blocker search along each axis.
     pub search_taps: u32,
-    /// Taps of the filter along each axis: odd, 1 to 63.
+    /// Taps of the filter along each axis.
     pub filter_taps: u32,
     /// Window in which blockers are searched.
     pub window: SearchWindow,
@@ -98,80 +62,21 @@ pub struct PcssConfig {
     pub bilinear: bool,
     /// Windows of no more texels than the filter has taps are averaged exactly, texel by texel.
     pub exact_box: bool,
-    /// Pixels are first classified by the depths under their window; only the others are searched and filtered.
-    pub listed: bool,
 }
 
 fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<ComputePipeline>> {
-    let PcssConfig { search_taps, filter_taps, window, bilinear, exact_box, .. } = config;
-    check_taps(search_taps, filter_taps)?;
-    let narrow = window == SearchWindow::Blockers;
     let constants = [
-        ("SEARCH_TAPS", search_taps),
-        ("FILTER_TAPS", filter_taps),
-        ("BILINEAR", bilinear.into()),
-        ("BOX", exact_box.into()),
+        ("SEARCH_TAPS", config.search_taps),
+        ("FILTER_TAPS", config.filter_taps),
+        ("BILINEAR", config.bilinear.into()),
+        ("BOX", config.exact_box.into()),
         ("STEP", step as u32),
-        ("NEAREST_BLOCKER", narrow.into()),
+        ("NEAREST_BLOCKER", (config.window == SearchWindow::Blockers).into()),
     ];
-    context.pipeline::<SearchBindings, SoftPush>("soft/pcss.comp", &constants)
+    context.pipeline::<SearchBindings, ReceiverPush>("soft/pcss.comp", &constants)
 }
 
-/// The filter alone, over pixels that another pass lists, as wide as it says; of the search nothing matters.
+/// Makes the filter alone; the settings of the search have no effect.
 pub(super) fn measured_filter(context: &Context, config: PcssConfig) -> Result<MeasuredFilter> {
     Ok(MeasuredFilter::new("filter wide penumbrae", pipeline(context, config, Step::Measured)?))
-}
-
-/// The pass with its pipelines, and what it skips by.
-pub struct Pcss {
-    pass: ClassifiedPass,
-}
-
-impl Pcss {
-    /// Allocates for a camera image and a shadow map.
-    ///
-    /// # Errors
-    /// [`crate::Error::Parameter`] for numbers of taps out of range.
-    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: PcssConfig) -> Result<Self> {
-        let PcssConfig { window, listed, .. } = config;
-        let pipeline = |step| pipeline(context, config, step);
-        let sizes = [extent, map_size];
-        Ok(Self { pass: ClassifiedPass::new(context, "pcss pixels", sizes, (window, listed), pipeline)? })
-    }
-
-    /// Bytes of images and lists.
-    pub fn memory_bytes(&self) -> u64 {
-        self.pass.memory_bytes()
-    }
-
-    /// True if pixels are classified first.
-    pub fn is_listed(&self) -> bool {
-        self.pass.is_listed()
-    }
-
-    /// Writes the visibility of every pixel into `output`.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: SoftPush,
-        output: &Image,
-    ) -> Result<()> {
-        let names = ["pcss classify", "pcss"];
-        self.pass.record(frame, view, inputs, (names, bytemuck::bytes_of(&push)), output)
-    }
-
-    /// Writes what the classification says of every pixel into an image of one `f32`: 1 lit, 0 in shadow, 0.5 to be searched
-    /// and filtered. To be looked at; made with `TRANSFER_DST`, and only where pixels are classified.
-    pub fn record_classes(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        push: SoftPush,
-        classes: &Image,
-    ) -> Result<()> {
-        self.pass.record_classes(frame, view, inputs, ("pcss classes", bytemuck::bytes_of(&push)), classes)
-    }
 }

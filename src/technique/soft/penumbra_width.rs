@@ -1,8 +1,6 @@
-//! The width of an area light's penumbra at every pixel, for filters that work on an image of hard shadows.
+//! The width of an area light's penumbra at every pixel, for filters of an image of hard shadows.
 
-use super::classified::search_pixels;
 use crate::gpu::{Buffer, Image, ImageDesc, bindings, shader_struct};
-use crate::technique::check_odd;
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
@@ -16,7 +14,7 @@ shader_struct! {
     pub struct WidthPush {
         /// Multiples of what a plane needs.
         normal_offset: f32,
-        /// Fraction of a texel's slope, along both axes.
+        /// Slopes of the receiver's plane a texel, summed over both axes.
         depth_bias: f32,
         /// Reach of the filter that follows, penumbra half-widths: 1 or more.
         reach: f32,
@@ -26,7 +24,7 @@ shader_struct! {
 /// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
 pub struct WidthConfig {
-    /// Taps of the blocker search along each axis: odd, 1 to 63.
+    /// Taps of the blocker search along each axis.
     pub search_taps: u32,
     /// Window in which blockers are searched.
     pub window: SearchWindow,
@@ -40,7 +38,7 @@ bindings! {
     struct WidthBindings { ..pixels: PixelBindings, hsm, blocks, shadows, between }
 }
 
-/// The pass with its images: 12 bytes a pixel, and what it classifies by.
+/// The pass with its images, 12 bytes a pixel, and the depth bounds that classify pixels.
 pub struct PenumbraWidth {
     pass: PixelPass,
     hsm: Hsm,
@@ -50,12 +48,8 @@ pub struct PenumbraWidth {
 
 impl PenumbraWidth {
     /// Allocates for a camera image and a shadow map.
-    ///
-    /// # Errors
-    /// [`crate::Error::Parameter`] for a number of taps out of range.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: WidthConfig) -> Result<Self> {
         let WidthConfig { search_taps, window, exact_box, listed } = config;
-        check_odd("taps along the side of the search", search_taps, 63)?;
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
             let constants = [
@@ -82,32 +76,33 @@ impl PenumbraWidth {
         self.pass.memory_bytes() + images.iter().map(|i| i.memory_bytes()).sum::<u64>()
     }
 
-    /// `R32_SFLOAT`: full width in world units on a receiver parallel to the map; 0 outside of penumbrae.
+    /// Returns the image, `R32_SFLOAT`: full width in world units on a receiver parallel to the map; 0 outside of penumbrae.
     pub fn widths(&self) -> &Image {
         &self.widths
     }
 
-    /// The list of the pixels that can have a width, if they are listed: `PixelList` of `glsl/common/pixel_steps.glsl`.
+    /// Returns the list of the pixels that can have a width, for binding: `PixelList` of `glsl/common/pixel_steps.glsl`. It is
+    /// empty unless pixels are listed.
     pub(crate) fn list(&self) -> Bind<'_> {
         self.pass.list()
     }
 
-    /// A thread for each of these pixels, in groups of 64; or for all.
+    /// Returns a thread for each listed pixel, in groups of 64; without a list, one for every pixel.
     pub(crate) fn threads(&self) -> Threads<'_> {
         self.pass.threads(self.widths.extent())
     }
 
-    /// Of a light without size.
+    /// Sets all widths to 0, as for a light without size.
     pub fn clear(&self, frame: &mut Frame<'_>) {
         frame.fill_image("no penumbrae", &self.widths, 0);
     }
 
-    /// True if they are listed.
+    /// Returns true if pixels are listed.
     pub(crate) fn is_listed(&self) -> bool {
         self.pass.is_listed()
     }
 
-    /// Writes the widths; and where the visibility is known with that, as there is no penumbra, into both other images.
+    /// Writes the widths. The visibility of a pixel that lies in no penumbra is known: it is written into both other images.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -119,7 +114,7 @@ impl PenumbraWidth {
         self.hsm.record(frame, inputs)?;
         self.bounds.record(frame, inputs)?;
         let bind = &WidthBindings {
-            pixels: search_pixels(view, inputs, &self.widths, self.pass.list()),
+            pixels: PixelBindings::borderless(view, inputs, &self.widths, self.pass.list()),
             hsm: Bind::Image(self.hsm.bounds()),
             blocks: Bind::Image(self.bounds.blocks()),
             shadows: Bind::Image(shadows),

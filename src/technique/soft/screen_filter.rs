@@ -2,7 +2,6 @@
 
 use super::penumbra_width::PenumbraWidth;
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
-use crate::technique::check_odd;
 use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::surface::SurfaceTest;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
@@ -11,7 +10,7 @@ use std::sync::Arc;
 
 shader_struct! {
     /// Push constants of `glsl/soft/screen_filter.comp`.
-    pub struct ScreenFilterPush {
+    pub(super) struct ScreenFilterPush {
         /// Tolerance of the test for one surface: pixels off the plane per pixel of distance, or a share of the eye depth.
         tolerance: f32,
         /// Standard deviation of the Gaussian, penumbra widths.
@@ -25,7 +24,7 @@ const GAUSSIAN_REACH: f32 = 3.0;
 /// Weights of the taps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// All alike, over the penumbra's width.
+    /// Equal weights over the penumbra's width.
     Box,
     /// A Gaussian, cut off at three standard deviations.
     Gaussian,
@@ -53,17 +52,17 @@ pub enum Footprint {
 }
 
 /// Settings that are fixed when the passes are made.
-#[derive(Clone, Copy, Debug)]
-pub struct ScreenFilterConfig {
+#[derive(Clone, Copy)]
+pub(super) struct ScreenFilterConfig {
     /// Weights of the taps.
     pub kernel: Kernel,
     /// Shape in the image.
     pub footprint: Footprint,
-    /// Taps a pass at most: odd, 1 to 63.
+    /// Largest number of taps of a pass.
     pub taps: u32,
     /// Test that tells surfaces apart.
     pub surfaces: SurfaceTest,
-    /// The first pass keeps to the pixel's surface too, not the second alone.
+    /// Both passes keep to the pixel's surface; otherwise the second alone does.
     pub both_bilateral: bool,
 }
 
@@ -72,19 +71,15 @@ bindings! {
 }
 
 /// The two passes and the image between them: 4 bytes a pixel.
-pub struct ScreenFilter {
+pub(super) struct ScreenFilter {
     passes: [Arc<ComputePipeline>; 2],
     between: Image,
 }
 
 impl ScreenFilter {
-    /// Allocates for a camera image; `listed`: only pixels that [`PenumbraWidth`] has listed are filtered.
-    ///
-    /// # Errors
-    /// [`crate::Error::Parameter`] for a number of taps out of range.
+    /// Allocates for a camera image; `listed`: only the pixels that [`PenumbraWidth`] lists are filtered.
     pub fn new(context: &Context, extent: [u32; 2], config: ScreenFilterConfig, listed: bool) -> Result<Self> {
         let ScreenFilterConfig { kernel, footprint, taps, surfaces, both_bilateral } = config;
-        check_odd("taps of the filter", taps, 63)?;
         let pass = |second: bool| {
             let constants = [
                 ("PLANES", (surfaces == SurfaceTest::Planes).into()),
@@ -106,12 +101,12 @@ impl ScreenFilter {
         self.between.memory_bytes()
     }
 
-    /// What the first pass writes; [`PenumbraWidth::record`] fills it where that does not work.
+    /// Returns the image between the passes. [`PenumbraWidth::record`] fills the pixels that the first pass does not write.
     pub fn between(&self) -> &Image {
         &self.between
     }
 
-    /// Filters `visibility`, the hard shadows, where there is a penumbra.
+    /// Filters `visibility`, which holds hard shadows, where there is a penumbra.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

@@ -1,4 +1,4 @@
-//! What the techniques share that filter hard shadows in screen space, as wide as an area light's penumbrae: hard shadows,
+//! Shared part of the techniques that filter hard shadows in the image, as wide as an area light's penumbrae: hard shadows,
 //! width of the penumbra by a blocker search in the shadow map, separable cross-bilateral filter.
 
 use super::penumbra_width::{PenumbraWidth, WidthConfig, WidthPush};
@@ -6,8 +6,9 @@ use super::screen_filter::{Footprint, Kernel, ScreenFilter, ScreenFilterConfig, 
 use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search;
 use crate::technique::common::rbsm_receiver::RbsmPush;
-use crate::technique::common::surface::SurfaceTest;
-use crate::technique::filtering::sm::{Sm, SmPush};
+use crate::technique::common::receiver::{self, ReceiverPush};
+use crate::technique::common::surface::surface_test;
+use crate::technique::filtering::sm::Sm;
 use crate::technique::revectorization::rbsm_pass::{Rbsm, RbsmOfList, Revectorization};
 use crate::technique::revectorization::revectorized;
 use crate::technique::{Param, Passes, Setup, visibility_image};
@@ -35,7 +36,7 @@ pub(super) const FILTER_TAPS: Param =
 const FOOTPRINTS: &[&str] = &["screen", "plane", "light"];
 const FOOTPRINT_HELP: &str = "what the filter covers: as wide as if the receiver faced the camera, a square in the receiver's plane, or the light's square as it falls on that plane";
 
-/// `default` is an index.
+/// Returns the parameter; `default` is an index.
 pub(super) const fn footprint(default: usize) -> Param {
     Param::choice("footprint", FOOTPRINTS, default, FOOTPRINT_HELP)
 }
@@ -52,14 +53,6 @@ pub(super) const SURFACES: Param = Param::choice(
     0,
     "points are on one surface if near the pixel's plane, or if their eye depths are alike as in the paper",
 );
-pub(super) const EDGE_THRESHOLD: Param = Param::float(
-    "edge_threshold",
-    0.0,
-    8.0,
-    0.0,
-    "see help",
-    "of that test: pixels off the plane a pixel of distance, or a share of the depth; 0: 0.35 and 0.0025",
-);
 pub(super) const SKIP: Param = Param::choice(
     "skip",
     &["auto", "off"],
@@ -67,30 +60,28 @@ pub(super) const SKIP: Param = Param::choice(
     "pixels that can lie in a penumbra by depth bounds of the map are listed and worked on, or all: the same image",
 );
 
-/// Hard shadows to be filtered.
+/// Hard shadows to filter: a pass over all pixels, one over listed pixels, and their constants.
 pub(super) enum Hard {
-    /// Revectorized: of all pixels, and of listed ones.
+    /// Revectorized visibility.
     Revectorized(Rbsm, RbsmOfList, RbsmPush),
-    /// One test a pixel, likewise.
-    Test(Sm, Sm, SmPush),
+    /// One test a pixel.
+    Test(Sm, Sm, ReceiverPush),
 }
 
 impl Hard {
-    /// Revectorization by a technique's parameters.
+    /// Makes the passes of revectorized visibility from a technique's parameters.
     pub(super) fn revectorized(context: &Context, setup: &Setup, function: Revectorization) -> Result<Self> {
         let config = revectorized::config(setup, function, false);
         let all = Rbsm::new(context, setup.extent, config)?;
         Ok(Self::Revectorized(all, RbsmOfList::new(context, config)?, revectorized::push(setup)))
     }
 
-    /// Plain tests by a technique's parameters.
+    /// Makes the passes of plain tests from a technique's parameters.
     pub(super) fn test(context: &Context, setup: &Setup) -> Result<Self> {
-        let p = &setup.params;
-        let push = SmPush { normal_offset: p.float("normal_offset"), depth_bias: p.float("depth_bias") };
-        Ok(Self::Test(Sm::new(context)?, Sm::of_list(context)?, push))
+        Ok(Self::Test(Sm::new(context)?, Sm::of_list(context)?, receiver::push(setup)))
     }
 
-    /// Of every pixel.
+    /// Records the shadows of every pixel.
     fn record(&self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, output: &Image) -> Result<()> {
         match self {
             Self::Revectorized(all, _, push) => all.record(frame, view, inputs, *push, output),
@@ -98,7 +89,7 @@ impl Hard {
         }
     }
 
-    /// Of those that can lie in a penumbra.
+    /// Records the shadows of the pixels that can lie in a penumbra.
     fn record_list(
         &self,
         frame: &mut Frame<'_>,
@@ -128,11 +119,11 @@ struct ScreenSpace {
     filter: ScreenFilter,
     search: WidthPush,
     push: ScreenFilterPush,
-    /// To be looked at.
+    /// Hard shadows, for viewing.
     hard_view: Option<Image>,
 }
 
-/// Makes a technique over the given hard shadows; `sigma` is the Gaussian's, penumbra widths.
+/// Makes a technique over the given hard shadows; `sigma` is the Gaussian's standard deviation, penumbra widths.
 pub(super) fn prepare(
     context: &Context,
     setup: &Setup,
@@ -140,11 +131,7 @@ pub(super) fn prepare(
     (kernel, sigma): (Kernel, f32),
 ) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
-    let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
-    let tolerance = match p.float("edge_threshold") {
-        0.0 => surfaces.usual_tolerance(),
-        given => given,
-    };
+    let (surfaces, tolerance) = surface_test(p);
     let width = WidthConfig {
         search_taps: p.int("search_taps"),
         window: blocker_search::search_window(p),

@@ -4,6 +4,7 @@ use super::screen_filter::Kernel;
 use super::screen_space::{self, Hard};
 use crate::technique::common::blocker_search;
 use crate::technique::common::receiver;
+use crate::technique::common::surface::EDGE_THRESHOLD;
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Context, Result};
 
@@ -30,7 +31,7 @@ pub const INFO: Info = Info {
         screen_space::footprint(2),
         screen_space::BILATERAL,
         screen_space::SURFACES,
-        screen_space::EDGE_THRESHOLD,
+        EDGE_THRESHOLD,
         receiver::NORMAL_OFFSET,
         Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth in the shadow test"),
         screen_space::SKIP,

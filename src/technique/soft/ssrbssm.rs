@@ -3,6 +3,7 @@
 use super::screen_filter::Kernel;
 use super::screen_space::{self, Hard};
 use crate::technique::common::blocker_search;
+use crate::technique::common::surface::EDGE_THRESHOLD;
 use crate::technique::revectorization::rbsm_pass::{ProfileQuality, Revectorization};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use crate::technique::{Info, Kind, Param, Passes, Setup};
@@ -29,7 +30,7 @@ pub const INFO: Info = Info {
         screen_space::footprint(2),
         screen_space::BILATERAL,
         screen_space::SURFACES,
-        screen_space::EDGE_THRESHOLD,
+        EDGE_THRESHOLD,
         RECEIVER,
         MAX_DISTANCE,
         NORMAL_OFFSET,

@@ -5,6 +5,7 @@ mod lookups;
 mod maps;
 mod straight;
 
+use crate::common::run_passes;
 use edgeshade::casters::Casters;
 use edgeshade::host::Host;
 use edgeshade::reference::caster_edges::edge_segments::{Segment, StoredSegment};
@@ -14,7 +15,7 @@ use edgeshade::technique::caster_edges::edsm::{BorderKernel, DistanceConfig, Edg
 use edgeshade::technique::caster_edges::kept_segments::KeptSegments;
 use edgeshade::technique::caster_edges::sssm::{PointsBy, SilhouettePoints};
 use edgeshade::technique::{Params, find};
-use edgeshade::{Frame, Handoff, Inputs};
+use edgeshade::{Frame, Inputs};
 use std::sync::Arc;
 
 /// Values of the parameter `kernel`, and the kernels that they select.
@@ -64,15 +65,7 @@ fn casters<'a>(r: &'a Renderer<'_>) -> &'a Arc<Casters> {
 
 /// Runs passes on the renderer's last frame.
 fn record(host: &Host, r: &Renderer<'_>, passes: impl FnOnce(&mut Frame<'_>, &Inputs<'_>) -> edgeshade::Result<()>) {
-    let inputs = r.inputs();
-    host.run(|cmd| {
-        // SAFETY: `cmd` is recording and is waited for.
-        let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
-        passes(&mut frame, &inputs)?;
-        frame.end();
-        Ok(())
-    })
-    .unwrap();
+    run_passes(host, |frame| passes(frame, &r.inputs()));
 }
 
 /// Reads back the silhouettes that are drawn.

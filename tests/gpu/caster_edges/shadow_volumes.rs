@@ -413,8 +413,8 @@ fn prepare_alone(host: &Host, scene: &Scene, size: [u32; 2], settings: &[(&str, 
     technique::prepare("shadow-volumes", host.context(), &setup).unwrap()
 }
 
-/// Engines whose own vertex shader rounds differently from the caps', and engines with standard depth. Near caps then
-/// lie in front of or behind the surfaces that they belong to, unless the bias moves them away.
+/// Tests depth buffers of engines whose vertex shader rounds differently from the caps', or whose depth is standard.
+/// Near caps then lie in front of or behind the surfaces that they belong to, unless the bias moves them away.
 #[test]
 fn depth_that_was_drawn_otherwise_is_served_by_the_cap_bias() {
     const SIZE: [u32; 2] = [256, 144];

@@ -1,14 +1,12 @@
 //! The hierarchical shadow map equals its mirror, and is kept while the light stands still.
 
 use crate::common::passes::{Random, read_mip};
-use crate::common::{desc, prepare, renderer, shipped_scene, with_gpu};
+use crate::common::{desc, plain_inputs, prepare, renderer, run_passes, shipped_scene};
+use crate::common::{upload_depths, with_gpu};
 use crate::made;
-use ash::vk;
-use edgeshade::gpu::ImageDesc;
 use edgeshade::reference::common::hsm;
 use edgeshade::scene::{RenderDesc, fit, light_view};
 use edgeshade::technique::common::hsm::Hsm;
-use edgeshade::{Frame, Handoff, Inputs};
 use glam::DVec3;
 
 #[test]
@@ -20,29 +18,9 @@ fn levels_equal_the_mirror() {
         let mut random = Random(1);
         for size in [[1, 1], [2, 63], [64, 64], [65, 64], [100, 333], [1024, 1024], [2100, 8], [3, 1500]] {
             let texels: Vec<f32> = (0..size[0] * size[1]).map(|_| random.unit()).collect();
-            let usage = vk::ImageUsageFlags::SAMPLED;
-            let format = vk::Format::D32_SFLOAT;
-            let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", format, size) };
-            let map = host.upload_image(&desc, bytemuck::cast_slice(&texels)).unwrap();
-            let depth = host.upload_image(&ImageDesc { array: false, ..desc }, bytemuck::cast_slice(&texels)).unwrap();
+            let (map, depth) = (upload_depths(host, &texels, size, true), upload_depths(host, &texels, size, false));
             let mut pass = Hsm::new(host.context(), size).unwrap();
-            let inputs = Inputs {
-                camera: &camera,
-                depth: depth.as_ref(),
-                normal: None,
-                shadow_map: map.as_ref(),
-                light: &light,
-                light_version: None,
-                casters: &[],
-            };
-            host.run(|cmd| {
-                // SAFETY: `cmd` is recording and is waited for.
-                let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
-                pass.record(&mut frame, &inputs)?;
-                frame.end();
-                Ok(())
-            })
-            .unwrap();
+            run_passes(host, |frame| pass.record(frame, &plain_inputs(&camera, &depth, &map, &light)));
             let mut planted = texels.clone();
             planted[texels.len() / 2] = -1.0;
             let [mirror, other] = [&texels, &planted].map(|t| hsm::Hsm::new(t, size));

@@ -5,7 +5,8 @@ mod hsm;
 pub mod passes;
 mod shade;
 
-use edgeshade::gpu::Image;
+use ash::vk;
+use edgeshade::gpu::{Image, ImageDesc};
 use edgeshade::host::{Host, HostDesc};
 use edgeshade::reference::FrameData;
 use edgeshade::reference::penumbra::edge_seeds::{self, Points};
@@ -18,8 +19,8 @@ use edgeshade::technique::common::view::ViewConstants;
 use edgeshade::technique::penumbra::edge_place::STEPS;
 use edgeshade::technique::{OutputFormat, Params, Technique, find};
 use edgeshade::timing::FrameTiming;
-use edgeshade::view::{LightKind, LightView};
-use edgeshade::{Inputs, NormalEncoding};
+use edgeshade::view::{CameraView, LightKind, LightView};
+use edgeshade::{Frame, Handoff, Inputs, NormalEncoding};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -172,7 +173,7 @@ impl Shot {
 
 /// Returns the pixels of a two-channel normal image, as a shader fetches them.
 pub fn normal_texels(host: &Host, image: &Image) -> Vec<[f32; 3]> {
-    if image.format() == ash::vk::Format::R16G16_SNORM {
+    if image.format() == vk::Format::R16G16_SNORM {
         let value = |v: i16| (f32::from(v) / 32767.0).max(-1.0);
         let pixels = host.read_image::<[i16; 2]>(image).unwrap();
         pixels.into_iter().map(|[x, y]| [value(x), value(y), 0.0]).collect()
@@ -242,4 +243,29 @@ pub fn enlarged(light: &LightView, factor: f64) -> LightView {
         LightKind::Directional { angle } => LightKind::Directional { angle: angle * factor },
     };
     LightView { kind, ..*light }
+}
+
+/// Records passes into a frame of their own, runs it and waits; returns what `passes` does.
+pub fn run_passes<T>(host: &Host, passes: impl FnOnce(&mut Frame<'_>) -> edgeshade::Result<T>) -> T {
+    host.run(|cmd| {
+        // SAFETY: `cmd` is recording and is waited for.
+        let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
+        let value = passes(&mut frame)?;
+        frame.end();
+        Ok(value)
+    })
+    .unwrap()
+}
+
+/// Uploads depths, row by row from the top; a shadow map is an array of images.
+pub fn upload_depths(host: &Host, depths: &[f32], size: [u32; 2], array: bool) -> Image {
+    let usage = vk::ImageUsageFlags::SAMPLED;
+    let desc = ImageDesc { array, usage, ..ImageDesc::storage("depths made here", vk::Format::D32_SFLOAT, size) };
+    host.upload_image(&desc, bytemuck::cast_slice(depths)).unwrap()
+}
+
+/// Returns inputs without normals and casters, of a light from which nothing is kept.
+pub fn plain_inputs<'a>(camera: &'a CameraView, depth: &Image, map: &Image, light: &'a [LightView]) -> Inputs<'a> {
+    let (depth, shadow_map) = (depth.as_ref(), map.as_ref());
+    Inputs { camera, depth, normal: None, shadow_map, light, light_version: None, casters: &[] }
 }

@@ -1,6 +1,6 @@
 //! Passes on images made here, compared with their mirrors.
 
-use crate::common::with_gpu;
+use crate::common::{plain_inputs, run_passes, upload_depths, with_gpu};
 use crate::made;
 use ash::vk;
 use edgeshade::gpu::{Buffer, BufferDesc, Image, ImageDesc, MemoryKind};
@@ -10,7 +10,6 @@ use edgeshade::reference::common::depth_bounds::{Bounds, Level, first_level, nex
 use edgeshade::scene::{fit, light_view};
 use edgeshade::technique::common::accumulate::Accumulate;
 use edgeshade::technique::common::depth_bounds::{BLOCKS, DepthBounds};
-use edgeshade::{Frame, Handoff, Inputs};
 use glam::DVec3;
 
 pub struct Random(pub u64);
@@ -117,28 +116,9 @@ fn depth_bounds_hold_and_are_tight() {
                         .clamp(0.0, 1.0)
                     })
                     .collect();
-                let usage = vk::ImageUsageFlags::SAMPLED;
-                let format = vk::Format::D32_SFLOAT;
-                let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", format, size) };
-                let map = host.upload_image(&desc, bytemuck::cast_slice(&texels)).unwrap();
+                let map = upload_depths(host, &texels, size, true);
                 let mut pass = DepthBounds::new(host.context(), size).unwrap();
-                let inputs = Inputs {
-                    camera: &camera,
-                    depth: map.as_ref(),
-                    normal: None,
-                    shadow_map: map.as_ref(),
-                    light: &light,
-                    light_version: None,
-                    casters: &[],
-                };
-                host.run(|cmd| {
-                    // SAFETY: `cmd` is recording and is waited for.
-                    let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
-                    pass.record(&mut frame, &inputs)?;
-                    frame.end();
-                    Ok(())
-                })
-                .unwrap();
+                run_passes(host, |frame| pass.record(frame, &plain_inputs(&camera, &map, &map, &light)));
                 let mut below: Option<Level> = None;
                 for (i, block) in (0u32..).zip(BLOCKS) {
                     let extent = pass.blocks().mip(i).extent.map(|n| n as usize);
@@ -179,14 +159,7 @@ fn accumulation_is_exact() {
                 for (i, sample) in (0u32..).zip(&samples) {
                     let desc = ImageDesc { usage, ..ImageDesc::storage("sample", format, size) };
                     let image = host.upload_image(&desc, bytemuck::cast_slice(sample)).unwrap();
-                    host.run(|cmd| {
-                        // SAFETY: `cmd` is recording and is waited for.
-                        let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
-                        pass.record(&mut frame, &image.as_ref(), i, count, &output)?;
-                        frame.end();
-                        Ok(())
-                    })
-                    .unwrap();
+                    run_passes(host, |frame| pass.record(frame, &image.as_ref(), i, count, &output));
                 }
             }
             let got = host.read_values(&output).unwrap();

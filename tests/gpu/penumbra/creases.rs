@@ -3,13 +3,12 @@
 //! Angles are between the normals of two faces: 0 is flat, 90 the edge of a box. By the truth's own rule, a surface
 //! continues over an edge of less than 30 degrees.
 
-use super::{hard, prepare};
-use crate::common::with_gpu;
+use super::hard;
+use crate::common::{desc, renderer, visibility, with_gpu};
 use crate::made::{self, cuboid, mesh, moved, perspective, sphere, sun};
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::{FixedPenumbraSettings, RayScene, SKY, Truth, fixed_penumbra};
-use edgeshade::scene::{Mesh, RenderDesc, Renderer, Scene};
-use edgeshade::technique::OutputFormat;
+use edgeshade::scene::{Mesh, RenderDesc, Scene};
 use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 const SIZE: [u32; 2] = [192, 108];
@@ -69,18 +68,14 @@ impl Run {
         let traced = RayScene::build(scene).unwrap();
         let mut truth: Option<Truth> = None;
         [true, false].map(|normals| {
-            let desc =
-                RenderDesc { size: SIZE, map_size: MAP, output: OutputFormat::R32, normals, ..RenderDesc::default() };
-            let mut r = Renderer::new(host, scene, scene.cameras[0].view(SIZE), &scene.lights[0], desc).unwrap();
+            let mut r = renderer(host, scene, RenderDesc { normals, ..desc(SIZE, MAP) });
             let truth = truth.get_or_insert_with(|| {
                 let settings = FixedPenumbraSettings { penumbra, subsamples: 2 };
                 fixed_penumbra(&traced, r.camera(), r.light(), SIZE, &settings, &|_, _| ()).unwrap()
             });
-            let hard = hard(host, &mut r, "edtsm-star");
+            let hard = hard(&mut r, "edtsm-star");
             let penumbra = penumbra.to_string();
-            let mut technique = prepare(host, SIZE, MAP, "edtsm-star", &[("penumbra", &penumbra)], false);
-            r.frame(technique.as_mut()).unwrap();
-            let seen = r.visibility(technique.as_ref()).unwrap();
+            let seen = visibility(&mut r, "edtsm-star", &[("penumbra", &penumbra)]);
             Self { seen, hard, normals: normals_of(scene, truth), truth: truth.clone() }
         })
     }

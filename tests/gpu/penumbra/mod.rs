@@ -7,15 +7,16 @@ mod soft_edt;
 mod tilted;
 
 use crate::common::{
-    Shot, assert_same_bits, camera_of, is_full_sweep, light_of, seed_settings, shipped_scene, with_gpu,
+    Shot, assert_in_range, assert_same_bits, desc, frame, is_full_sweep, renderer, seed_settings, shipped_scene,
+    visibility, with_gpu,
 };
 use crate::mirrors::compare;
 use edgeshade::host::Host;
 use edgeshade::reference::FrameData;
 use edgeshade::reference::penumbra::edge_seeds::{self, Seed};
 use edgeshade::reference::penumbra::mean_filter;
-use edgeshade::reference::penumbra::nearest_edge::{self, Nearest, Settings};
-use edgeshade::scene::{RenderDesc, Renderer, Scene};
+use edgeshade::reference::penumbra::nearest_edge::{self, Link, Nearest, Settings};
+use edgeshade::scene::Renderer;
 use edgeshade::technique::distance_transform::NO_SEED;
 use edgeshade::technique::penumbra::fixed_width::penumbra_width;
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
@@ -33,26 +34,14 @@ const ROUNDING: f64 = 1e-6;
 
 type Pairs<'a> = &'a [(&'a str, &'a str)];
 
-/// Prepares the technique, with or without its intermediate images.
-fn prepare(
-    host: &Host,
-    size: [u32; 2],
-    map: u32,
-    id: &str,
-    params: Pairs<'_>,
-    intermediates: bool,
-) -> Box<dyn Technique> {
-    let params = Params::parse(find(id).unwrap(), params.iter().copied()).unwrap();
-    let setup =
-        Setup { extent: size, map_size: [map; 2], output: OutputFormat::R32, params, intermediates, casters: None };
-    technique::prepare(id, host.context(), &setup).unwrap()
-}
-
-/// Renders a scene from its own camera under its own light.
-fn renderer<'h>(host: &'h Host, scene: &Scene, size: [u32; 2], map_size: u32) -> Renderer<'h> {
-    let desc = RenderDesc { size, map_size, output: OutputFormat::R32, ..RenderDesc::default() };
-    let camera = camera_of(scene, size).view(size);
-    Renderer::new(host, scene, camera, &light_of(scene), desc).unwrap()
+/// Renders a frame in which no tile is skipped, with its intermediate images.
+fn viewed(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>) -> Box<dyn Technique> {
+    let params = Params::parse(find(id).unwrap(), [params, &[("skip", "off")]].concat()).unwrap();
+    let (extent, map_size) = (r.gbuffer().depth.extent(), r.shadow_map().extent());
+    let setup = Setup { extent, map_size, output: OutputFormat::R32, params, intermediates: true, casters: None };
+    let mut technique = technique::prepare(id, host.context(), &setup).unwrap();
+    r.frame(technique.as_mut()).unwrap();
+    technique
 }
 
 /// Frame in which no tile is skipped, with all data about it.
@@ -70,10 +59,7 @@ struct Run {
 
 impl Run {
     fn new(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>) -> Self {
-        let (size, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent()[0]);
-        let all = [params, &[("skip", "off")]].concat();
-        let mut technique = prepare(host, size, map, id, &all, true);
-        r.frame(technique.as_mut()).unwrap();
+        let technique = viewed(host, r, id, params);
         let images = technique.intermediates();
         let image = |name: &str| images.iter().find(|i| i.0 == name).unwrap().1;
         let intensity = host.read_image::<[f32; 2]>(image("intensity")).unwrap();
@@ -82,7 +68,7 @@ impl Run {
         let visibility = r.visibility(technique.as_ref()).unwrap();
         let shot = Shot::of(host, r, true);
 
-        let hard = hard(host, r, id);
+        let hard = hard(r, id);
         let p = Params::parse(find(id).unwrap(), params.iter().copied()).unwrap();
         let seed_settings = seed_settings(id, &p);
         let penumbra = penumbra_width(p.get("penumbra"), r.light());
@@ -90,7 +76,9 @@ impl Run {
         let settings = Settings { seeds: seed_settings, penumbra: penumbra as f32, filter_width };
         let seeds = edge_seeds::seeds(&shot.data(), &hard, &seed_settings).unwrap();
         let seen = host.read_image::<u8>(image("seeds")).unwrap();
-        let at = |s: &Seed| seen[(s.label() & 0xffff) as usize + (s.label() >> 16) as usize * size[0] as usize];
+        let at = |s: &Seed| {
+            seen[(s.label() & 0xffff) as usize + (s.label() >> 16) as usize * r.gbuffer().depth.extent()[0] as usize]
+        };
         assert!(seeds.iter().filter(|s| s.sure).all(|s| at(s) == 255), "a seed that is not seen");
         let count = seen.iter().filter(|v| **v != 0).count();
         assert!(count <= seeds.len(), "{count} seeds are seen, of {}", seeds.len());
@@ -113,12 +101,16 @@ impl Run {
 }
 
 /// Returns the hard shadows that a technique starts from.
-fn hard(host: &Host, r: &mut Renderer<'_>, id: &str) -> Vec<f32> {
-    let (size, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent()[0]);
-    let id = if id == "edtsm" { "rbsm" } else { "rbsm-star" };
-    let mut technique = prepare(host, size, map, id, &[("skip", "off")], false);
-    r.frame(technique.as_mut()).unwrap();
-    r.visibility(technique.as_ref()).unwrap()
+fn hard(r: &mut Renderer<'_>, id: &str) -> Vec<f32> {
+    visibility(r, if id.ends_with("-star") { "rbsm-star" } else { "rbsm" }, &[("skip", "off")])
+}
+
+/// Returns visibility and checks that it is in range and the same with and without skipping.
+fn shadows(r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, what: &str) -> Vec<f32> {
+    let [off, auto] = ["off", "auto"].map(|skip| visibility(r, id, &[params, &[("skip", skip)]].concat()));
+    assert_in_range(&off, what);
+    assert_same_bits(&off, &auto, &format!("{what}: {id} {params:?}, skip"));
+    off
 }
 
 /// Agreement of a frame with the mirrors, in numbers of pixels.
@@ -131,20 +123,33 @@ struct Findings {
     /// nothing.
     too_large: usize,
     lost: usize,
-    /// Pixels whose seed is in doubt.
+    /// Pixels whose seed is in doubt, and under an area light pixels whose line has taps in doubt.
     doubtful: usize,
+    doubtful_line: usize,
     /// Errors: a distance that is not that of the label's point; a seed on another surface or out of reach; a distance
-    /// smaller than the exact one; an intensity that is not eq. 8's; a pixel with inconsistent images.
+    /// smaller than the exact one; an intensity that is not eq. 8's; another width than the seed's; a pixel with
+    /// inconsistent images.
     other_distance: usize,
     off_surface: usize,
     too_small: usize,
     other_intensity: usize,
+    other_width: usize,
     torn: usize,
 }
 
 impl Findings {
+    /// Counts what is wrong with a pixel's distance `d` to the seed of its label.
+    fn add_link(&mut self, link: &Link, d: f64, reach: f64) {
+        self.doubtful += usize::from(link.doubtful);
+        // The comparison is written so that NaN counts.
+        let is_its_own = (d - link.distance).abs() <= link.error + ROUNDING * d;
+        self.other_distance += usize::from(!is_its_own);
+        let in_reach = d <= reach * (1.0 + ROUNDING);
+        self.off_surface += usize::from(!(in_reach && (link.on_surface || link.doubtful)));
+    }
+
     fn wrong(&self) -> usize {
-        self.other_distance + self.off_surface + self.too_small + self.other_intensity + self.torn
+        self.other_distance + self.off_surface + self.too_small + self.other_intensity + self.other_width + self.torn
     }
 
     fn shares(&self) -> [f64; 2] {
@@ -162,7 +167,7 @@ impl Findings {
     fn print(&self, what: &str) {
         let [too_large, lost] = self.shares().map(|s| 100.0 * s);
         println!(
-            "{what:44} penumbra {:6}, D > 10 % too large {too_large:7.3} % ({:4}), lost {lost:7.3} % ({:4} of {:6}), \
+            "{what:44} penumbra {:6}, distance > 10 % too large {too_large:7.3} % ({:4}), lost {lost:7.3} % ({:4} of {:6}), \
              wrong {}, in doubt {}",
             self.penumbra,
             self.too_large,
@@ -185,12 +190,7 @@ fn examine(run: &Run, settings: &Settings, seeds: &[Seed], exact: &[Nearest]) ->
         match links[i] {
             None => f.torn += usize::from(d != f64::INFINITY || intensity != hard - 2.0),
             Some(link) => {
-                f.doubtful += usize::from(link.doubtful);
-                // Written so that NaN counts.
-                let is_its_own = (d - link.distance).abs() <= error + ROUNDING * d;
-                f.other_distance += usize::from(!is_its_own);
-                let in_reach = d <= settings.reach() * (1.0 + ROUNDING);
-                f.off_surface += usize::from(!(in_reach && (link.on_surface || link.doubtful)));
+                f.add_link(&link, d, settings.reach());
                 let right = nearest_edge::intensity(hard, d, penumbra);
                 let is_eq_8 = (intensity - right).abs() <= ROUNDING;
                 f.other_intensity += usize::from(!is_eq_8);
@@ -240,11 +240,10 @@ fn tiles(timing: &FrameTiming, pass: &str) -> u32 {
 }
 
 /// Checks that skipping changes no bit and that the tiles with an edge are those of the mirror.
-fn check_skip(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, run: &Run, what: &str) {
-    let (size, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent()[0]);
-    let mut technique = prepare(host, size, map, id, params, false);
-    let timing = r.frame(technique.as_mut()).unwrap();
-    assert_same_bits(&run.visibility, &r.visibility(technique.as_ref()).unwrap(), &format!("{what}, skip"));
+fn check_skip(r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, run: &Run, what: &str) {
+    let size = r.gbuffer().depth.extent();
+    let (seen, timing) = frame(r, id, params);
+    assert_same_bits(&run.visibility, &seen, &format!("{what}, skip"));
     let mixed = edge_seeds::mixed_tiles(size.map(|n| n as usize), &run.hard);
     assert_eq!(tiles(&timing, "pixels at an edge") as usize, mixed, "{what}: tiles with an edge");
     let [near, filtered] = ["nearest edge", "mean filter, y"].map(|pass| tiles(&timing, pass));
@@ -263,7 +262,7 @@ fn shipped_scenes_equal_the_mirrors() {
     with_gpu(|host| {
         let mut sum = Findings::default();
         for name in ["robot", "courtyard", "drum", "fence"].into_iter().take(if is_full_sweep() { 4 } else { 2 }) {
-            let mut r = renderer(host, &shipped_scene(name), SIZE, MAP);
+            let mut r = renderer(host, &shipped_scene(name), desc(SIZE, MAP));
             for (id, params) in [
                 ("edtsm", &[][..]),
                 ("edtsm-star", &[]),
@@ -286,7 +285,7 @@ fn shipped_scenes_equal_the_mirrors() {
                 } else if params.len() == 1 {
                     check_in_image(&run, &what);
                 }
-                check_skip(host, &mut r, id, &wide, &run, &what);
+                check_skip(&mut r, id, &wide, &run, &what);
                 if name == "robot" && id == "edtsm" && params.is_empty() {
                     planted_differences_are_found(host, &mut r, &run, &found);
                 }

@@ -1,7 +1,7 @@
 //! A straight shadow edge has a penumbra of the requested width everywhere.
 
-use super::{Pairs, prepare, renderer};
-use crate::common::with_gpu;
+use super::Pairs;
+use crate::common::{desc, prepare, renderer, visibility, with_gpu};
 use crate::made::{self, cuboid, moved, plane, sun};
 use edgeshade::host::Host;
 use edgeshade::scene::{Camera, Projection, Renderer, Scene};
@@ -67,7 +67,8 @@ struct Line {
     samples: Vec<(f64, f64, usize)>,
     /// World width of a pixel in the image plane at the edge.
     pixel: f64,
-    /// Factor by which a step along an image column is longer on the plane, by the view rays' angle.
+    /// Ratio of the step from pixel to pixel on the plane to `pixel`: above 1 where view rays meet the plane at an
+    /// angle, 1 along image rows.
     stretch: f64,
 }
 
@@ -152,22 +153,13 @@ fn penumbrae_are_as_wide_as_asked_for_at_every_distance() {
         for (along_z, degrees) in
             [(true, 20.0f64), (true, 45.0), (true, 80.0), (false, 35.0), (false, 60.0), (false, 80.0)]
         {
-            let mut r = renderer(host, &scene(along_z, degrees.to_radians()), SIZE, MAP);
+            let mut r = renderer(host, &scene(along_z, degrees.to_radians()), desc(SIZE, MAP));
             let mut render = |penumbra: f64| {
-                let mut technique = prepare(
-                    host,
-                    SIZE,
-                    MAP,
-                    "edtsm",
-                    &[("penumbra", &penumbra.to_string()), ("filter_width", "0.5")],
-                    false,
-                );
-                r.frame(technique.as_mut()).unwrap();
-                r.visibility(technique.as_ref()).unwrap()
+                visibility(&mut r, "edtsm", &[("penumbra", &penumbra.to_string()), ("filter_width", "0.5")])
             };
-            let (mut visibility, wider) = (render(PENUMBRA), render(1.05 * PENUMBRA));
+            let (mut seen, wider) = (render(PENUMBRA), render(1.05 * PENUMBRA));
             let places = places(&r);
-            let found = lines(&places, &visibility, along_z);
+            let found = lines(&places, &seen, along_z);
             assert!(found.len() > 100, "{} lines", found.len());
             let what = format!("{degrees:2} degrees, edge {}", if along_z { "receding" } else { "across" });
             for line in found.iter().step_by(found.len() / 3) {
@@ -185,11 +177,11 @@ fn penumbrae_are_as_wide_as_asked_for_at_every_distance() {
             );
             assert!(fall < 2e-3 && !has_seam(off), "{what}: falls by {fall}, {off:?}");
             // A planted seam and dent are found.
-            for (i, v) in visibility.iter_mut().enumerate() {
+            for (i, v) in seen.iter_mut().enumerate() {
                 let (x, y) = (i % SIZE[0] as usize, i / SIZE[0] as usize);
                 *v += if (if along_z { x } else { y }) % 8 == 0 { 4e-3 } else { 0.0 };
             }
-            let (off, fall) = steps(&lines(&places, &visibility, along_z));
+            let (off, fall) = steps(&lines(&places, &seen, along_z));
             assert!(has_seam(off) && fall > 2e-3, "{what}: a planted seam, {off:?}");
         }
     });
@@ -200,9 +192,9 @@ fn penumbrae_are_as_wide_as_asked_for_at_every_distance() {
 fn wander(host: &Host, along_z: bool, settings: Pairs<'_>) -> f64 {
     let mut scene = scene(along_z, 0.9);
     let start = scene.cameras[0].world_from_camera;
-    let mut r = renderer(host, &scene, SIZE, MAP);
+    let mut r = renderer(host, &scene, desc(SIZE, MAP));
     let settings = [&[("penumbra", "0.5")], settings].concat();
-    let mut technique = prepare(host, SIZE, MAP, "edtsm-star", &settings, false);
+    let mut technique = prepare(&r, "edtsm-star", &settings);
     let pixel = 2.0 * (0.5 * FOV).tan() / f64::from(SIZE[1]) * start.translation.length();
     let mut places_of_half: Vec<Vec<(f64, f64)>> = vec![];
     for step in 0..8 {

@@ -1,8 +1,9 @@
 //! EDTSSM over the edges of both revectorizations compared with its mirrors in `f64`: widths at the seeds, nearest
-//! edges by the fraction of these widths, intensities, the filter.
+//! edges with distances as fractions of these widths, intensities, the filter.
 
 mod limits;
 
+use super::{Findings, Pairs, ROUNDING, WIDE, hard, viewed};
 use crate::common::enlarged;
 use crate::common::{
     Shot, assert_same_bits, desc, renderer, search_window, seed_settings, shipped_scene, visibility, with_gpu,
@@ -19,7 +20,7 @@ use edgeshade::reference::penumbra::seed_width::{self, Width};
 use edgeshade::scene::Renderer;
 use edgeshade::technique::common::blocker_search::SearchWindow;
 use edgeshade::technique::penumbra::seed_width::{Meet, Metric};
-use edgeshade::technique::{self, OutputFormat, Params, Setup, find};
+use edgeshade::technique::{Params, find};
 use edgeshade::view::LightKind;
 use glam::{DAffine3, DVec3, dvec3};
 
@@ -28,11 +29,6 @@ const MAP: u32 = 512;
 /// Limits: the fraction of penumbra pixels with a distance more than a tenth too large, and the fraction of pixels in
 /// reach of an edge that have found none.
 const MOST: [f64; 2] = [0.05, 0.02];
-/// Relative error of a few single-precision operations.
-const ROUNDING: f64 = 1e-6;
-
-type Pairs<'a> = &'a [(&'a str, &'a str)];
-
 /// Frame in which no tile is skipped, with all data about it.
 #[derive(Clone)]
 struct Run {
@@ -57,18 +53,8 @@ struct Run {
 
 impl Run {
     fn new(host: &Host, r: &mut Renderer<'_>, id: &str, params: Pairs<'_>) -> Self {
-        let p = Params::parse(find(id).unwrap(), [params, &[("skip", "off")]].concat()).unwrap();
-        let (extent, map) = (r.gbuffer().depth.extent(), r.shadow_map().extent());
-        let setup = Setup {
-            extent,
-            map_size: map,
-            output: OutputFormat::R32,
-            params: p.clone(),
-            intermediates: true,
-            casters: None,
-        };
-        let mut technique = technique::prepare(id, host.context(), &setup).unwrap();
-        r.frame(technique.as_mut()).unwrap();
+        let p = Params::parse(find(id).unwrap(), params.iter().copied()).unwrap();
+        let technique = viewed(host, r, id, params);
         let images = technique.intermediates();
         let image = |name: &str| images.iter().find(|i| i.0 == name).unwrap().1;
         let intensity = host.read_image::<[f32; 2]>(image("intensity")).unwrap();
@@ -96,7 +82,7 @@ impl Run {
         let intensity = intensity.into_iter().map(|i| i[0]).collect();
         let [taps, line_taps] = ["filter_taps", "line_taps"].map(|name| p.int(name));
         Self {
-            size: extent,
+            size: r.gbuffer().depth.extent(),
             settings,
             width_settings,
             taps,
@@ -133,11 +119,6 @@ impl Run {
     }
 }
 
-/// Returns the hard shadows that a technique starts from.
-fn hard(r: &mut Renderer<'_>, id: &str) -> Vec<f32> {
-    visibility(r, if id == "edtssm" { "rbsm" } else { "rbsm-star" }, &[("skip", "off")])
-}
-
 /// Agreement of the seeds' widths with the mirror's, in numbers of seeds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Widths {
@@ -161,7 +142,7 @@ fn examine_widths(run: &Run, widths: &[Width]) -> Widths {
         f.doubtful += usize::from(is_doubtful);
         let off = (seen - width.width).abs() > 0.01 * width.width;
         f.differing += usize::from(is_doubtful && off);
-        // Where a seed itself is in doubt, it may rightly be missing.
+        // A seed that is itself in doubt may rightly be missing.
         let in_range = (width.range[0]..=width.range[1]).contains(&seen);
         let cosine_is = seen == 0.0 || (cosine - width.cosine).abs() <= width.cosine_error + ROUNDING;
         f.wrong += usize::from(seed.sure && !(in_range && cosine_is));
@@ -180,62 +161,6 @@ fn check_widths(run: &Run, what: &str) -> Widths {
     found
 }
 
-/// Agreement of a frame with the mirrors, in numbers of pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Findings {
-    /// Pixels surely within half the width of an edge on their surface, and pixels surely in its reach.
-    penumbra: usize,
-    in_reach: usize,
-    /// Among the first, those with a distance more than a tenth too large; among the second, those that have found
-    /// nothing.
-    too_large: usize,
-    lost: usize,
-    doubtful: usize,
-    /// Pixels whose line has taps in doubt.
-    doubtful_line: usize,
-    /// Errors: a distance that is not that of the label's point; a seed on another surface or out of reach; a distance
-    /// smaller than the exact one; an intensity that is not eq. 8's; another width than the seed's; a pixel with
-    /// inconsistent images.
-    other_distance: usize,
-    off_surface: usize,
-    too_small: usize,
-    other_intensity: usize,
-    other_width: usize,
-    torn: usize,
-}
-
-impl Findings {
-    fn wrong(&self) -> usize {
-        self.other_distance + self.off_surface + self.too_small + self.other_intensity + self.other_width + self.torn
-    }
-
-    fn shares(&self) -> [f64; 2] {
-        let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
-        [share(self.too_large, self.penumbra), share(self.lost, self.in_reach)]
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.penumbra += other.penumbra;
-        self.in_reach += other.in_reach;
-        self.too_large += other.too_large;
-        self.lost += other.lost;
-    }
-
-    fn print(&self, what: &str) {
-        let [too_large, lost] = self.shares().map(|s| 100.0 * s);
-        println!(
-            "{what:44} penumbra {:6}, D/w > 10 % too large {too_large:7.3} % ({:4}), lost {lost:7.3} % ({:4} of {:6}), \
-             wrong {}, in doubt {}",
-            self.penumbra,
-            self.too_large,
-            self.lost,
-            self.in_reach,
-            self.wrong(),
-            self.doubtful
-        );
-    }
-}
-
 /// Compares a frame with its settings, the seeds that it should have, and the exact distances of [`soft::in_world`].
 fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]) -> Findings {
     let links = soft::links(&run.data(), settings, seeds, &run.labels).unwrap();
@@ -247,17 +172,12 @@ fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]
         let (hard, intensity, d) = (f64::from(run.hard[i]), f64::from(run.intensity[i]), f64::from(run.share[i]));
         let width = f64::from(run.pixel_width[i]);
         let error = links[i].map_or(0.0, |l| l.error);
-        // The search by world distance gives widths that say nothing about the exact seed's.
+        // With `Meet::Nearest` exact distances are in world units, while the frame holds fractions of a width.
         let unit = if weighted { 1.0 } else { width };
         match links[i] {
             None => f.torn += usize::from(d != f64::INFINITY || intensity != hard - 2.0 || width != 0.0),
             Some(link) => {
-                f.doubtful += usize::from(link.doubtful);
-                // Written so that NaN counts.
-                let is_its_own = (d - link.distance).abs() <= error + ROUNDING * d;
-                f.other_distance += usize::from(!is_its_own);
-                let in_reach = d <= settings.reach() * (1.0 + ROUNDING);
-                f.off_surface += usize::from(!(in_reach && (link.on_surface || link.doubtful)));
+                f.add_link(&link, d, settings.reach());
                 let Beyond { change, doubt } = beyond[i];
                 let right = (nearest_edge::intensity(hard, d, 1.0) + change).clamp(0.0, 1.0);
                 let is_right = (intensity - right).abs() <= doubt + ROUNDING;
@@ -299,8 +219,6 @@ fn check(run: &Run, what: &str) -> Findings {
     compare(&run.visibility, &mirror, 1e-4).check(&format!("{what}, filter"), 0.01);
     found
 }
-
-const WIDE: (&str, &str) = ("filter_width", "0.5");
 
 #[test]
 fn shipped_scenes_equal_the_mirrors() {

@@ -1,7 +1,7 @@
 //! Planes seen at an angle: errors of the distances there.
 
-use super::{Findings, Run, TARGET, check, examine, renderer};
-use crate::common::with_gpu;
+use super::{Findings, Run, TARGET, check, examine};
+use crate::common::{desc, renderer, with_gpu};
 use crate::made::{self, cuboid, moved, plane, sphere, sun};
 use edgeshade::scene::{Camera, Mesh, Projection, Scene};
 use edgeshade::view::look_at;
@@ -59,7 +59,7 @@ fn on_tilted_planes_the_nearest_edge_is_found() {
         let mut by_pixel = Findings::default();
         for (degrees, most) in TILTS {
             for occluders in [false, true] {
-                let mut r = renderer(host, &scene(degrees.to_radians(), occluders), SIZE, MAP);
+                let mut r = renderer(host, &scene(degrees.to_radians(), occluders), desc(SIZE, MAP));
                 let with = if occluders { "occluders" } else { "plane alone" };
                 let what = |nearest: &str| format!("{degrees} degrees, {with}, {nearest}");
                 let world = Run::new(host, &mut r, "edtsm", &[("penumbra", PENUMBRA)]);

@@ -1,5 +1,5 @@
-//! `rbsm-branches` and `rbsm-listings` give the images of `rbsm` and of `rbsm-filtered` with `shapes=printed`, and the
-//! latter that of `rbsm-star`, bit for bit; `rbsm-branches` takes every one of its branches.
+//! `rbsm-branches` and `rbsm-listings` give, bit for bit, the images of `rbsm` and of `rbsm-filtered` with
+//! `shapes=printed`. `rbsm-listings` also gives the image of `rbsm-star`. `rbsm-branches` takes each of its branches.
 
 use crate::common::{desc, every_nth, every_shipped, prepare, renderer, with_gpu};
 use crate::noise::{EdgePoint, FlatReceiver, MAP, Noise, edge_point, place, visibility_of};
@@ -13,8 +13,10 @@ use std::collections::BTreeMap;
 /// per coordinate. Between two jumps, visibility changes by no more than the position.
 const PLACE_ERROR: f64 = 2.0 * 4.0 * f32::EPSILON as f64 * MAP[0] as f64;
 
-/// The word of `variant`, and the technique and setting with the same image.
-const VARIANTS: [(&str, &str, &[(&str, &str)]); 3] =
+/// The word of `variant`, and the technique and settings with the same image.
+type Variant = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+
+const VARIANTS: [Variant; 3] =
     [("silhouette", "rbsm", &[]), ("filtered", "rbsm-filtered", &[("shapes", "printed")]), ("star", "rbsm-star", &[])];
 
 fn differing_bits(a: &[f32], b: &[f32]) -> usize {
@@ -43,7 +45,7 @@ fn compared(
     host: &Host,
     inputs: &Inputs<'_>,
     map_size: [u32; 2],
-    (name, technique, setting): (&'static str, &str, &'static [(&str, &str)]),
+    (name, technique, setting): Variant,
     settings: &[(&str, &str)],
     what: &str,
 ) -> Vec<f32> {
@@ -95,17 +97,16 @@ fn shipped_scenes_are_equal_bit_for_bit() {
     });
 }
 
-/// Properties that select a branch.
+/// Properties that select a branch. Each `Option` that the fields end in is `None` in silhouette recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Scenario {
     I,
-    /// In filtering: whether the fragment is lit.
+    /// `true` if the fragment is lit.
     O(Option<bool>),
-    /// `true` if both ends on u were found, `false` if both on v. In filtering: the end found on the other axis, and
-    /// whether the fragment is lit.
+    /// `true` if both ends on u were found, `false` if both on v. Then the end found on the other axis, and `true` if
+    /// the fragment is lit.
     U(bool, Option<(Option<usize>, bool)>),
-    /// The ends found on u and v, and whether the discontinuity runs along u. In filtering: whether the fragment is
-    /// lit.
+    /// The ends found on u and v; `true` if the discontinuity runs along u; `true` if the fragment is lit.
     L(usize, usize, bool, Option<bool>),
 }
 

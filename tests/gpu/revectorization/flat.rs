@@ -1,6 +1,7 @@
 //! A plane under a shadow map made here, seen so that every pixel lies at a known position in a known texel. Also the
 //! results of the functions there from the bare shadow tests, without camera, light or depth.
 
+use crate::common::plain_inputs;
 use crate::noise::visibility_of;
 use ash::vk;
 use edgeshade::gpu::{Image, ImageDesc};
@@ -130,13 +131,8 @@ impl Flat {
     fn inputs(&self) -> Inputs<'_> {
         let [depth, normal, map] = &self.images;
         Inputs {
-            camera: &self.camera,
-            depth: depth.as_ref(),
             normal: Some((normal.as_ref(), NormalEncoding::Cartesian)),
-            shadow_map: map.as_ref(),
-            light: &self.light,
-            light_version: None,
-            casters: &[],
+            ..plain_inputs(&self.camera, depth, map, &self.light)
         }
     }
 

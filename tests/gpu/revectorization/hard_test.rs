@@ -123,13 +123,13 @@ fn away_from_edges_the_family_keeps_the_test() {
         for scene in every_shipped() {
             let map_size = 256;
             let mut r = renderer(host, &scene, desc(SIZE, map_size));
-            // At the point itself and on its plane, without offset or slack.
+            // The techniques test the point itself on its plane, without offset or slack.
             let exact = [("normal_offset", "0"), ("slack", "0")];
             let images = modes.map(|(id, params)| visibility(&mut r, id, &[params, &exact].concat()));
             let shot = Shot::of(host, &r, true);
             let triangles = host.read_image::<u32>(&r.gbuffer().triangle).unwrap();
             let light = *r.light();
-            // Only where the ray and the rasteriser see the same triangle.
+            // A pixel counts only if the ray and the rasteriser see the same triangle.
             let certain: Vec<Certain> = hits(&scene, &r, SIZE)
                 .iter()
                 .zip(&triangles)

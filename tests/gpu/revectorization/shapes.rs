@@ -141,7 +141,7 @@ fn the_studys_figures_are_those_of_the_pictures() {
                 let gpu = flat.visibility(host, id, params);
                 let area = mismatch(&w, &shape, |i| gpu[i] >= 0.5);
                 let says = expected(&w, &placed(&shape), function, MAX_DISTANCE, 1);
-                // On a deciding line, or where the ramp is one half.
+                // Pixels are ties if they lie on a deciding line, or where the ramp is one half.
                 let ramp = |v: f64| function.slope() > 0.0 && (v - 0.5).abs() <= 2.0 * PLACE_ERROR;
                 let ties = (0..gpu.len()).filter(|&i| says.doubt[i] > 0.0 || ramp(says.visibility[i])).count();
                 let allowed = ties as f64 / f64::from(w.zoom * w.zoom) + 1e-9;

@@ -1,19 +1,18 @@
 //! The hybrid of soft shadows compared with its mirror, and with the techniques that it combines.
 
 use super::ground::{self, Ground, UNDER_NOISE, noise, upload};
+use super::rbssm::settings_of;
 use crate::common::enlarged;
 use crate::common::{
     Shot, assert_in_range, assert_same_bits, desc, differing, every_nth, every_shipped, frame, is_llvmpipe,
 };
-use crate::common::{renderer, search_window, shipped_scene, visibility, with_gpu};
+use crate::common::{renderer, shipped_scene, visibility, with_gpu};
 use crate::mirrors::compare;
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
 use edgeshade::reference::Mirror;
-use edgeshade::reference::soft::rbssm;
 use edgeshade::reference::soft::soft_auto::{self, Settings};
 use edgeshade::scene::RenderDesc;
-use edgeshade::technique::soft::rbssm::RbssmVisibility;
 use edgeshade::technique::{self, OutputFormat, Params, Setup, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];
@@ -33,19 +32,7 @@ fn params(set: Set) -> Params {
 fn settings(set: Set) -> Settings {
     let p = params(set);
     Settings {
-        kernel: rbssm::Settings {
-            search_taps: p.int("search_taps"),
-            filter_taps: p.int("kernel_taps"),
-            window: search_window(&p),
-            visibility: match p.word("visibility") {
-                "recovery" => RbssmVisibility::Recovery,
-                _ => RbssmVisibility::Improved,
-            },
-            least_width: p.float("least_width"),
-            max_distance: p.int("max_distance"),
-            normal_offset: p.float("normal_offset"),
-            depth_bias: p.float("depth_bias"),
-        },
+        kernel: settings_of(&p, p.int("kernel_taps")),
         filter_taps: p.int("filter_taps"),
         hard_pixels: p.float("hard_pixels"),
         kernel_texels: p.float("kernel_texels"),
@@ -69,7 +56,7 @@ fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_ties: f64) {
 #[test]
 fn it_equals_its_mirror_on_scenes() {
     with_gpu(|host| {
-        // Lights of such sizes that each kind of filter has pixels.
+        // The lights have sizes at which each kind of filter gets pixels.
         let cases = [
             ("robot", 4.0, 1024, true),
             ("courtyard", 6.0, 512, true),
@@ -184,7 +171,8 @@ fn pixels_are_listed_for_each_kind_of_filter() {
     });
 }
 
-/// With a light without size, it equals RBSM*, bit for bit, whether by hard edges or by filters without width.
+/// Under a light without size, the image equals that of RBSM*, bit for bit, whether by hard edges or by filters without
+/// width.
 #[test]
 fn a_light_without_size_is_the_hard_technique() {
     with_gpu(|host| {

@@ -61,7 +61,7 @@ fn one_level_off(map: &MapClasses) -> MapClasses {
 #[test]
 fn classes_are_those_of_the_mirror() {
     with_gpu(|host| {
-        // By form: pixels that the mirror of a planted pyramid, and of planted blocks, does not explain.
+        // Pixels, by form, that the mirror of a planted pyramid, and of planted blocks, does not explain.
         let mut noticed = [[0; 2]; FORMS.len()];
         for (name, factor, map_size, normals) in
             [("robot", 4.0, 1024, true), ("courtyard", 6.0, 512, true), ("jenga", 3.0, 333, false)]

@@ -21,14 +21,14 @@ fn penumbrae_beside_all_casters_are_whole() {
         let parts =
             vec![(plane(20.0), DAffine3::IDENTITY), (cuboid(dvec3(1.0, 0.01, 1.0)), moved(dvec3(0.0, HEIGHT, 0.0)))];
         let scene = made::scene(parts, perspective(DVec3::Y, DVec3::ZERO, 0.1), light(ANGLE));
-        // Straight down from below the slab, onto the shadow's edge; three penumbrae wide.
+        // The camera looks straight down from below the slab onto the shadow's edge; the image is three penumbrae wide.
         let width = 2.0 * (0.5 * ANGLE).tan() * HEIGHT;
         let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
         let (above, across) = (0.5 * HEIGHT, 3.0 * width);
         let eye = look_along(dvec3(1.0, above, 0.0), DVec3::NEG_Y);
         let camera = CameraView::perspective(eye, 2.0 * (0.5 * across / aspect / above).atan(), aspect, 0.02);
         let mut r = Renderer::new(host, &scene, camera, &scene.lights[0], desc(SIZE, 512)).unwrap();
-        // Root mean square difference from the ramp that similar triangles give, along the middle row.
+        // Computes the root mean square difference from the ramp that similar triangles give, along the middle row.
         let ramp = |i: u32| 0.5 + 3.0 * ((f64::from(i) + 0.5) / f64::from(SIZE[0]) - 0.5);
         let off = |image: &[f32]| {
             let row = &image[(SIZE[0] * SIZE[1] / 2) as usize..][..SIZE[0] as usize];
@@ -36,7 +36,7 @@ fn penumbrae_beside_all_casters_are_whole() {
             ((0..).zip(row).map(square).sum::<f64>() / f64::from(SIZE[0])).sqrt()
         };
         let fitted = *r.light();
-        // As tight as for a sun without size.
+        // This map is as tight as for a sun without size.
         let cut = LightView { kind: fitted.kind, ..light_view(&scene, &light(0.0)) };
         for id in ["pcss", "rbssm", "ssrbssm", "edtssm-star"] {
             let mut technique = prepare(&r, id, &[]);

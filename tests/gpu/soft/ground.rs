@@ -1,10 +1,9 @@
 //! Plane, level or tilted, that fills the views of a camera and a light, under hand-made shadow maps.
 
-use crate::common::enlarged;
 use crate::common::passes::Random;
-use ash::vk;
+use crate::common::{enlarged, plain_inputs, upload_depths};
 use edgeshade::Inputs;
-use edgeshade::gpu::{Image, ImageDesc};
+use edgeshade::gpu::Image;
 use edgeshade::host::Host;
 use edgeshade::reference::FrameData;
 use edgeshade::technique::common::view::ViewConstants;
@@ -55,12 +54,10 @@ impl Ground {
             ((FAR - DISTANCE - tilt * x) / (FAR - NEAR)) as f32
         };
         let depths: Vec<f32> = (0..IMAGE[0] * IMAGE[1]).map(|i| of_column(i % IMAGE[0])).collect();
-        let usage = vk::ImageUsageFlags::SAMPLED;
-        let desc = ImageDesc { usage, ..ImageDesc::storage("ground", vk::Format::D32_SFLOAT, IMAGE) };
         Self {
             camera: CameraView::orthographic(eye, half, NEAR, FAR),
             light: [light],
-            depth: host.upload_image(&desc, bytemuck::cast_slice(&depths)).unwrap(),
+            depth: upload_depths(host, &depths, IMAGE, false),
             depths,
         }
     }
@@ -78,15 +75,7 @@ impl Ground {
     }
 
     pub fn inputs<'a>(&'a self, map: &Image) -> Inputs<'a> {
-        Inputs {
-            camera: &self.camera,
-            depth: self.depth.as_ref(),
-            normal: None,
-            shadow_map: map.as_ref(),
-            light: &self.light,
-            light_version: None,
-            casters: &[],
-        }
+        plain_inputs(&self.camera, &self.depth, map, &self.light)
     }
 
     pub fn constants(&self, map: &Image) -> ViewConstants {
@@ -115,9 +104,7 @@ impl Ground {
 
 /// Returns a shadow map of given depths, row by row from the top.
 pub fn upload(host: &Host, depths: &[f32]) -> Image {
-    let usage = vk::ImageUsageFlags::SAMPLED;
-    let desc = ImageDesc { array: true, usage, ..ImageDesc::storage("map made here", vk::Format::D32_SFLOAT, MAP) };
-    host.upload_image(&desc, bytemuck::cast_slice(depths)).unwrap()
+    upload_depths(host, depths, MAP, true)
 }
 
 /// Returns depths of noise: holes, casters at many heights, and occasional single texels.

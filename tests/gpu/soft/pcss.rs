@@ -147,7 +147,7 @@ fn a_straight_edge_casts_a_ramp_of_the_right_width() {
                     let tie = (x - reach).abs() < 1e-3 * half;
                     if tie { 0.0 } else { (f64::from(gpu[i]) - expected).abs() }
                 };
-                // Away from the map's rim, outside which everything is lit.
+                // Pixels near the map's rim do not count: everything outside it is lit.
                 let inner = |i: &usize| {
                     ground.x(*i).abs() < 2.5 && (IMAGE[1] / 3..IMAGE[1] * 2 / 3).contains(&(*i as u32 / IMAGE[0]))
                 };
@@ -200,7 +200,7 @@ fn a_light_without_size_casts_a_hard_edge() {
             let hard = visibility(&mut r, "pcf", &[("width", "1"), ("skip", "off")]);
             let off = differing(&soft, &hard, 1e-4);
             println!("{name}: {off} of {} pixels differ", soft.len());
-            // Ties of the shadow test, which the two add up in different orders.
+            // Only ties of the shadow test may differ: the two add up the tests in different orders.
             assert!(off * 1000 <= soft.len(), "{name}: {off} pixels");
             let wide = visibility(&mut r, "pcf", &[("width", "3"), ("skip", "off")]);
             assert!(differing(&soft, &wide, 1e-4) > 300, "{name}: another width goes unnoticed");

@@ -29,10 +29,15 @@ fn params(id: &str, set: Set) -> Params {
 
 pub fn settings(set: Set) -> Settings {
     let p = params("rbssm", set);
+    settings_of(&p, p.int("filter_taps"))
+}
+
+/// Returns the mirror's settings from the parameters of `rbssm` or `soft-auto`.
+pub fn settings_of(p: &Params, filter_taps: u32) -> Settings {
     Settings {
         search_taps: p.int("search_taps"),
-        filter_taps: p.int("filter_taps"),
-        window: search_window(&p),
+        filter_taps,
+        window: search_window(p),
         visibility: match p.word("visibility") {
             "recovery" => RbssmVisibility::Recovery,
             _ => RbssmVisibility::Improved,
@@ -166,7 +171,7 @@ fn it_is_the_naive_form_on_every_scene() {
     });
 }
 
-/// With a light without size, it equals the hard technique, bit for bit.
+/// Under a light without size, the image equals that of the hard technique, bit for bit.
 #[test]
 fn a_light_without_size_is_the_hard_technique() {
     with_gpu(|host| {

@@ -78,8 +78,8 @@ impl Run {
         let surfaces = if p.word("surfaces") == "plane" { SurfaceTest::Planes } else { SurfaceTest::Depth };
         let (widths, visibility) = (image("width"), r.visibility(technique.as_ref()).unwrap());
         let technique_alone = image("hard");
-        // Where there is no penumbra, visibility is known without the hard technique. Its false shadows, and edges
-        // without width, are gone there.
+        // Outside penumbrae, visibility is known without the hard technique, so its false shadows and its edges without
+        // width are gone there.
         let hard: Vec<f32> =
             (0..widths.len()).map(|i| if widths[i] > 0.0 { technique_alone[i] } else { visibility[i] }).collect();
         let other = differing(&hard, &technique_alone, 0.0);

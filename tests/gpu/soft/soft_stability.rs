@@ -127,7 +127,7 @@ fn in_world(light: &LightView, scale: f64, translation: DVec3) -> LightView {
         directional => directional,
     };
     if !light.is_directional() {
-        // Homogeneous coordinates: makes w the distance again.
+        // Scales the homogeneous coordinates so that w is the distance again.
         moved.clip_from_view *= scale;
     }
     moved

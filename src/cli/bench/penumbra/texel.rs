@@ -32,7 +32,8 @@ fn point(truth: &Truth, camera: &CameraView, i: usize) -> DVec3 {
 fn width(light: &LightView, p: DVec3, n_dot_l: f64) -> f64 {
     let clip = &light.clip_from_view;
     let w = clip.row(3).dot(light.world_from_view.inverse().transform_point3(p).extend(1.0));
-    // Area square to the light's axis; then across the ray, and then on the surface.
+    // The area lies in a plane perpendicular to the light's axis. The first factor turns the plane perpendicular to the
+    // ray; the division projects the area onto the surface.
     let area = (2.0 * w / clip.x_axis.x) * (2.0 * w / clip.y_axis.y);
     let axis_dot_l = -light.direction().dot(light.towards(p));
     (area * axis_dot_l / n_dot_l).abs().sqrt()

@@ -78,8 +78,8 @@ pub struct FixedPenumbraSettings {
 
 /// Computes penumbrae of a fixed width around exact hard shadows: see the [module](self). The light's size is ignored.
 ///
-/// The result is that of [`hard`], except for its visibility, `samples` (`subsamples` squared) and `rays`. The sky is
-/// 1.
+/// The result is that of [`hard`], except for its visibility, `samples` (`subsamples` squared), `rays` and `seconds`.
+/// The sky is 1.
 ///
 /// # Errors
 /// Fails like [`hard`], or if a setting is out of range.

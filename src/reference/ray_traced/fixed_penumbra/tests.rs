@@ -25,7 +25,8 @@ fn boundary_of(name: &str) -> (Vec<Segment>, Vec<Place>) {
     (segments, pixels.collect())
 }
 
-/// Checks every segment, each at a thousand points.
+/// Returns the distance to the nearest segment within `reach`, from all segments. Also checks the distance of each
+/// segment at a thousand of its points.
 fn by_brute_force(segments: &[Segment], place: &Place, reach: f64) -> Option<f64> {
     let distances = segments.iter().filter_map(|s| {
         let d = s.distance(place)?;

@@ -11,9 +11,10 @@
 //! * Listing 2 and table 1 of Macedo 2017 disagree: the table swaps top and bottom. The listing counts.
 //! * Listing 3 misspells its loop variable, and its `d` must have three components. `checkDiscontinuity` is not
 //!   printed. Here a stepped texel shares a discontinuity direction with the start texel if it differs on a side
-//!   *across* the traversal on which the start texel differs too. Sides along the traversal cannot be shared: the
-//!   start texel's would have ended the traversal at its first step. A traversal that reaches the largest distance has
-//!   not ended and is negative.
+//!   *across* the traversal on which the start texel differs too. Sides along the traversal cannot be shared. If the
+//!   start texel differs from the texel ahead of it, the traversal ends at its first step. The texel behind a stepped
+//!   texel belongs to the run and so has the same test. A traversal that reaches the largest distance has not ended and
+//!   is negative.
 //! * `normalizeFragmentDistanceToSE` is not printed. Macedo 2019 equation 3 has `max(d_l, d_b)` as its second
 //!   component; it must be `max(d_t, d_b)`. The traversal, not the sign of the distance, tells whether a run ended at
 //!   an edge end, because the distance is 0 on the texel's own border.
@@ -143,8 +144,9 @@ impl Function {
         match self {
             Self::Silhouette | Self::Star | Self::Profile(_) => 0.0,
             Self::Filtered | Self::Ramp => 1.0,
-            // The distance to the profile changes by at most 1 a texel, and by as much again as the profile's slope changes,
-            // at most 8 a texel over runs of a texel: (above * 8) * slope / (1 + slope^2)^1.5 with above <= 1.5.
+            // The distance is above / sqrt(1 + slope^2), where `above`, at most 1.5, is the height over the profile. A
+            // step along one axis changes it by at most 1 per texel through `above`. The slope changes by at most 8 per
+            // texel, which changes the distance by at most (above * 8) * slope / (1 + slope^2)^1.5 < 4.7.
             Self::ProfileRamp(_, width) => 6.0 / width,
         }
     }
@@ -155,8 +157,8 @@ impl Function {
 pub struct Outcome {
     /// Visibility: 1 is lit, 0 is in shadow.
     pub visibility: f64,
-    /// Distance, texels, that the point may be moved within its texel before the visibility jumps, at least. It is
-    /// infinite if the visibility does not jump in the texel, and 0 on the line that decides the point.
+    /// Lower bound on the distance, texels, by which the point can move within its texel before the visibility jumps.
+    /// It is infinite if the visibility does not jump in the texel, and 0 on the line that decides the point.
     pub margin: f64,
 }
 

@@ -363,8 +363,8 @@ fn end_lines(texels: &impl Texels, crack: Crack, run: &Run) -> [Option<f64>; 2] 
 
 /// Combines the profiles of a texel's sides at a point.
 pub(super) fn outcome(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec2) -> Outcome {
-    // The test flips if any side flips it. A flipped point stays so while one side does; an unflipped one until the
-    // first does.
+    // The test flips if any side flips it. So a flipped point stays flipped until the last side lets go of it, and an
+    // unflipped point stays unflipped until the first side flips it.
     let (mut within, mut apart): (f64, f64) = (0.0, f64::INFINITY);
     let mut flips = false;
     for (side, profile) in Side::ALL.into_iter().zip(profiles) {
@@ -386,8 +386,8 @@ pub(super) fn outcome(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec
     Outcome { visibility, margin: if flips { within } else { apart } }
 }
 
-/// Returns the visibility with a ramp of `width` texels across the boundary: by the distance to the nearest of the sides'
-/// curves, to first order.
+/// Returns the visibility with a ramp of `width` texels across the boundary. The ramp takes the distance to the nearest
+/// of the curves over the sides, to first order.
 pub(super) fn ramp(lit: bool, profiles: &[Option<Profile>; 4], fraction: DVec2, width: f64) -> f64 {
     let distance = |(side, profile): (Side, &Option<Profile>)| {
         let profile = profile.as_ref()?;

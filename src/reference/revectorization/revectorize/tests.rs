@@ -166,7 +166,8 @@ fn the_runs_next_door_tilt_and_bow() {
     let lines = [Some(-1.3), Some(0.6)];
     assert_eq!(heights(profile_curve(&z, Some([next(5, End::Away), NextDoor::NONE]), lines, 16)), [-1.0, 0.6]);
 
-    // A bow of 4 texels: 1/8 by its length; with runs of 2 on both sides, a quarter of (2 squared minus 1).
+    // A bow of 4 texels has the peak 1/8 by its length. Runs of 2 texels on both sides ask for 1 / (2^2 - 1) - 1/2.
+    // Then the weights of the two are 0.3 and 0.7.
     let u = run([End::Toward; 2]);
     let Curve::Bow { height, depth } = curve(u, NextDoor::NONE, next(2, End::Toward)) else { panic!() };
     assert!(near(height, 0.5) && near(depth, 0.625));
@@ -179,7 +180,7 @@ fn the_runs_next_door_tilt_and_bow() {
     assert!(near(middle, 0.125) && near(profile_height(&hump, 4.0, 16, None, [None; 2]), -0.5));
 }
 
-/// Columns whose boundary is at these rows: steps of 3, 3 and 2 texels to a plain on either side.
+/// The boundary rises by steps of 3, 3 and 2 texels between two plains. `top` gives its row in each column.
 #[test]
 fn the_runs_next_door_are_found() {
     let top = |x: i64| match x {

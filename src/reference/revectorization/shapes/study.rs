@@ -44,7 +44,15 @@ impl Method {
         Self::Revectorized(Function::Profile(Quality::Line)),
     ];
 
-    /// Returns the name in tables.
+    /// Filters, which have values between lit and shadow.
+    pub const FILTERS: [Self; 4] = [
+        Self::Bilinear,
+        Self::Revectorized(Function::Filtered),
+        Self::Revectorized(Function::Ramp),
+        Self::Revectorized(Function::ProfileRamp(Quality::Run, 0.5)),
+    ];
+
+    /// Returns the name in tables, where values count as lit from 0.5 up.
     pub fn name(self) -> &'static str {
         match self {
             Self::ShadowMap => "shadow map",
@@ -58,6 +66,11 @@ impl Method {
             Self::Revectorized(Function::Ramp) => "ramp of eq. 7 at 0.5",
             Self::Revectorized(Function::ProfileRamp(..)) => "edge profile with a ramp at 0.5",
         }
+    }
+
+    /// Returns the name in tables, where values count as they are.
+    pub fn filter_name(self) -> &'static str {
+        self.name().trim_end_matches(" at 0.5")
     }
 
     /// Returns whether the method depends on the largest distance of a traversal.
@@ -104,12 +117,20 @@ pub struct Row {
     pub fetches_as_listed: f64,
     /// Mismatch of each class, texels, in the order of [`Class::ALL`].
     pub classes: Vec<f64>,
+    /// Squared error of the values of each class, summed over the area, per texel of silhouette. For a hard edge it equals
+    /// the mismatch.
+    pub squares: Vec<f64>,
 }
 
 impl Row {
     /// Returns the mismatch area per texel of silhouette, texels.
     pub fn mismatch(&self) -> f64 {
         self.over + self.under
+    }
+
+    /// Returns the mean of [`Row::squares`] over the classes.
+    pub fn square(&self) -> f64 {
+        self.squares.iter().sum::<f64>() / self.squares.len() as f64
     }
 }
 
@@ -118,6 +139,7 @@ impl Row {
 struct Tally {
     over: f64,
     under: f64,
+    square: f64,
     displacement: f64,
     fetches: u64,
     fetches_as_listed: u64,
@@ -167,7 +189,7 @@ pub fn image(shape: &Shape, method: Method, max_distance: u32, scale: u32) -> Ve
         for j in 0..scale {
             image.extend((0..TILE * scale).map(|i| {
                 let fraction = (dvec2((i % scale).into(), j.into()) + 0.5) / f64::from(scale);
-                answers[(i / scale) as usize].is_lit(fraction)
+                answers[(i / scale) as usize].visibility(fraction) >= 0.5
             }));
         }
     }
@@ -196,7 +218,8 @@ fn row((method, max_distance): (Method, Option<u32>), index: usize, measured: &[
         displacement: mean(&|c| sum(c, &|t| t.displacement) / c.len() as f64),
         fetches: mean(&|c| sum(c, &|t| t.fetches as f64) / boundary(c)),
         fetches_as_listed: mean(&|c| sum(c, &|t| t.fetches_as_listed as f64) / boundary(c)),
-        classes: classes.map(|c| sum(c, &|t| t.over + t.under) / length(c)).collect(),
+        classes: classes.clone().map(|c| sum(c, &|t| t.over + t.under) / length(c)).collect(),
+        squares: classes.clone().map(|c| sum(c, &|t| t.square) / length(c)).collect(),
     }
 }
 
@@ -234,8 +257,10 @@ fn measure(shape: &Shape, variants: &[(Method, Option<u32>)], subsamples: u32) -
             }
             let area = 1.0 / points.len() as f64;
             for (&point, &distance) in points.iter().zip(&distances) {
-                let lit = answer.is_lit(point);
-                if lit != (distance >= 0.0) {
+                let value = answer.visibility(point);
+                let (lit, truth) = (value >= 0.5, distance >= 0.0);
+                tally.square += area * (value - f64::from(u8::from(truth))).powi(2);
+                if lit != truth {
                     *(if lit { &mut tally.under } else { &mut tally.over }) += area;
                     tally.displacement = tally.displacement.max(distance.abs());
                 }
@@ -265,21 +290,21 @@ impl Answer<'_> {
         if prepared.keeps_test() { Self::Constant(prepared.is_lit()) } else { Self::Prepared(prepared) }
     }
 
-    fn is_lit(&self, fraction: DVec2) -> bool {
+    fn visibility(&self, fraction: DVec2) -> f64 {
         match self {
-            Self::Constant(lit) => *lit,
-            Self::Bilinear(around) => around.bilinear(fraction) >= 0.5,
-            Self::Prepared(prepared) => prepared.at(fraction).visibility >= 0.5,
+            Self::Constant(lit) => f64::from(u8::from(*lit)),
+            Self::Bilinear(around) => around.bilinear(fraction),
+            Self::Prepared(prepared) => prepared.at(fraction).visibility,
         }
     }
 }
 
-/// Returns the number of shadow tests that listings 1 to 3 take as printed; `None` for a method that is not in the
-/// listings.
+/// Returns the number of shadow tests that a method takes if listings 1 to 3 run as printed; `None` for edge profiles
+/// and for methods that do not traverse edges.
 fn as_listed(method: Method, tests: &Tests<'_>, texel: [i64; 2], max_distance: u32) -> Option<u64> {
     let Method::Revectorized(function) = method else { return None };
     match function {
-        Function::Profile(_) => return None,
+        Function::Profile(_) | Function::ProfileRamp(..) => return None,
         Function::Silhouette if !tests.lit(texel) => return Some(1),
         _ => {}
     }

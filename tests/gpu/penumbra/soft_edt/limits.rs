@@ -1,27 +1,13 @@
 //! Properties that hold for any scene, size and light.
 
-use super::Pairs;
 use crate::common::enlarged;
-use crate::common::{assert_in_range, assert_same_bits, desc, differing, prepare, renderer, shipped_scene, with_gpu};
+use crate::common::{assert_same_bits, desc, differing, prepare, renderer, shipped_scene, with_gpu};
 use crate::made::{cuboid, moved, perspective, plane, scene, spot, still_life, sun};
-use edgeshade::scene::Renderer;
+use crate::penumbra::shadows;
 use glam::{DAffine3, DVec3, dvec3};
 
 const SIZE: [u32; 2] = [160, 90];
 const IDS: [&str; 2] = ["edtssm", "edtssm-star"];
-
-/// Returns visibility and checks that it is in range and the same with and without skipping.
-fn shadows(r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, what: &str) -> Vec<f32> {
-    let mut run = |skip: &str| {
-        let mut technique = prepare(r, id, &[params, &[("skip", skip)]].concat());
-        r.frame(technique.as_mut()).unwrap();
-        r.visibility(technique.as_ref()).unwrap()
-    };
-    let [off, auto] = ["off", "auto"].map(&mut run);
-    assert_in_range(&off, what);
-    assert_same_bits(&off, &auto, &format!("{what}: {id} {params:?}, skip"));
-    off
-}
 
 #[test]
 fn soft_shadows_hold_at_the_limits() {

@@ -91,7 +91,7 @@ fn kinds() -> [(&'static str, Pairs<'static>, f64); 3] {
 fn penumbrae_are_as_wide_as_the_light_makes_them() {
     with_gpu(|host| {
         for (along_z, tilt) in TILTS {
-            // Not in the zenith: the bias is almost zero there, and a plane may shadow itself by rounding.
+            // The sun is never in the zenith, where the bias is almost zero and a plane may shadow itself by rounding.
             for lean in [0.15f64, 0.7] {
                 let mut r = renderer(host, &scene(along_z, tilt.to_radians(), lean, DVec3::ZERO), desc(SIZE, MAP));
                 for (id, params, share) in kinds() {
@@ -109,7 +109,7 @@ fn penumbrae_are_as_wide_as_the_light_makes_them() {
                     assert!(found.len() > 40, "{what}: {} lines", found.len());
                     assert!((mean - 1.0).abs() < 0.03 && least > 0.94 && most < 1.06, "{what}");
                 }
-                // With a footprint as if the receiver faced the camera, the width is another.
+                // The footprint of a receiver that faces the camera gives another width.
                 if !along_z && lean < 0.5 {
                     let visibility = image(host, &mut r, "ssrbssm", &[("footprint", "screen")]);
                     let width = 2.0 * (0.5 * ANGLE).tan() * HEIGHT / lean.cos();
