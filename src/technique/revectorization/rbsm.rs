@@ -11,7 +11,7 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário, Agüero 2017, listing 4",
     summary: "Silhouette recovery: straightens the stairs of the shadow map's edges by growing the shadow.",
     params: &[RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
-    published: &[("receiver", "fixed"), ("depth_bias", "3")],
+    published: &[("receiver", "fixed"), ("normal_offset", "1"), ("depth_bias", "2")],
     needs: &[],
     kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, Revectorization::Silhouette)),
 };

@@ -12,7 +12,7 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário, Agüero 2017, listing 5; Macedo, Apolinário 2018, eq. 7",
     summary: "A ramp across every step of an edge, on both of its sides: anti-aliased edges about a texel wide.",
     params: &[SHAPES, RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
-    published: &[("shapes", "printed"), ("receiver", "fixed"), ("depth_bias", "3")],
+    published: &[("shapes", "printed"), ("receiver", "fixed"), ("depth_bias", "1.5")],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };

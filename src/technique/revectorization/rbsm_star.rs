@@ -11,7 +11,7 @@ pub const INFO: Info = Info {
     paper: "Macedo, Apolinário 2018, eq. 5-7",
     summary: "Lines that meet in the middle of every step: straight edges where the map has stairs, without growing the shadow.",
     params: &[RECEIVER, MAX_DISTANCE, NORMAL_OFFSET, DEPTH_BIAS, SLACK, SKIP],
-    published: &[("receiver", "fixed"), ("depth_bias", "3")],
+    published: &[("receiver", "fixed"), ("depth_bias", "1.5")],
     needs: &[],
     kind: Kind::RealTime(|context, setup| revectorized::prepare(context, setup, Revectorization::Star)),
 };

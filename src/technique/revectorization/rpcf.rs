@@ -36,7 +36,7 @@ pub const INFO: Info = Info {
              bounds, depth bounds of the map's blocks decide pixels before any test, and the rest is listed; the image is the same",
         ),
     ],
-    published: &[("visibility", "printed"), ("receiver", "fixed"), ("depth_bias", "3")],
+    published: &[("visibility", "printed"), ("receiver", "fixed"), ("normal_offset", "2"), ("depth_bias", "3")],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
