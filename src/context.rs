@@ -94,6 +94,7 @@ pub struct Context {
     device: Arc<Device>,
     nearest: vk::Sampler,
     nearest_clamped: vk::Sampler,
+    linear_clamped: vk::Sampler,
     pipelines: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
     /// By the text of their state, which names every part of it.
     raster_pipelines: Mutex<HashMap<String, Arc<RasterPipeline>>>,
@@ -147,10 +148,23 @@ impl Context {
             // SAFETY: nobody has it yet.
             unsafe { device.raw.destroy_sampler(nearest, None) };
         })?;
+        let linear = clamped
+            .mag_filter(vk::Filter::LINEAR)
+            .min_filter(vk::Filter::LINEAR)
+            .mipmap_mode(vk::SamplerMipmapMode::LINEAR)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        let linear_clamped = device.sampler(&linear, "linear, clamped").inspect_err(|_| {
+            // SAFETY: nobody has them yet.
+            unsafe {
+                device.raw.destroy_sampler(nearest, None);
+                device.raw.destroy_sampler(nearest_clamped, None);
+            }
+        })?;
         Ok(Self {
             device,
             nearest,
             nearest_clamped,
+            linear_clamped,
             pipelines: Mutex::default(),
             raster_pipelines: Mutex::default(),
             has_rastered: AtomicBool::new(false),
@@ -175,6 +189,11 @@ impl Context {
     /// Nearest filtering; outside the image its border goes on.
     pub(crate) fn nearest_clamped(&self) -> vk::Sampler {
         self.nearest_clamped
+    }
+
+    /// Linear filtering, also between levels; outside the image its border goes on. For formats that can be filtered.
+    pub(crate) fn linear_clamped(&self) -> vk::Sampler {
+        self.linear_clamped
     }
 
     /// The compute pipeline of a shader that binds `B`, with the given specialization constants, made once.
@@ -242,6 +261,7 @@ impl Drop for Context {
         unsafe {
             self.device.raw.destroy_sampler(self.nearest, None);
             self.device.raw.destroy_sampler(self.nearest_clamped, None);
+            self.device.raw.destroy_sampler(self.linear_clamped, None);
         }
     }
 }
