@@ -96,6 +96,7 @@ pub struct Context {
     device: Arc<Device>,
     nearest: vk::Sampler,
     nearest_clamped: vk::Sampler,
+    linear_clamped: vk::Sampler,
     pipelines: Mutex<HashMap<PipelineKey, Arc<ComputePipeline>>>,
     /// Raster pipelines by the debug text of their state, which contains every part of the state.
     raster_pipelines: Mutex<HashMap<String, Arc<RasterPipeline>>>,
@@ -150,10 +151,23 @@ impl Context {
             // SAFETY: the sampler has not been used yet.
             unsafe { device.raw.destroy_sampler(nearest, None) };
         })?;
+        let linear = clamped
+            .mag_filter(vk::Filter::LINEAR)
+            .min_filter(vk::Filter::LINEAR)
+            .mipmap_mode(vk::SamplerMipmapMode::LINEAR)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        let linear_clamped = device.sampler(&linear, "linear, clamped").inspect_err(|_| {
+            // SAFETY: nobody has them yet.
+            unsafe {
+                device.raw.destroy_sampler(nearest, None);
+                device.raw.destroy_sampler(nearest_clamped, None);
+            }
+        })?;
         Ok(Self {
             device,
             nearest,
             nearest_clamped,
+            linear_clamped,
             pipelines: Mutex::default(),
             raster_pipelines: Mutex::default(),
             has_rastered: AtomicBool::new(false),
@@ -178,6 +192,12 @@ impl Context {
     /// Sampler with nearest filtering that repeats the border texels outside the image.
     pub(crate) fn nearest_clamped(&self) -> vk::Sampler {
         self.nearest_clamped
+    }
+
+    /// Sampler that filters linearly within and between levels, and repeats the image's border outside. For formats that
+    /// can be filtered.
+    pub(crate) fn linear_clamped(&self) -> vk::Sampler {
+        self.linear_clamped
     }
 
     /// Returns the compute pipeline of a shader with the given specialization constants, which binds the resources `B`
@@ -268,6 +288,7 @@ impl Drop for Context {
         unsafe {
             self.device.raw.destroy_sampler(self.nearest, None);
             self.device.raw.destroy_sampler(self.nearest_clamped, None);
+            self.device.raw.destroy_sampler(self.linear_clamped, None);
         }
     }
 }

@@ -228,6 +228,9 @@ const PENUMBRA: Param = Param::float(
 pub const ALL: &[Info] = &[
     filtering::sm::INFO,
     filtering::pcf::INFO,
+    filtering::vsm::INFO,
+    filtering::evsm::INFO,
+    filtering::msm::INFO,
     revectorization::rbsm::INFO,
     revectorization::rbsm_filtered::INFO,
     revectorization::rbsm_branches::INFO,

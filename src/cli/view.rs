@@ -220,6 +220,7 @@ fn planes(host: &Host, image: &Image) -> Result<Vec<Vec<f32>>> {
     let uint8 = |b: &[u8]| f32::from(b[0]);
     let snorm16 = |b: &[u8]| (f32::from(i16::from_le_bytes([b[0], b[1]])) / 32767.0).max(-1.0);
     let uint16 = |b: &[u8]| f32::from(u16::from_le_bytes([b[0], b[1]]));
+    let unorm16 = |b: &[u8]| f32::from(u16::from_le_bytes([b[0], b[1]])) / 65535.0;
     let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
     let float = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     let uint32 = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32;
@@ -231,6 +232,7 @@ fn planes(host: &Host, image: &Image) -> Result<Vec<Vec<f32>>> {
         F::R16_UINT => (1, 2, uint16),
         F::R16G16_UINT => (2, 2, uint16),
         F::R16G16_SNORM => (2, 2, snorm16),
+        F::R16G16B16A16_UNORM => (4, 2, unorm16),
         F::R16_SFLOAT => (1, 2, half),
         F::R16G16_SFLOAT => (2, 2, half),
         F::R16G16B16A16_SFLOAT => (4, 2, half),

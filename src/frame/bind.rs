@@ -67,6 +67,7 @@ impl Frame<'_> {
             .map(|(slot, b)| {
                 let sampler = match (slot.kind, b) {
                     (ResourceKind::SampledImage, Bind::BorderlessMap(_)) => self.context.nearest_clamped(),
+                    (ResourceKind::SampledImage, Bind::Filtered(_)) => self.context.linear_clamped(),
                     (ResourceKind::SampledImage, _) => self.context.nearest(),
                     _ => vk::Sampler::null(),
                 };

@@ -9,6 +9,8 @@ use ash::vk::{self, Handle};
 pub enum Bind<'a> {
     /// An image of the library with all its mip levels. A format with depth and stencil is read as depth.
     Image(&'a Image),
+    /// The same, read through a sampler that filters within and between levels and repeats the border outside.
+    Filtered(&'a Image),
     /// One mip level of an image of the library.
     Mip(&'a Image, u32),
     /// The stencil of an image of the library, for a `usampler2D`.
@@ -27,14 +29,14 @@ pub enum Bind<'a> {
 impl<'a> Bind<'a> {
     pub(crate) fn owned(&self) -> Option<&'a Image> {
         match *self {
-            Self::Image(i) | Self::Mip(i, _) | Self::Stencil(i) => Some(i),
+            Self::Image(i) | Self::Filtered(i) | Self::Mip(i, _) | Self::Stencil(i) => Some(i),
             Self::Input(_) | Self::BorderlessMap(_) | Self::Buffer(_) | Self::Foreign(..) => None,
         }
     }
 
     pub(crate) fn image(&self) -> Option<ImageRef> {
         match *self {
-            Self::Image(i) => Some(i.as_ref()),
+            Self::Image(i) | Self::Filtered(i) => Some(i.as_ref()),
             Self::Mip(i, level) => Some(i.mip(level)),
             Self::Stencil(i) => Some(i.stencil()),
             Self::Input(i) | Self::BorderlessMap(i) => Some(*i),

@@ -11,6 +11,8 @@ use edgeshade::technique::{ALL, Kind};
 const KEEPERS: &[(&str, &[(&str, &str)])] = &[
     ("pcf", &[("width", "15"), ("skip", "tiles")]),
     ("pcf", &[("width", "31")]),
+    ("vsm", &[("filter", "gaussian"), ("mips", "off")]),
+    ("msm", &[("filter", "gaussian"), ("bits", "16")]),
     ("rpcf", &[("skip", "bounds")]),
     ("sssm", &[("generation", "raster")]),
     ("edsm", &[("border", "4")]),

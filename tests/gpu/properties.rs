@@ -18,6 +18,12 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("pcf", &[("width", "1"), ("skip", "off")]),
     ("pcf", &[("width", "3"), ("fetch", "loop"), ("skip", "tiles")]),
     ("pcf", &[("width", "15"), ("fetch", "gather"), ("skip", "pixels")]),
+    ("vsm", &[]),
+    ("vsm", &[("filter", "gaussian"), ("width", "9"), ("fetch", "texels")]),
+    ("evsm", &[]),
+    ("evsm", &[("bits", "16"), ("warps", "positive"), ("mips", "off")]),
+    ("msm", &[]),
+    ("msm", &[("bits", "16"), ("reconstruction", "hausdorff"), ("width", "7")]),
     ("rbsm", &[("skip", "off")]),
     ("rbsm-filtered", &[]),
     ("rbsm-branches", &[]),
@@ -78,10 +84,19 @@ fn count(values: &[f32], is: impl Fn(f32) -> bool) -> usize {
     values.iter().filter(|v| is(**v)).count()
 }
 
-fn all_equal(value: f32) -> impl FnMut(&[f32], &str) {
+/// Visibility from which a mode's pixel counts as lit. The moments of a window that a tilted receiver fills itself do not
+/// tell it from an occluder for certain, so bounds from them shade it.
+fn least_lit(what: &str) -> f32 {
+    match what {
+        w if w.contains(": msm ") => 0.8,
+        _ => 1.0,
+    }
+}
+
+fn all_lit() -> impl FnMut(&[f32], &str) {
     move |values, what| {
-        let others = count(values, |v| v != value);
-        assert_eq!(others, 0, "{what}: {others} of {} pixels are not {value}", values.len());
+        let others = count(values, |v| v < least_lit(what));
+        assert_eq!(others, 0, "{what}: {others} of {} pixels are not lit", values.len());
     }
 }
 
@@ -126,7 +141,7 @@ fn without_casters_everything_is_lit() {
             let camera = perspective(dvec3(0.0, 6.0, 12.0), DVec3::ZERO, 0.1);
             let scene = made::scene(vec![(plane(5.0), DAffine3::IDENTITY)], camera, light);
             let mut r = renderer(host, &scene, desc(SIZE, 256));
-            every_mode(&mut r, "a ground alone", all_equal(1.0));
+            every_mode(&mut r, "a ground alone", all_lit());
         }
     });
 }
@@ -209,7 +224,7 @@ fn a_light_that_looks_away_shadows_only_what_faces_away() {
             let wrong = values
                 .iter()
                 .zip(&facing)
-                .filter(|(v, f)| f.abs() > terminator && **v != if **f > 0.0 { 1.0 } else { 0.0 });
+                .filter(|(v, f)| f.abs() > terminator && if **f > 0.0 { **v < least_lit(what) } else { **v > 0.0 });
             // Pixels at edges may show the other of two surfaces.
             let wrong = wrong.count();
             assert!(wrong * 500 <= values.len(), "{what}: {wrong} pixels");
@@ -223,16 +238,16 @@ fn nothing_to_see_is_lit() {
         // All pixels are the same.
         let size = [64, 36];
         let mut empty = renderer(host, &Scene::default(), desc(size, 64));
-        every_mode(&mut empty, "empty scene", all_equal(1.0));
+        every_mode(&mut empty, "empty scene", all_lit());
         let mut scene = still_life(sun(DVec3::ONE));
         scene.cameras = vec![perspective(dvec3(0.0, 5.0, 0.0), dvec3(0.0, 50.0, 1.0), 0.1)];
         let mut sky = renderer(host, &scene, desc(size, 64));
-        every_mode(&mut sky, "camera at the sky", all_equal(1.0));
+        every_mode(&mut sky, "camera at the sky", all_lit());
         // A mesh without triangles, and one whose triangles are points.
         let point = [DVec3::ONE; 3];
         let parts = vec![(made::mesh(&[]), DAffine3::IDENTITY), (made::mesh(&[point]), DAffine3::IDENTITY)];
         let scene = made::scene(parts, perspective(dvec3(0.0, 0.0, 9.0), DVec3::ZERO, 0.1), sun(DVec3::ONE));
-        every_mode(&mut renderer(host, &scene, desc(size, 64)), "degenerate", all_equal(1.0));
+        every_mode(&mut renderer(host, &scene, desc(size, 64)), "degenerate", all_lit());
     });
 }
 
@@ -267,7 +282,7 @@ fn far_ranges_hold() {
                 let p = hit.position.abs();
                 let (inside, outside) = (p.x.max(p.z) < 35.0, p.x.max(p.z) > 85.0);
                 dark += usize::from(inside && *v > 0.0);
-                lit += usize::from(outside && *v < 1.0);
+                lit += usize::from(outside && *v < least_lit(what));
             }
             assert_eq!((dark, lit), (0, 0), "{what}: lit inside the shadow, dark outside");
         });

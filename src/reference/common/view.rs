@@ -482,6 +482,11 @@ impl<'a> View<'a> {
         }
     }
 
+    /// Returns the gradients, per world unit, of the map's u and v at a point.
+    pub fn map_gradients(&self, l: &LightPoint) -> [DVec3; 2] {
+        [0, 1].map(|i| 0.5 / l.w * (self.row(i) - l.ndc[i] * self.row(3)))
+    }
+
     /// Returns the gradient of the stored depth at a point whose `w` is `1 / by_w`.
     fn depth_gradient(&self, by_w: f64) -> DVec3 {
         if self.light_depth_scale > 0.0 { self.light_depth_scale * by_w * by_w * self.row(3) } else { self.row(2) }

@@ -212,6 +212,9 @@ fn the_same_light_keeps_its_results() {
 
 /// Techniques that keep data by default.
 const KEEPING: &[&str] = &[
+    "vsm",
+    "evsm",
+    "msm",
     "pcss",
     "rbssm",
     "rbssm-naive",

@@ -1,5 +1,9 @@
 //! Shadow mapping and percentage-closer filtering equal their mirrors in `f64`, pixel by pixel.
 
+mod bounds;
+mod moments;
+mod summed_area;
+
 use crate::common::{
     Shot, assert_same_bits, differing, every_nth, every_shipped, frame, shipped_scene, visibility, with_gpu,
 };

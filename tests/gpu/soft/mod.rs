@@ -3,7 +3,7 @@
 mod auto;
 mod classes;
 mod fit;
-mod ground;
+pub mod ground;
 mod pcss;
 mod rbssm;
 mod screen_space;
