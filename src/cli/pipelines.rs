@@ -248,6 +248,9 @@ impl List {
                 }
             }
         }
+        if !over.is_empty() {
+            over.push("the budget is made for AMD's RDNA 2, whose SIMD units keep up to 32 subgroups\n".into());
+        }
         format!("{table}\nscratch and code in bytes; subgroups per SIMD unit\n{}", over.concat())
     }
 }

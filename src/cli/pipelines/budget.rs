@@ -78,7 +78,7 @@ const COLUMNS: [Column; 5] = [
     Column { name: "scratch bytes", figure: |f| f.scratch_bytes, more_is_better: false, limit: Some(0) },
     // The instruction cache of many GPUs.
     Column { name: "code bytes", figure: |f| f.code_bytes, more_is_better: false, limit: Some(32 << 10) },
-    // A quarter of what RADV reports for a small shader.
+    // A quarter of what RADV reports for a small shader on RDNA 2; its counts for other GPUs have other maxima.
     Column { name: "subgroups per SIMD", figure: |f| f.subgroups_per_simd, more_is_better: true, limit: Some(8) },
 ];
 
