@@ -540,7 +540,7 @@ fn null_hardware_compiles_but_does_not_render() {
     let (code, stdout, stderr) = run(&check);
     assert_eq!(code, Some(1), "{stdout}{stderr}");
     let fault = format!("FAULT: filtering/sm.comp STEP=0: registers {registers}, before {}", registers - 1);
-    assert!(stdout.contains(&fault) && stderr.contains("1 fault"), "{stdout}{stderr}");
+    assert!(stdout.contains(&fault) && stderr.contains("faults of pipelines: 1."), "{stdout}{stderr}");
 
     for args in [&["render"][..], &["compare", "jenga", "-t", "sm"], &["bench", "--suite", "pcf", "--quick"]] {
         let (code, stdout, stderr) = run(args);

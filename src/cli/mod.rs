@@ -110,7 +110,8 @@ pub fn main() -> ExitCode {
     match &failure {
         Failure::Error(error) => console::complain(error),
         Failure::Pipelines(n) => console::complain(format_args!(
-            "{n} faults of pipelines: mend them, or write the table anew with --write and say in the commit why"
+            "faults of pipelines: {n}. Mend them; or, if they are right, write the figures with --write, name by hand what stays \
+             over the budget, and say in the commit why"
         )),
         Failure::Validation(1) => console::complain("the validation layer has reported a fault"),
         Failure::Validation(n) => console::complain(format_args!("the validation layer has reported {n} faults")),

@@ -41,7 +41,8 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Makes the buffer and allocates its memory.
+    /// Makes the buffer and allocates its memory. On a device that only compiles, which has no memory, there is no
+    /// Vulkan buffer behind it.
     pub fn new(device: &Arc<Device>, desc: &BufferDesc<'_>) -> Result<Self> {
         let size = desc.size.max(4);
         if !device.has_memory() {

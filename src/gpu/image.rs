@@ -90,7 +90,8 @@ pub struct Image {
 }
 
 impl Image {
-    /// Makes the image and allocates its memory. The first use in a frame changes the layout from `UNDEFINED`.
+    /// Makes the image and allocates its memory. The first use in a frame changes the layout from `UNDEFINED`. On a
+    /// device that only compiles, which has no memory, there is no Vulkan image behind it.
     ///
     /// # Errors
     /// [`Error::Usage`] for an image larger than the device allows. Not every driver refuses such an image by itself.

@@ -78,7 +78,7 @@ const COLUMNS: [Column; 5] = [
     Column { name: "scratch bytes", figure: |f| f.scratch_bytes, more_is_better: false, limit: Some(0) },
     // The instruction cache of many GPUs.
     Column { name: "code bytes", figure: |f| f.code_bytes, more_is_better: false, limit: Some(32 << 10) },
-    // A quarter of what RADV reports for a small shader.
+    // A quarter of what RADV reports for a small shader on RDNA 2; its counts for other GPUs have other maxima.
     Column { name: "subgroups per SIMD", figure: |f| f.subgroups_per_simd, more_is_better: true, limit: Some(8) },
 ];
 
@@ -129,6 +129,23 @@ pub struct Check {
     pub improvements: Vec<String>,
 }
 
+impl Check {
+    /// The result for people. `before` is the page's driver and `now` the one at hand.
+    pub fn text(&self, before: &str, now: &str) -> String {
+        let Self { faults, known, improvements, .. } = self;
+        let mut text = String::new();
+        if !self.compared {
+            text += &format!("NOT COMPARED: the table is of {before}, and this is {now}; the budget alone counts\n");
+        }
+        let titled =
+            [("known to be over the budget", known), ("better (--write keeps it)", improvements), ("FAULT", faults)];
+        for (title, lines) in titled {
+            text.extend(lines.iter().map(|line| format!("{title}: {line}\n")));
+        }
+        text + &format!("faults: {}, known: {}, better: {}\n", faults.len(), known.len(), improvements.len())
+    }
+}
+
 const DEVICE: &str = "Device: ";
 const DRIVER: &str = "Driver: ";
 const KNOWN: &str = "## Known to be over the budget";
@@ -141,9 +158,9 @@ impl Page {
         Self { device: device.into(), driver: driver.into(), known: vec![], rows }
     }
 
-    /// Keeps what another page knows: that part is written by hand.
-    pub fn keep_known(self, other: Self) -> Self {
-        Self { known: other.known, ..self }
+    /// Keeps what an older page knows: that part is written by hand.
+    pub fn keep_known(self, old: Option<Self>) -> Self {
+        Self { known: old.map_or(vec![], |old| old.known), ..self }
     }
 
     /// Reads a page.
@@ -189,12 +206,14 @@ impl Page {
 
     /// The page as Markdown.
     pub fn text(&self) -> String {
+        let limits = COLUMNS.iter().filter_map(|c| Some(format!("{} {} {}", c.name, c.bound(), c.limit?)));
+        let budget = limits.collect::<Vec<_>>().join(", ");
         let mut text = format!(
             "# Pipelines of the techniques at their defaults\n\n\
              {DEVICE}{}\n\
              {DRIVER}{}\n\n\
-             `make pipelines` compares with this page, `make bless-pipelines` writes its figures. Only the known ones are \
-             written by hand.\n\n\
+             The budget: {budget}. `make pipelines` checks it and compares with this page; `make bless-pipelines` writes the \
+             figures. The list of what is known is written by hand.\n\n\
              {KNOWN}\n\n| pipeline | reason |\n|---|---|\n",
             self.device, self.driver
         );
@@ -373,7 +392,7 @@ mod tests {
         assert_eq!(Page::parse(&page.text()), Ok(page.clone()));
         let silent = Figures { code_bytes: None, ..figures(SMALL) };
         let rows = vec![Row { figures: silent, ..row_of("volume sides", "vertex", SMALL) }];
-        let other = Page::new("A", "B", rows).keep_known(page.clone());
+        let other = Page::new("A", "B", rows).keep_known(Some(page.clone()));
         assert!(other.text().contains("\n| `volume sides` vertex | 32 | 0 | 0 | - | 32 |\n"), "{}", other.text());
         assert_eq!(Page::parse(&other.text()).unwrap(), other);
         assert_eq!(other.known, page.known);
@@ -473,5 +492,10 @@ mod tests {
         });
         assert_eq!(check.faults, ["a/small.comp: over the budget: subgroups per SIMD 4 (at least 8)"]);
         assert_eq!((check.compared, check.known.len()), (false, 1));
+        let text = check.text("radv Mesa 22.3.6", "radv Mesa 25.0.7");
+        assert!(text.starts_with("NOT COMPARED: the table is of radv Mesa 22.3.6, and this is radv Mesa 25"), "{text}");
+        assert!(text.contains("\nknown to be over the budget: soft/large.comp STEP=2: spilled"), "{text}");
+        assert!(text.contains("\nFAULT: a/small.comp: over the budget"), "{text}");
+        assert!(text.ends_with("\nfaults: 1, known: 1, better: 0\n"), "{text}");
     }
 }
