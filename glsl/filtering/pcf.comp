@@ -1,6 +1,7 @@
 #version 460
 // Percentage-closer filtering over all pixels, over those that the depth bounds do not decide, or over the tiles that
-// pcf_classify.comp listed. The image is the same. See lib/pcf.glsl.
+// pcf_classify.comp listed. The image is the same. NEAREST and FIXED give the form of Reeves, Salesin, Cook (1987). The
+// depth bounds cover a row and a column more than NEAREST reads, so they decide it as well. See lib/pcf.glsl.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
 #include "lib/pcf.glsl"
@@ -33,6 +34,7 @@ float visibilityAt(ivec2 pixel) {
     int decision = decideKernel(blocks, kernel, 0.0, WIDTH, map_size);
     if (decision != UNDECIDED) return float(decision);
   }
+  if (NEAREST) return pcfNearest(shadow_map, kernel, WIDTH, 0, map_size);
   return GATHER ? pcfGather(shadow_map, kernel, WIDTH, 0, map_size) : pcfLoop(shadow_map, kernel, WIDTH, 0, map_size);
 }
 

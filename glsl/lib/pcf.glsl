@@ -2,6 +2,8 @@
 // The kernel is a box of w x w texels convolved with the bilinear tent of the hard test. It reads (w+1)^2 texels with
 // the weights 1-f, 1, ..., 1, f along each axis, so that it slides without steps. Every texel is tested at its own
 // centre on the receiver's plane.
+// Departures: the paper averages the tests of single texels against the point's own depth. That form is pcfNearest, over
+// the kernel of pcfNearestKernel with a plane of slope 0. Its image steps from texel to texel.
 #ifndef EDGESHADE_PCF
 #define EDGESHADE_PCF
 #include "lib/shadow_test.glsl"
@@ -24,6 +26,17 @@ PcfKernel pcfKernel(vec2 uv, float depth, vec2 plane, int w, vec2 map_size) {
   k.slope = plane / map_size;
   // The last factor is the way from the point to the centre of `base`, in texels.
   k.reference = depth + dot(k.slope, vec2(k.base) - x);
+  return k;
+}
+
+// The kernel of w x w texels around the one that the point falls into, for pcfNearest.
+PcfKernel pcfNearestKernel(vec2 uv, float depth, vec2 plane, int w, vec2 map_size) {
+  precise PcfKernel k;
+  precise vec2 place = uv * map_size;
+  k.f = vec2(0.0);
+  k.base = ivec2(floor(place)) - (w - 1) / 2;
+  k.slope = plane / map_size;
+  k.reference = depth + dot(k.slope, vec2(k.base) + 0.5 - place);
   return k;
 }
 
@@ -55,6 +68,17 @@ float pcfLoop(sampler2DArray shadow_map, PcfKernel k, int w, int layer, ivec2 ma
     sum += row * pcfWeight(j, k.f.y, w);
   }
   return pcfNormalize(sum, lit, w);
+}
+
+// The share of lit texels among the kernel's w x w.
+float pcfNearest(sampler2DArray shadow_map, PcfKernel k, int w, int layer, ivec2 map_size) {
+  float lit = 0.0;
+  for (int j = 0; j < w; ++j) {
+    for (int i = 0; i < w; ++i) {
+      lit += shadowTest(pcfReference(k, i, j), shadowMapDepth(shadow_map, k.base + ivec2(i, j), layer, map_size));
+    }
+  }
+  return lit / float(w * w);
 }
 
 // Filters with one gather per 2 x 2 texels. It samples their common corner, where rounding cannot select other texels.

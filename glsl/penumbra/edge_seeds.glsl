@@ -15,7 +15,7 @@ layout(constant_id = 0) const bool PLANES = true; // separate surfaces by planes
 // If every seed has a penumbra width of its own, lengths are in units of that width, and `penumbra` is 1.
 layout(push_constant, scalar) uniform Push {
   float penumbra;      // full width, world units
-  float filter_width;  // world units
+  float filter_width;  // world units, always so if the filter has one width for all
   float tolerance;     // of the test for one surface: pixels off the plane per pixel of distance, or a share of the depth
   int step;            // of nearest_block.comp, blocks
   float beta;          // of seed_width.comp: factor of the penumbra width
@@ -29,6 +29,12 @@ float pixelWidth(vec3 p) { return view.pixel_size.x * eyeDepth(p) + view.pixel_s
 // Distance from an edge within which the image may differ from hard shadows: half the penumbra, widened by half the
 // filter.
 float penumbraReach() { return 0.5 * (push.penumbra + push.filter_width); }
+
+// Width of the filter in the unit of an edge's distances: that edge's penumbra is `width` wide in the world.
+float filterShare(float width, bool filter_in_world) {
+  if (!filter_in_world) return push.filter_width;
+  return width > 0.0 ? push.filter_width / width : 0.0;
+}
 
 // Number of tiles along both axes.
 ivec2 tileCount() { return (ivec2(view.size) + TILE - 1) / TILE; }

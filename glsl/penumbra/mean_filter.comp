@@ -1,7 +1,8 @@
 #version 460
 // One axis of the separable mean filter over the penumbra. Taps lie on the pixel's own surface, evenly spaced over a
 // constant world width. Macedo, Apolinario (2018), eq. 9-10.
-// If penumbrae have widths of their own (SOFT), the filter's width is a share of the pixel's penumbra width.
+// If penumbrae have widths of their own (SOFT), the filter's width is by default a share of the pixel's penumbra width;
+// the paper's is constant (Macedo, Apolinario (2017), eq. 4; SOFT = false).
 // Departures: the filter skips pixels away from the penumbra and takes no more taps than pixels. Positions and normals
 // tell which taps lie on the surface (PLANES).
 #extension GL_GOOGLE_include_directive : require

@@ -32,7 +32,7 @@ uint labelAt(ivec2 block) {
 void workOn(ivec2 block) {
   ivec2 pixel = blockPixel(block, BLOCK);
   Receiver p = receiverAt(pixel);
-  Nearest nearest = Nearest(SOFT && MEET_NEAREST ? 3.0e38 : blockReachSquared(), NO_SEED);
+  Nearest nearest = Nearest(SOFT && (MEET_NEAREST || FILTER_IN_WORLD) ? 3.0e38 : blockReachSquared(1.0), NO_SEED);
   if (p.surface) {
     Place at = placeAt(pixel, p);
     for (int y = -1; y <= 1; ++y) {

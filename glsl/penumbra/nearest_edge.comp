@@ -126,7 +126,7 @@ void workOn(ivec2 tile) {
   barrier();
   if (inside) {
     float squared = squaredShare(nearest);
-    bool near = squared <= reachSquared();
+    bool near = squared <= reachSquared(widthAt(nearest.label));
     float own = texelFetch(hard, pixel, 0).x, D = sqrt(squared);
     // A pixel out of reach keeps its hard shadow and is not filtered. Its intensity is lowered by 2 as a mark.
     float v = near ? penumbraIntensity(own, D, push.penumbra) : own - 2.0;

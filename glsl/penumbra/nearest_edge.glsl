@@ -12,6 +12,8 @@ layout(constant_id = 3) const bool SOFT = false;
 layout(constant_id = 4) const bool MEET_NEAREST = false;
 layout(constant_id = 5) const bool ALONG_LIGHT = false; // measure distances along the light, on a plane parallel to the map
 
+layout(constant_id = 8) const bool FILTER_IN_WORLD = false; // if SOFT: the filter's width is in world units, not a share
+
 layout(binding = 3) uniform usampler2D seeds;
 layout(binding = 13) uniform sampler2D widths; // of seed_width.comp; read if SOFT
 
@@ -66,16 +68,23 @@ float squaredDistance(Place at, vec3 apart, float cosine) {
   return max(rounded * rounded, squared * (cosine * cosine));
 }
 
-// Largest squared distance at which an edge counts.
-float reachSquared() {
-  float reach = penumbraReach();
+// Width of the penumbra at a label's seed, where the filter's width is none of its shares.
+float widthAt(uint label) {
+  bool found = FILTER_IN_WORLD && label != NO_SEED;
+  return found ? texelFetch(widths, ivec2(label & 0xffffu, label >> 16), 0).x : 1.0;
+}
+
+// Largest squared distance at which an edge counts whose penumbra is `width` wide in the world.
+float reachSquared(float width) {
+  float reach = 0.5 * (push.penumbra + filterShare(width, FILTER_IN_WORLD));
   return reach * reach * 1.000001;
 }
 
 // The same for blocks, which also need the reach of the filter. All tiles within this reach are listed, so no label
 // leaves the listed tiles.
-float blockReachSquared() {
-  float reach = penumbraReach() + 0.5 * push.filter_width;
+float blockReachSquared(float width) {
+  float filter_share = filterShare(width, FILTER_IN_WORLD);
+  float reach = 0.5 * (push.penumbra + filter_share) + 0.5 * filter_share;
   return reach * reach * 1.000001;
 }
 
@@ -146,7 +155,7 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
     float share = d2 / (width.x * width.x);
     if (!MEET_NEAREST) d2 = share;
     // A seed without a width has no penumbra, and its share would be 0/0.
-    is_label = is_label && (MEET_NEAREST ? !limited || share <= blockReachSquared() : width.x > 0.0);
+    is_label = is_label && (MEET_NEAREST || FILTER_IN_WORLD ? !limited || share <= blockReachSquared(width.x) : width.x > 0.0);
   }
   bool nearer = is_label && d2 < nearest.squared && d2 > at.beyond && onSurface(at, apart, seedNormal(seed), pixel);
   nearest.squared = nearer ? d2 : nearest.squared;

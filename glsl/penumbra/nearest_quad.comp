@@ -34,7 +34,7 @@ void workOn(ivec2 quad) {
     }
     for (int step = 8; step > 0; step /= 2) considerAround(labels, step, at, nearest);
   }
-  imageStore(quad_labels, quad, uvec4(squaredShare(nearest) <= blockReachSquared() ? nearest.label : NO_SEED));
+  imageStore(quad_labels, quad, uvec4(squaredShare(nearest) <= blockReachSquared(widthAt(nearest.label)) ? nearest.label : NO_SEED));
 }
 
 void main() {

@@ -20,6 +20,9 @@ layout(constant_id = 1) const int SEARCH_TAPS = 9;            // along each axis
 layout(constant_id = 2) const bool NEAREST_BLOCKER = true;    // search only as far as the nearest blocker requires
 layout(constant_id = 3) const bool ALONG_LIGHT = false;
 layout(constant_id = 4) const bool KEEP_CONTACTS = false;     // seeds without a penumbra stay seeds
+layout(constant_id = 5) const bool FILTER_IN_WORLD = false;   // the filter's width is in world units, not a share
+layout(constant_id = 6) const bool FIXED = false;             // the point's own depth instead of the receiver's plane
+layout(constant_id = 7) const bool MEAN_DEPTH = false;        // average the blockers' stored depths, as in the paper
 
 layout(local_size_x = 64) in;
 
@@ -50,11 +53,12 @@ float widthAt(ivec2 pixel) {
   SoftReceiver r;
   float decided;
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, decided)) return 0.0;
+  if (FIXED) r.slope = vec2(0.0);
   precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / vec2(view.map_size));
   // Moves the outer taps to the window's rim: the caster of the edge may lie no nearer.
   float to_rim = float(SEARCH_TAPS) / float(max(SEARCH_TAPS - 1, 1));
   precise vec2 taps = search * to_rim;
-  Blockers b = findBlockers(shadow_map, r, a, taps, SEARCH_TAPS);
+  Blockers b = findBlockers(shadow_map, r, a, taps, SEARCH_TAPS, MEAN_DEPTH);
   return b.count > 0 ? push.beta * penumbraWidth(a, r.z, b.z) : 0.0;
 }
 
@@ -73,7 +77,8 @@ void workOn(ivec2 pixel) {
   }
   // The filter reads half its width beyond the pixels that it changes.
   ivec2 first, last;
-  float reach = (penumbraReach() + 0.5 * push.filter_width) * width / cosine;
+  float filter_share = filterShare(width, FILTER_IN_WORLD);
+  float reach = (0.5 * (push.penumbra + filter_share) + 0.5 * filter_share) * width / cosine;
   tilesInReach(pixel, reach, eyeDepth(point), first, last);
   mark(first, last);
 }

@@ -23,17 +23,18 @@ vec2 edgeHalfTexels(SoftReceiver r, AreaLight a, float z_blocker, vec2 least, ve
 
 // Searches the point's texel and its four neighbours for blockers. If one of these differs from the texel, an edge runs
 // through it.
-Blockers neighbouringBlockers(ShadowPoint p, AreaLight a) {
+Blockers neighbouringBlockers(ShadowPoint p, AreaLight a, bool mean_depth) {
   precise float sum = 0.0;
   int count = 0;
   for (int k = 0; k < 5; ++k) {
     ivec2 texel = k < 4 ? p.texel + SIDES[k] : p.texel;
     bool blocks = shadowTest(p, texel) == 0.0;
-    sum += blocks ? lightDistance(a, shadowMapDepth(shadow_map, testedTexel(texel), 0, ivec2(view.map_size))) : 0.0;
+    float stored = shadowMapDepth(shadow_map, testedTexel(texel), 0, ivec2(view.map_size));
+    sum += blocks ? blockerValue(a, stored, mean_depth) : 0.0;
     count += int(blocks);
   }
-  precise float z = sum / float(max(count, 1));
-  return Blockers(z, count);
+  precise float mean = sum / float(max(count, 1));
+  return Blockers(blockerDistance(a, mean, mean_depth), count);
 }
 
 #endif

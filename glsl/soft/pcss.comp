@@ -7,7 +7,8 @@
 // so a penumbra loses its lit rim, at most half a tap's share of it. Taps that reach the rim give blockers far from the
 // receiver too much weight; they increased the error on each of five scenes.
 //
-// Departures: see common/blockers.glsl for those of the search. A window without blockers is lit. But a window in which
+// Departures: see common/blockers.glsl for those of the search. Texels are tested on the receiver's plane; FIXED compares
+// all with the point's own depth, as in the paper. A window without blockers is lit. But a window in which
 // every tap found a blocker is still filtered, since light may fall through a gap between taps.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
@@ -24,6 +25,8 @@ layout(constant_id = 1) const int FILTER_TAPS = 15;     // along each axis
 layout(constant_id = 2) const bool BILINEAR = true;     // filter taps weight 2 x 2 tests; false: test one texel
 layout(constant_id = 3) const bool BOX = true;          // compute the exact mean in windows of up to FILTER_TAPS texels
 layout(constant_id = 5) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
+layout(constant_id = 6) const bool FIXED = false;       // the point's own depth instead of the receiver's plane
+layout(constant_id = 7) const bool MEAN_DEPTH = false;  // average the blockers' stored depths, as in the paper
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or STEP is LIST
@@ -47,6 +50,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  if (FIXED) r.slope = vec2(0.0);
   if (STEP == MEASURED) {
     v = filterAny(r, texelFetch(half_widths, pixel, 0).xy);
     return true;
@@ -57,7 +61,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
     v = float(found);
     return found != HSM_PENUMBRA;
   }
-  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS);
+  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH);
   v = 1.0;
   if (b.count > 0) v = filterAny(r, softHalfTexels(r, a, b.z, search));
   return true;

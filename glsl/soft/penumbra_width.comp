@@ -4,6 +4,9 @@
 //
 // Pixels whose whole search window is lit or in shadow according to the hierarchical shadow map have no penumbra,
 // whatever width their blockers would give. Their visibility is then known as well.
+//
+// Departures: see common/blockers.glsl. Texels are tested on the receiver's plane; FIXED compares all with the point's own
+// depth, as in the paper.
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
 #include "common/soft_receiver.glsl"
@@ -16,6 +19,9 @@
 layout(constant_id = 0) const int TAPS = 23;               // of the search, along each axis
 layout(constant_id = 1) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
 layout(constant_id = 2) const bool BOX = true;             // compute the exact mean in windows of up to TAPS texels
+
+layout(constant_id = 3) const bool FIXED = false;          // the point's own depth instead of the receiver's plane
+layout(constant_id = 5) const bool MEAN_DEPTH = false;     // average the blockers' stored depths, as in the paper
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp
@@ -47,19 +53,20 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
       vec4 reference = softReference2x2(r, ivec2(x, y));
       precise vec2 width = max(min(vec2(x, x + 1) + 1.0, high.x) - max(vec2(x, x + 1), low.x), 0.0);
       precise vec4 share = width.xyyx * height.yyxx * vec4(greaterThan(min(reference, vec4(1.0)), stored));
-      precise vec4 z = a.depth_scale > 0.0 ? a.depth_scale / max(a.depth_offset - stored, vec4(1e-7)) : stored * a.depth_offset;
+      precise vec4 z = MEAN_DEPTH ? stored : a.depth_scale > 0.0 ? a.depth_scale / max(a.depth_offset - stored, vec4(1e-7)) : stored * a.depth_offset;
       sum += dot(share, z);
       weight += dot(share, vec4(1.0));
     }
   }
-  precise float z = sum / max(weight, 1e-30);
-  return Blockers(z, weight > 0.0 ? 1 : 0);
+  precise float mean = sum / max(weight, 1e-30);
+  return Blockers(blockerDistance(a, mean, MEAN_DEPTH), weight > 0.0 ? 1 : 0);
 }
 
 // Returns true if the pixel's visibility `v` is known; otherwise `search` is its search window.
 bool decide(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 search, out float v) {
   search = vec2(0.0);
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  if (FIXED) r.slope = vec2(0.0);
   search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER, push.reach), NARROWEST_SEARCH / vec2(view.map_size));
   if (STEP == LISTED) return false;
   int found = classify(hsm, blocks, r, search, 0.5);
@@ -82,7 +89,7 @@ bool visibilityAt(ivec2 pixel, out float width) {
   vec2 texels = windowTexels(search);
   Blockers b;
   if (BOX && all(lessThanEqual(2.0 * texels, vec2(TAPS)))) b = findBlockersBox(r, a, texels);
-  else b = findBlockers(shadow_map, r, a, search, TAPS);
+  else b = findBlockers(shadow_map, r, a, search, TAPS, MEAN_DEPTH);
   if (b.count > 0) width = penumbraWidth(a, r.z, b.z);
   return true;
 }

@@ -5,7 +5,8 @@
 // to the hierarchical shadow map skip both steps; the image is the same, bit for bit.
 //
 // Departures: the default visibility is RBSM*, on both sides of an edge, because listing 4 grows the shadow. See
-// edge_blockers.glsl, revectorized_filter.glsl and common/blockers.glsl for the others.
+// edge_blockers.glsl, revectorized_filter.glsl and common/blockers.glsl for the others. Texels are tested on the
+// receiver's plane; FIXED compares all with the point's own depth, as in the paper.
 #extension GL_GOOGLE_include_directive : require
 layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #define MAXDIST MAX_DISTANCE
@@ -28,6 +29,7 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 layout(constant_id = 2) const int SEARCH_TAPS = 9;         // along each axis
 layout(constant_id = 6) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
 layout(constant_id = 7) const float LEAST_WIDTH = 1.0;     // of the filter, texels
+layout(constant_id = 10) const bool MEAN_DEPTH = false;    // average the blockers' stored depths, as in the paper
 
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or STEP is LIST
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if STEP is LIST
@@ -37,6 +39,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  if (FIXED) r.slope = vec2(0.0);
   ShadowPoint p = shadowPoint(r.at, r.map.depth, r.slope, 0.0);
   if (STEP == MEASURED) {
     v = filterRevectorized(p, r, texelFetch(half_widths, pixel, 0).xy);
@@ -50,8 +53,8 @@ bool visibilityAt(ivec2 pixel, out float v) {
     v = float(found);
     return found != HSM_PENUMBRA;
   }
-  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS);
-  if (b.count == 0) b = neighbouringBlockers(p, a);
+  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH);
+  if (b.count == 0) b = neighbouringBlockers(p, a, MEAN_DEPTH);
   v = 1.0;
   if (b.count > 0) v = filterRevectorized(p, r, edgeHalfTexels(r, a, b.z, least, search));
   return true;

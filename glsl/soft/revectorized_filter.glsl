@@ -7,13 +7,17 @@
 // sees the straightened edge, and a window without width gives the hard technique. Taps several texels apart find the
 // edge in their own texels and miss the texels in between.
 //
-// Departures: runs are followed per texel, not per tap. The paper's reuse along a kernel row is corrected (sameRun).
+// Departures: runs are followed per texel, not per tap. The paper's reuse along a kernel row is corrected (sameRun);
+// filterAsPrinted is the printed one.
 #ifndef EDGESHADE_REVECTORIZED_FILTER
 #define EDGESHADE_REVECTORIZED_FILTER
 
 layout(constant_id = 3) const int FILTER_TAPS = 11; // along each axis
 layout(constant_id = 5) const bool STAR = true;     // RBSM*; false: listing 4
-layout(constant_id = 8) const bool REUSE = true;    // follow each run once
+// Ends of runs: followed for each tap, found once for all taps on the run, or moved along a row as algorithm 3 prints it.
+// The first two give the same image.
+const int EACH_TAP = 0, EACH_RUN = 1, AS_PRINTED = 2;
+layout(constant_id = 8) const int REUSE = EACH_RUN;
 
 // Place of tap (i, j) in the map, texels.
 vec2 tapPlace(SoftReceiver r, vec2 half_texels, ivec2 tap) {
@@ -24,10 +28,12 @@ vec2 tapPlace(SoftReceiver r, vec2 half_texels, ivec2 tap) {
 vec2 fractionOf(vec2 place) { return clamp(place - floor(place), vec2(1e-7), vec2(1.0 - 6e-8)); }
 
 // Visibility at a place in a texel at an edge, from its discontinuity and the ends of its runs.
-float edgeVisibility(vec3 d, vec4 t, vec2 fraction) {
-  vec4 nrd = normalizeFragmentDistanceToSE(fragmentDistance(t, fraction));
+float edgeVisibility(vec3 d, vec4 rd) {
+  vec4 nrd = normalizeFragmentDistanceToSE(rd);
   return STAR ? computeRBSMStarVisibility(d, nrd) : computeRBSMVisibility(d, nrd, true);
 }
+
+float edgeVisibility(vec3 d, vec4 t, vec2 fraction) { return edgeVisibility(d, fragmentDistance(t, fraction)); }
 
 // Tests whether a texel's edge must be followed. Listing 4 changes no shadowed texel.
 bool hasEdge(float s, vec3 d) { return (STAR || s == 1.0) && (d.x > 0.0 || d.y > 0.0); }
@@ -51,6 +57,35 @@ float filterTaps(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
       vec3 d;
       ShadowPoint q = tapPoint(p, tapPlace(r, half_texels, ivec2(i, j)), s, d);
       lit += hasEdge(s, d) ? edgeVisibility(d, traverseAll(q, d), q.fraction) : s;
+    }
+  }
+  return lit;
+}
+
+// Algorithm 3 as printed. A tap that shares a vertical discontinuity with the tap to its left keeps that tap's vertical
+// distances, and moves its horizontal ones by the step between the two (lines 10 to 17). This is wrong if both ends of
+// the run are edge ends, or neither is, or if the tap has left the run.
+// Two readings: the step, w_p / w_k, is in texels, as the distances are; the paper projects w_p to the near plane, where
+// it would be a share of the map. And a tap that keeps its test, as all shadowed ones do in listing 4, is not followed, so
+// the next one is.
+float filterAsPrinted(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
+  precise float h = 2.0 * half_texels.x / float(FILTER_TAPS);
+  float lit = 0.0;
+  for (int j = 0; j < FILTER_TAPS; ++j) {
+    bvec2 before = bvec2(false); // sides of the tap before, +v and -v
+    precise vec4 rd = vec4(0.0);
+    for (int i = 0; i < FILTER_TAPS; ++i) {
+      float s;
+      vec3 d;
+      ShadowPoint q = tapPoint(p, tapPlace(r, half_texels, ivec2(i, j)), s, d);
+      bvec2 sides = discontinuitySides(d).zw;
+      bool edge = hasEdge(s, d), same = sides.x && before.x || sides.y && before.y;
+      if (edge && !same) rd = fragmentDistance(traverseAll(q, d), q.fraction);
+      if (edge && same) rd.xy += rd.y > 0.0 ? -h : h;
+      // Keeps the sum of both distances, by which they are divided, from 0.
+      if (rd.x == 0.0 && rd.y == 0.0) rd.y = 1e-6;
+      lit += edge ? edgeVisibility(d, rd) : s;
+      before = bvec2(edge && sides.x, edge && sides.y);
     }
   }
   return lit;
@@ -227,7 +262,8 @@ float filterRevectorized(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
   ivec2 last = ivec2(floor(tapPlace(r, half_texels, ivec2(FILTER_TAPS - 1))));
   ivec2 size = last - first + 1;
   float lit;
-  if (!REUSE) lit = filterTaps(p, r, half_texels);
+  if (REUSE == EACH_TAP) lit = filterTaps(p, r, half_texels);
+  else if (REUSE == AS_PRINTED) lit = filterAsPrinted(p, r, half_texels);
   else if (all(lessThanEqual(size, ivec2(WINDOW_MOST)))) lit = filterWindow(p, r, half_texels, first, size);
   else lit = followTaps(p, r, half_texels);
   // Sums of zeros and ones are exact, so all ways of counting give the same image.

@@ -6,7 +6,9 @@
 //
 // Departures: lib/footprint.glsl describes the footprints, lib/penumbra.glsl the test for one surface. If the filter is
 // no wider in pixels than the number of taps, taps lie one pixel apart, and the outermost count by the share of them
-// that the box covers, so that its width changes smoothly. The first pass also stays on the surface (BILATERAL).
+// that the box covers, so that its width changes smoothly. The first pass also stays on the surface (BILATERAL). By
+// default a tap counts if it lies on the pixel's surface; Pham, van Vliet weigh it by a Gaussian of the difference, which
+// is that of the eye depths here (SMOOTH_RANGE).
 #extension GL_GOOGLE_include_directive : require
 #include "lib/footprint.glsl"
 #include "lib/penumbra.glsl"
@@ -22,6 +24,7 @@ layout(constant_id = 3) const bool GAUSSIAN = false;  // false: box
 layout(constant_id = 4) const int FOOTPRINT = LIGHT;
 layout(constant_id = 5) const bool BILATERAL = true;  // stay on the pixel's surface
 layout(constant_id = 6) const bool LISTED = false;    // filter only the listed pixels
+layout(constant_id = 7) const bool SMOOTH_RANGE = false; // taps weigh by a Gaussian of their difference in depth
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -36,7 +39,8 @@ layout(binding = 6, scalar) readonly buffer PixelList {
 } list;
 
 layout(push_constant, scalar) uniform Push {
-  float tolerance; // of the test for one surface: pixels off the plane per pixel of distance, or a share of the depth
+  float tolerance; // of the test for one surface: pixels off the plane per pixel of distance, or a share of the depth;
+                   // with SMOOTH_RANGE the standard deviation, a share of the depth
   float sigma;     // of the Gaussian, in penumbra widths
 } push;
 
@@ -99,9 +103,13 @@ float filtered(ivec2 pixel, float own, float width) {
     bool reached = all(lessThanEqual(abs(in_light.xy), in_light.ww));
     bool same = PLANES ? off <= off_plane * length(vec2(offset)) * w
                        : sameDepth(p.position.z, viewPosition(at, tap_depth).z, push.tolerance);
-    bool taken = i == 0 || (same || !BILATERAL) && reached && at == inside && tap_depth != view.far_depth;
+    bool taken = i == 0 || (same || SMOOTH_RANGE || !BILATERAL) && reached && at == inside && tap_depth != view.far_depth;
     precise float sigmas = by_sigma * float(i);
     precise float weight = GAUSSIAN ? exp(-0.5 * sigmas * sigmas) : clamp(half_taps + 0.5 - abs(float(i)), 0.0, 1.0);
+    if (SMOOTH_RANGE && BILATERAL) {
+      precise float apart = (viewPosition(at, tap_depth).z - p.position.z) / (push.tolerance * abs(p.position.z));
+      weight *= exp(-0.5 * apart * apart);
+    }
     sum += taken ? weight * value : 0.0;
     weights += taken ? weight : 0.0;
   }

@@ -122,9 +122,9 @@ bool visibilityAt(ivec2 pixel, out float v) {
     v = float(found);
     return found != HSM_PENUMBRA;
   }
-  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS);
+  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, false);
   ShadowPoint p = shadowPoint(r.at, r.map.depth, r.slope, 0.0);
-  if (isRevectorized() && b.count == 0) b = neighbouringBlockers(p, a);
+  if (isRevectorized() && b.count == 0) b = neighbouringBlockers(p, a, false);
   v = 1.0;
   if (b.count == 0) return true;
   precise vec2 narrow = edgeHalfTexels(r, a, b.z, least, search);

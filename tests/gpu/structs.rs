@@ -152,7 +152,7 @@ fn names_that_differ_from_the_shaders_are_refused() {
         let classify = "filtering/pcf_classify.comp";
         let two = &[("WIDTH", 3), ("GATHER", 1)];
         refused(c.pipeline::<Blocks, ReceiverPush>(classify, two).map(drop), &[classify, "[\"GATHER\"] unknown"]);
-        let twice = &[("WIDTH", 3), ("WIDTH", 5)];
+        let twice = &[("WIDTH", 3), ("WIDTH", 5), ("NEAREST", 0), ("FIXED", 0)];
         refused(c.pipeline::<Blocks, ReceiverPush>(classify, twice).map(drop), &[classify, "named twice"]);
         let text = c.pipeline::<(), ()>("filtering/no-such.comp", &[]).err().unwrap().to_string();
         assert!(text.contains("no-such"), "{text}");

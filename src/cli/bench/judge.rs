@@ -91,29 +91,20 @@ pub fn left_out_note(left_out: &[String]) -> String {
 }
 
 /// Variants that are judged in addition to the defaults, if the registry has them.
-const BESIDE: &str =
-    "pcf:width=3 rbsm-profile:quality=run rbsm-profile:quality=neighbours rbsm-profile:quality=line rpcf:width=7";
-
-/// Setting that every variant with this parameter is judged with as well: one depth for all texels of a kernel.
-const FIXED: (&str, &str) = ("receiver", "fixed");
+const BESIDE: &str = "pcf:width=3 rbsm-profile:quality=run rbsm-profile:quality=neighbours rbsm-profile:quality=line rpcf:width=7 \
+     rpcf:preset=published,width=7";
 
 /// Techniques that are not judged, because their images equal those of `rbsm`, `rbsm-filtered` and `rbsm-star` bit for
 /// bit.
 const SAME: [&str; 2] = ["rbsm-branches", "rbsm-listings"];
 
-/// Every real-time technique at its defaults and the additional variants, in the registry's order and without
-/// duplicates.
+/// Every real-time technique at its defaults and as published, and the additional variants, in the registry's order and
+/// without duplicates.
 pub fn contenders() -> Result<Variants> {
     let mut found: Vec<Variant> = vec![];
     for text in real_time().filter(|id| !SAME.contains(id)).chain(BESIDE.split_whitespace()) {
-        for Variant { choice, .. } in available(text).found {
-            let mut fixed = choice.clone();
-            let has_it = choice.info.params.iter().any(|p| p.name == FIXED.0);
-            if has_it {
-                fixed.params.set(choice.info.id, FIXED.0, FIXED.1)?;
-            }
-            found.extend([choice, fixed].map(Variant::new));
-        }
+        let choices = available(text).found.into_iter().map(|v| v.choice).collect();
+        found.extend(techniques::with_published(choices)?.into_iter().map(Variant::new));
     }
     found.sort_by_key(|v| technique::ALL.iter().position(|t| t.id == v.choice.info.id));
     let mut labels = BTreeSet::new();
@@ -123,7 +114,7 @@ pub fn contenders() -> Result<Variants> {
 
 /// True if all texels are compared with one fixed depth.
 pub fn is_fixed(choice: &Choice) -> bool {
-    choice.params.show().iter().any(|(name, value)| *name == FIXED.0 && value == FIXED.1)
+    choice.params.show().iter().any(|(name, value)| *name == "receiver" && value == "fixed")
 }
 
 /// The same light without size, so that its shadows are hard.

@@ -21,7 +21,7 @@ const SUBJECT: &str = "edtsm-star";
 const FILTER: &str = "pcf width=15";
 
 const VARIANTS: &str = "sm pcf:width=15 rbsm-star edtsm-star edtsm-star:skip=off edtsm-star:nearest=pixel edtsm \
-                        edtsm-star:filter_taps=7";
+                        edtsm-star:filter_taps=7 edtsm-star:preset=published";
 /// Variants that are timed in a scene without shadow edges.
 const ALONE: [&str; 4] = ["sm", FILTER, SUBJECT, "edtsm-star skip=off"];
 

@@ -16,7 +16,7 @@ pub static SUITE: Suite = Suite {
     ..timed::BASE
 };
 
-const FAMILY: &str = "sm rbsm:skip=off rbsm:skip=list rbsm-branches:skip=off rbsm-branches:skip=list rbsm-filtered:skip=off \
+const FAMILY: &str = "sm rbsm:preset=published rbsm-filtered:preset=published rbsm-star:preset=published rbsm:skip=off rbsm:skip=list rbsm-branches:skip=off rbsm-branches:skip=list rbsm-filtered:skip=off \
                       rbsm-filtered:skip=list rbsm-filtered:shapes=printed rbsm-branches:variant=filtered,skip=off rbsm-branches:variant=filtered,skip=list \
                       rbsm-listings rbsm-listings:variant=filtered rbsm-listings:variant=star \
                       rbsm-star:skip=off rbsm-star:skip=list rbsm-profile:skip=off rbsm-profile:skip=list \

@@ -124,6 +124,15 @@ pub(crate) struct SoftReceiver {
     pub z: Bounded<f64>,
 }
 
+/// Form of a blocker search.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SearchForm {
+    /// Stored depths are averaged, and the mean's distance is taken, instead of distances.
+    pub mean_depth: bool,
+    /// All texels are compared with the receiver's own depth instead of its plane.
+    pub fixed_depth: bool,
+}
+
 /// Mirror of `lightDistance` for a depth.
 pub(crate) fn distance(a: &AreaLight, depth: f64, error: f64) -> Bounded<f64> {
     let value = a.distance(depth);
@@ -160,16 +169,17 @@ pub(crate) fn floors(value: f64, error: f64) -> std::ops::RangeInclusive<i64> {
 }
 
 impl SoftReceiver {
-    pub fn new(view: &View<'_>, a: &AreaLight, r: &OpenReceiver) -> Self {
+    pub fn new(view: &View<'_>, a: &AreaLight, r: &OpenReceiver, form: SearchForm) -> Self {
         let (l, plane, extent) = (&r.light, &r.plane, view.map_extent());
         let at = l.uv * extent;
-        let slope = plane.slope / extent;
+        let flat = if form.fixed_depth { 0.0 } else { 1.0 };
+        let slope = flat * plane.slope / extent;
         let depth = l.depth - r.bias;
         let depth_error = l.depth_error + r.bias_error + ROUNDING;
         Self {
             at: Bounded { value: at, error: l.uv_error * extent + ROUNDING * at.abs() },
             depth: Bounded { value: depth, error: depth_error },
-            slope: Bounded { value: slope, error: plane.error / extent + ROUNDING * slope.abs() },
+            slope: Bounded { value: slope, error: flat * plane.error / extent + ROUNDING * slope.abs() },
             z: distance(a, depth, depth_error),
         }
     }
@@ -351,6 +361,28 @@ impl SoftReceiver {
     }
 }
 
+impl SearchForm {
+    /// Mirror of `blockerValue`: what is averaged for a stored depth.
+    pub(crate) fn value(self, a: &AreaLight, stored: f64) -> f64 {
+        if self.mean_depth { stored } else { a.distance(stored) }
+    }
+
+    /// Mirror of `blockerDistance`.
+    pub(crate) fn distance(self, a: &AreaLight, mean: f64) -> f64 {
+        if self.mean_depth { a.distance(mean) } else { mean }
+    }
+
+    /// Returns the distance of a mean of up to `farthest` after so many roundings.
+    pub(crate) fn distance_of_mean(self, a: &AreaLight, mean: f64, farthest: f64, roundings: f64) -> Bounded<f64> {
+        if self.mean_depth {
+            return distance(a, mean, ROUNDING * roundings * farthest);
+        }
+        // Each distance and each addition is rounded.
+        let depth = if a.depth_scale > 0.0 { a.depth_offset - a.depth_scale / farthest } else { 0.0 };
+        Bounded { value: mean, error: distance(a, depth, 0.0).error + ROUNDING * roundings * farthest }
+    }
+}
+
 /// Result of a blocker search.
 pub(crate) struct Blockers {
     /// Mean distance by the most likely decisions; `None` without blockers.
@@ -378,6 +410,7 @@ pub(crate) fn find_blockers(
     a: &AreaLight,
     window: Bounded<DVec2>,
     taps: i64,
+    form: SearchForm,
 ) -> Blockers {
     let half = texels(view, window);
     let columns: Vec<_> = (0..taps).map(|i| r.tap(half, 0, i, taps)).collect();
@@ -390,7 +423,7 @@ pub(crate) fn find_blockers(
             for v in floors(y, y_error) {
                 for u in floors(x, x_error) {
                     let lit = r.test(view, [u, v]);
-                    let z = a.distance(view.stored(view.nearest_texel([u, v])));
+                    let z = form.value(a, view.stored(view.nearest_texel([u, v])));
                     if !lit.is_yes() || lit.is_doubtful() {
                         tap.range = [tap.range[0].min(z), tap.range[1].max(z)];
                     }
@@ -420,17 +453,14 @@ pub(crate) fn find_blockers(
         }
         sum / count as f64
     };
-    // Each distance and each addition is rounded.
-    let rounding = |z: f64| {
-        distance(a, if a.depth_scale > 0.0 { a.depth_offset - a.depth_scale / z } else { 0.0 }, 0.0).error
-            + ROUNDING * (2 * taps) as f64 * z
-    };
     Blockers {
         z: (!likely.is_empty()).then(|| {
-            let value = likely.iter().sum::<f64>() / likely.len() as f64;
-            Bounded { value, error: rounding(found.iter().map(|t| t.range[1]).fold(value, f64::max)) }
+            let mean = likely.iter().sum::<f64>() / likely.len() as f64;
+            let farthest = found.iter().map(|t| t.range[1]).fold(mean, f64::max);
+            form.distance_of_mean(a, mean, farthest, (2 * taps) as f64)
         }),
-        range: (!found.is_empty() && !decided).then(|| [extreme(0, |a, b| a < b), extreme(1, |a, b| a > b)]),
+        range: (!found.is_empty() && !decided)
+            .then(|| [extreme(0, |a, b| a < b), extreme(1, |a, b| a > b)].map(|mean| form.distance(a, mean))),
         doubtful,
     }
 }

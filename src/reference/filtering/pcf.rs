@@ -12,6 +12,10 @@ use glam::DVec2;
 pub struct Settings {
     /// Side of the kernel, texels; odd.
     pub width: u32,
+    /// Averages single texels without bilinear weights.
+    pub nearest: bool,
+    /// Compares all texels with the receiver's own depth.
+    pub fixed_depth: bool,
     /// Normal offset, in multiples of what a plane needs.
     pub normal_offset: f32,
     /// Depth bias, as a fraction of the depth slope per texel, summed over both axes.
@@ -48,7 +52,11 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let view = View::new(data)?;
     let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
         MapReceiver::Decided(verdict) => verdict,
-        MapReceiver::Open(r) => r.with_doubts(filter(&view, &kernel(&view, &r, settings.width), settings.width.into())),
+        MapReceiver::Open(r) => {
+            let k = kernel(&view, &r, settings);
+            let width = settings.width.into();
+            r.with_doubts(if settings.nearest { filter_nearest(&view, &k, width) } else { filter(&view, &k, width) })
+        }
     });
     Ok(Mirror::collect(pixels))
 }
@@ -65,7 +73,7 @@ pub fn listed(data: &FrameData<'_>, settings: &Settings) -> Result<Listed> {
         MapReceiver::Decided(verdict) if verdict.doubt > 0.0 => Decision::Doubtful(false),
         MapReceiver::Decided(_) => Decision::No,
         MapReceiver::Open(r) => {
-            let decision = is_open(&view, &levels, &kernel(&view, &r, settings.width), settings.width.into());
+            let decision = is_open(&view, &levels, &kernel(&view, &r, settings), settings.width.into());
             if r.is_doubtful() { Decision::Doubtful(decision.is_yes()) } else { decision }
         }
     });
@@ -84,19 +92,22 @@ pub fn listed(data: &FrameData<'_>, settings: &Settings) -> Result<Listed> {
     Ok(listed)
 }
 
-fn kernel(view: &View<'_>, r: &OpenReceiver, width: u32) -> Kernel {
+fn kernel(view: &View<'_>, r: &OpenReceiver, settings: &Settings) -> Kernel {
     let (l, plane) = (&r.light, &r.plane);
     let extent = view.map_extent();
-    let half = i64::from(width - 1) / 2;
+    let half = i64::from(settings.width - 1) / 2;
+    // The texel that the point falls into, or the first of the four around it.
+    let grid = if settings.nearest { 0.5 } else { 0.0 };
+    let flat = if settings.fixed_depth { 0.0 } else { 1.0 };
     let center = l.uv * extent - 0.5;
     let center_error = l.uv_error * extent + ROUNDING * center.abs();
-    let first = center.floor();
+    let first = (center + grid).floor();
     let base = [first.x as i64 - half, first.y as i64 - half];
-    let (slope, slope_error) = (plane.slope / extent, plane.error / extent);
+    let (slope, slope_error) = (flat * plane.slope / extent, flat * plane.error / extent);
     let to_base = vector(base) - center;
     Kernel {
         base,
-        fraction: center - first,
+        fraction: center + grid - first,
         fraction_error: center_error,
         center,
         reference: l.depth - r.bias + slope.dot(to_base),
@@ -154,6 +165,37 @@ fn filter(view: &View<'_>, k: &Kernel, width: i64) -> Verdict {
     // Sums of up to 64 x 64 terms are rounded at each addition.
     let rounding = slid + if uniform { 0.0 } else { ROUNDING * (width + 1) as f64 };
     Verdict { visibility, doubt: (doubtful / area).min(1.0), rounding }
+}
+
+/// Mirror of `pcfNearest`, with every kernel that rounding may lead to.
+fn filter_nearest(view: &View<'_>, k: &Kernel, width: i64) -> Verdict {
+    let at = |base: [i64; 2]| {
+        let (mut lit, mut doubtful) = (0.0, 0.0);
+        for j in 0..width {
+            for i in 0..width {
+                let texel = [base[0] + i, base[1] + j];
+                let (depth, error) = reference(k, vector(texel) - vector(k.base));
+                let test = shadow_test(depth, error, view.stored(texel));
+                lit += f64::from(u8::from(test.is_yes()));
+                doubtful += f64::from(u8::from(test.is_doubtful()));
+            }
+        }
+        let area = (width * width) as f64;
+        Verdict { visibility: lit / area, doubt: doubtful / area, rounding: ROUNDING }
+    };
+    let moves = |axis: usize| {
+        let (f, e) = (k.fraction[axis], k.fraction_error[axis]);
+        [(true, 0), (f < e, -1), (f > 1.0 - e, 1)].into_iter().filter(|m| m.0).map(|m| m.1)
+    };
+    let mut verdict: Option<Verdict> = None;
+    for y in moves(1) {
+        for x in moves(0) {
+            let moved = at([k.base[0] + x, k.base[1] + y]);
+            verdict = Some(verdict.map_or(moved, |likely| likely.or_verdict(moved)));
+        }
+    }
+    // The first move, none, is always there.
+    verdict.unwrap_or(Verdict::ANYTHING)
 }
 
 /// Decides whether the depth bounds leave the pixel undecided.

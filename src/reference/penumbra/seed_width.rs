@@ -3,6 +3,7 @@
 use super::edge_seeds::Seed;
 use crate::Result;
 use crate::reference::common::area_light::AreaLight;
+pub use crate::reference::common::blockers::SearchForm;
 use crate::reference::common::blockers::{self, Bounded, SoftReceiver};
 use crate::reference::common::hsm::Hsm;
 use crate::reference::common::map_receiver::{MapReceiver, receive};
@@ -26,6 +27,8 @@ pub struct Settings {
     pub search_taps: u32,
     /// Rule for the size of the search window.
     pub window: SearchWindow,
+    /// Form of the search.
+    pub form: SearchForm,
     /// Measure of the distances that the widths are compared with.
     pub metric: Metric,
     /// Factor on the width.
@@ -77,13 +80,13 @@ fn width_at(view: &View<'_>, light: &AreaLight, hsm: Option<&Hsm>, s: &Settings,
         MapReceiver::Decided(v) => return (0.0, if v.doubt > 0.0 { ANYTHING } else { [0.0; 2] }),
         MapReceiver::Open(open) => open,
     };
-    let r = SoftReceiver::new(view, light, &open);
+    let r = SoftReceiver::new(view, light, &open, s.form);
     let taps = f64::from(s.search_taps);
     let to_rim = taps / (taps - 1.0).max(1.0);
     let of_window = |window: Bounded<DVec2>| {
         let value = window.value.max(NARROWEST_SEARCH / view.map_extent()) * to_rim;
         let window = Bounded { value, error: window.error * to_rim + ROUNDING * value };
-        let found = blockers::find_blockers(view, &r, light, window, s.search_taps.into());
+        let found = blockers::find_blockers(view, &r, light, window, s.search_taps.into(), s.form);
         let width = |z: Bounded<f64>| scaled(s.beta.into(), light, r.z, z);
         let Some(z) = found.z else {
             let most = found.range.map_or(0.0, |[nearest, _]| {

@@ -4,7 +4,7 @@ use super::soft_filter;
 use crate::Result;
 use crate::reference::common::area_light::AreaLight;
 use crate::reference::common::blockers::{self, Bounded, SoftReceiver};
-pub use crate::reference::common::blockers::{Class, Classified, MapClasses};
+pub use crate::reference::common::blockers::{Class, Classified, MapClasses, SearchForm};
 use crate::reference::common::hsm::Hsm;
 use crate::reference::common::map_receiver::{MapReceiver, receive};
 use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Verdict, View};
@@ -23,6 +23,8 @@ pub struct Settings {
     pub filter_taps: u32,
     /// Rule for the size of the search window.
     pub window: SearchWindow,
+    /// Form of the search; the filter compares texels with the same depth.
+    pub form: SearchForm,
     /// Tests 2 x 2 texels per filter tap.
     pub bilinear: bool,
     /// Averages windows exactly if they have no more texels than the filter has taps.
@@ -44,7 +46,7 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     let pixels = view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
         MapReceiver::Decided(verdict) => verdict,
         MapReceiver::Open(open) => {
-            let r = SoftReceiver::new(&view, &light, &open);
+            let r = SoftReceiver::new(&view, &light, &open, settings.form);
             let Some(windows) = r.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
                 return open.with_doubts(Verdict::ANYTHING);
             };
@@ -70,7 +72,7 @@ pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> R
     Ok(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
         MapReceiver::Decided(verdict) => Classified::decided(verdict),
         MapReceiver::Open(open) => {
-            let r = SoftReceiver::new(&view, &light, &open);
+            let r = SoftReceiver::new(&view, &light, &open, settings.form);
             let least = NARROWEST[1] / view.map_extent();
             match r.search_windows(&light, &view, hsm, 1.0) {
                 Some(windows) if !open.is_doubtful() => {
@@ -94,7 +96,7 @@ fn search_and_filter(
     if !blockers::is_followed(r.at.error + window.error * view.map_extent()) {
         return Verdict::ANYTHING;
     }
-    let found = blockers::find_blockers(view, r, light, window, settings.search_taps.into());
+    let found = blockers::find_blockers(view, r, light, window, settings.search_taps.into(), settings.form);
     let Some(z) = found.z else {
         let none = Verdict::sure(1.0);
         // If the only blocker is in doubt, its filter may give anything in between.

@@ -2,7 +2,8 @@
 
 use crate::Result;
 use crate::reference::common::area_light::AreaLight;
-use crate::reference::common::blockers::{self, Blockers, Bounded, SoftReceiver, distance};
+pub use crate::reference::common::blockers::SearchForm;
+use crate::reference::common::blockers::{self, Blockers, Bounded, SoftReceiver};
 use crate::reference::common::hsm::Hsm;
 use crate::reference::common::map_receiver::{MapReceiver, receive};
 use crate::reference::common::view::{Decision, FrameData, ROUNDING, View};
@@ -21,6 +22,8 @@ pub struct Settings {
     pub taps: u32,
     /// Rule for the size of the search window.
     pub window: SearchWindow,
+    /// Form of the search.
+    pub form: SearchForm,
     /// Averages windows exactly if they have no more texels than taps.
     pub exact_box: bool,
     /// Normal offset, in multiples of what a plane needs.
@@ -74,7 +77,7 @@ pub fn widths(data: &FrameData<'_>, settings: &Settings) -> Result<Vec<Width>> {
         // If the decision goes the other way, any width is possible.
         MapReceiver::Decided(_) => ANY,
         MapReceiver::Open(open) => {
-            let r = SoftReceiver::new(&view, &light, &open);
+            let r = SoftReceiver::new(&view, &light, &open, settings.form);
             let least = NARROWEST / view.map_extent();
             let Some(windows) = r.search_windows(&light, &view, hsm.as_ref(), settings.reach.into()) else {
                 return ANY;
@@ -110,8 +113,9 @@ impl Search<'_> {
                 .fold(Decision::Yes, Decision::and),
             false => Decision::No,
         };
-        let by_taps = || self.width_from(&blockers::find_blockers(self.view, self.r, self.light, window, n as i64));
-        let by_box = || self.width_from(&find_blockers_box(self.view, self.r, self.light, texels));
+        let (view, r, a, form) = (self.view, self.r, self.light, self.settings.form);
+        let by_taps = || self.width_from(&blockers::find_blockers(view, r, a, window, n as i64, form));
+        let by_box = || self.width_from(&find_blockers_box(view, r, a, texels, form));
         let found = match is_box {
             Decision::Yes => by_box(),
             Decision::No => by_taps(),
@@ -167,7 +171,13 @@ impl Search<'_> {
 type Share = (f64, f64, [f64; 2]);
 
 /// Mirror of `findBlockersBox` over a half-width in texels.
-fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight, half: Bounded<DVec2>) -> Blockers {
+fn find_blockers_box(
+    view: &View<'_>,
+    r: &SoftReceiver,
+    a: &AreaLight,
+    half: Bounded<DVec2>,
+    form: SearchForm,
+) -> Blockers {
     let error = r.at.error + half.error + ROUNDING * (r.at.value.abs() + half.value);
     // Share of a texel in a window that is wider by `by` on each side.
     let share = |t: i64, axis: usize, by: f64| {
@@ -188,7 +198,7 @@ fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight, half: Bou
             let weight = |sign: f64| share(x, 0, sign * error.x) * share(y, 1, sign * error.y);
             let least = if lit.is_doubtful() { 0.0 } else { weight(-1.0) };
             let likely = if lit.is_yes() { 0.0 } else { weight(0.0) };
-            found.push((a.distance(view.stored(view.nearest_texel([x, y]))), likely, [least, weight(1.0)]));
+            found.push((form.value(a, view.stored(view.nearest_texel([x, y]))), likely, [least, weight(1.0)]));
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -204,15 +214,15 @@ fn find_blockers_box(view: &View<'_>, r: &SoftReceiver, a: &AreaLight, half: Bou
         }
         weighted / weight
     };
-    let depth = |z: f64| if a.depth_scale > 0.0 { a.depth_offset - a.depth_scale / z } else { 0.0 };
-    let rounding = |z: f64| distance(a, depth(z), 0.0).error + ROUNDING * (4.0 * half.value.max_element() + 4.0) * z;
     Blockers {
-        z: (likely > 0.0).then(|| Bounded {
-            value: sum(&|t| t.1 * t.0) / likely,
-            error: rounding(found.iter().map(|t| t.0).fold(0.0, f64::max)),
+        z: (likely > 0.0).then(|| {
+            let (mean, farthest) = (sum(&|t| t.1 * t.0) / likely, found.iter().map(|t| t.0).fold(0.0, f64::max));
+            form.distance_of_mean(a, mean, farthest, 4.0 * half.value.max_element() + 4.0)
         }),
-        range: (most > 0.0)
-            .then(|| [extreme(&mut found.iter(), |a, b| a < b), extreme(&mut found.iter().rev(), |a, b| a > b)]),
+        range: (most > 0.0).then(|| {
+            [extreme(&mut found.iter(), |a, b| a < b), extreme(&mut found.iter().rev(), |a, b| a > b)]
+                .map(|mean| form.distance(a, mean))
+        }),
         doubtful: most > 0.0 && least <= 0.0,
     }
 }

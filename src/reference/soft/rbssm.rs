@@ -3,16 +3,16 @@
 use crate::Result;
 use crate::reference::common::area_light::AreaLight;
 use crate::reference::common::blockers::{self, Bounded, SoftReceiver, floors};
-pub use crate::reference::common::blockers::{Class, Classified, MapClasses};
+pub use crate::reference::common::blockers::{Class, Classified, MapClasses, SearchForm};
 use crate::reference::common::hsm::Hsm;
 use crate::reference::common::map_receiver::{MapReceiver, OpenReceiver, receive};
 use crate::reference::common::rbsm_receiver::{PLACE_ROUNDING, Tests};
 use crate::reference::common::view::{FrameData, Mirror, ROUNDING, Verdict, View};
 use crate::reference::revectorization::rbsm;
-use crate::reference::revectorization::revectorize::{self, Function, Outcome};
+use crate::reference::revectorization::revectorize::{self, Discontinuity, Function, Outcome};
 use crate::technique::common::blocker_search::SearchWindow;
-use crate::technique::soft::rbssm::RbssmVisibility;
-use glam::{DVec2, dvec2};
+use crate::technique::soft::rbssm::{RbssmVisibility, Reuse};
+use glam::{DVec2, DVec4, dvec2};
 
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +23,10 @@ pub struct Settings {
     pub filter_taps: u32,
     /// Rule for the size of the search window.
     pub window: SearchWindow,
+    /// Form of the search; the filter compares texels with the same depth.
+    pub form: SearchForm,
+    /// Way to find the ends of runs. Only [`Reuse::AsPrinted`] changes the image.
+    pub reuse: Reuse,
     /// Visibility function that the filter averages.
     pub visibility: RbssmVisibility,
     /// Smallest width of the filter, texels.
@@ -42,7 +46,7 @@ impl Settings {
                 RbssmVisibility::Recovery => Function::Silhouette,
                 RbssmVisibility::Improved => Function::Star,
             },
-            fixed_depth: false,
+            fixed_depth: self.form.fixed_depth,
             max_distance: self.max_distance,
             normal_offset: self.normal_offset,
             depth_bias: self.depth_bias,
@@ -109,8 +113,10 @@ pub(super) struct Pixel<'a> {
 impl<'a> Pixel<'a> {
     pub fn new(view: &'a View<'a>, light: &'a AreaLight, open: &OpenReceiver, settings: &'a Settings) -> Self {
         let hard = settings.hard();
-        let (soft, tests) =
-            (SoftReceiver::new(view, light, open), Tests::new(view, open, &hard.receiver()).with_map_going_on(true));
+        let (soft, tests) = (
+            SoftReceiver::new(view, light, open, settings.form),
+            Tests::new(view, open, &hard.receiver()).with_map_going_on(true),
+        );
         Self { view, light, settings, hard, soft, tests }
     }
 
@@ -140,8 +146,14 @@ impl<'a> Pixel<'a> {
         if !blockers::is_followed(self.soft.at.error + window.error * self.view.map_extent()) {
             return Verdict::ANYTHING;
         }
-        let found =
-            blockers::find_blockers(self.view, &self.soft, self.light, window, self.settings.search_taps.into());
+        let found = blockers::find_blockers(
+            self.view,
+            &self.soft,
+            self.light,
+            window,
+            self.settings.search_taps.into(),
+            self.settings.form,
+        );
         let Some(z) = found.z else {
             let next_door = self.neighbouring_blockers(|z| self.filter(self.width(window, z)));
             return if found.range.is_some() { next_door.or(0.0).or(1.0) } else { next_door };
@@ -188,14 +200,13 @@ impl<'a> Pixel<'a> {
             let tests = texels.map(|t| self.tests.test(own, t));
             let blockers: Vec<_> = (0..5)
                 .filter(|&k| !tests[k].is_yes())
-                .map(|k| blockers::distance(self.light, self.view.stored(self.view.nearest_texel(texels[k])), 0.0))
+                .map(|k| self.settings.form.value(self.light, self.view.stored(self.view.nearest_texel(texels[k]))))
                 .collect();
             let mut verdict = Verdict::sure(1.0);
             if !blockers.is_empty() {
-                let mean = |of: fn(&Bounded<f64>) -> f64| blockers.iter().map(of).sum::<f64>() / blockers.len() as f64;
-                let (value, error) = (mean(|z| z.value), mean(|z| z.error));
-                let z = Bounded { value, error: error + 8.0 * ROUNDING * value };
-                verdict = follow(z);
+                let mean = blockers.iter().sum::<f64>() / blockers.len() as f64;
+                let farthest = blockers.iter().copied().fold(mean, f64::max);
+                verdict = follow(self.settings.form.distance_of_mean(self.light, mean, farthest, 8.0));
             }
             if tests.iter().any(|t| t.is_doubtful()) {
                 verdict = verdict.or(0.0).or(1.0);
@@ -211,6 +222,9 @@ impl<'a> Pixel<'a> {
         if !blockers::is_followed(half.error) {
             return Verdict::ANYTHING;
         }
+        if self.settings.reuse == Reuse::AsPrinted {
+            return self.filter_as_printed(half);
+        }
         let n = i64::from(self.settings.filter_taps);
         let axis = |axis| (0..n).map(|i| self.soft.tap(half, axis, i, n)).collect::<Vec<_>>();
         let (columns, rows) = (axis(0), axis(1));
@@ -224,6 +238,83 @@ impl<'a> Pixel<'a> {
         }
         let taps = (n * n) as f64;
         Verdict { visibility: sum.visibility / taps, doubt: (sum.doubt / taps).min(1.0), rounding: ROUNDING }
+    }
+
+    /// Mirror of `filterAsPrinted` over a half-width in texels.
+    fn filter_as_printed(&self, half: Bounded<DVec2>) -> Verdict {
+        let n = i64::from(self.settings.filter_taps);
+        let own = [self.tests.place.x.floor() as i64, self.tests.place.y.floor() as i64];
+        let step = Bounded { value: 2.0 * half.value.x / n as f64, error: 2.0 * half.error.x / n as f64 };
+        let (mut lit, mut in_doubt) = (0.0, 0.0);
+        for j in 0..n {
+            let (y, y_error) = self.soft.tap(half, 1, j, n);
+            // Discontinuity and signed distances of the tap before, and how often they were moved; `in_doubt` from a
+            // tap that rounding may change up to the next one without an edge.
+            let mut before: Option<(Discontinuity, DVec4, f64)> = None;
+            let mut doubtful = false;
+            for i in 0..n {
+                let (x, x_error) = self.soft.tap(half, 0, i, n);
+                let texel = [x.floor() as i64, y.floor() as i64];
+                let error = dvec2(x_error, y_error);
+                let ((d, ends), unsure) = self.found(own, texel, dvec2(x, y), error);
+                doubtful |= unsure;
+                let Some(ends) = ends else {
+                    before = None;
+                    lit += f64::from(u8::from(d.lit));
+                    in_doubt += f64::from(u8::from(doubtful));
+                    doubtful = unsure;
+                    continue;
+                };
+                let fraction = dvec2(x, y) - dvec2(texel[0] as f64, texel[1] as f64);
+                let (distances, moves) = match before {
+                    Some((last, mut rd, moves)) if last.mask & d.mask & 0b1100 != 0 => {
+                        let by = if rd.y > 0.0 { -step.value } else { step.value };
+                        (rd.x, rd.y) = (rd.x + by, rd.y + by);
+                        (rd, moves + 1.0)
+                    }
+                    _ => (revectorize::distance_to_edge(fraction, ends), 0.0),
+                };
+                before = Some((d, distances, moves));
+                let error = error.length() + PLACE_ROUNDING + moves * (step.error + ROUNDING * 64.0);
+                // A distance near 0 may have either sign.
+                doubtful |= moves > 0.0 && distances.x.abs().min(distances.y.abs()) <= error;
+                let (visibility, margin) = visibility_at(self.hard.function, d, distances);
+                lit += visibility;
+                in_doubt += f64::from(u8::from(doubtful || margin <= error));
+            }
+        }
+        let taps = (n * n) as f64;
+        Verdict { visibility: lit / taps, doubt: (in_doubt / taps).min(1.0), rounding: ROUNDING }
+    }
+
+    /// Returns [`Self::ends`] at a place in a texel, and whether rounding may lead to others. On one run the next texel's
+    /// ends are as far from the place.
+    fn found(&self, own: [i64; 2], texel: [i64; 2], place: DVec2, error: DVec2) -> (Ends, bool) {
+        let ask = |t: [i64; 2]| self.tests.ask(own, fingerprint, |lit| self.ends(&|t| lit(t), t));
+        let distances = |t: [i64; 2], ends: Option<[i64; 4]>| {
+            ends.map(|ends| revectorize::distance_to_edge(place - dvec2(t[0] as f64, t[1] as f64), ends))
+        };
+        let (found, doubt) = ask(texel);
+        let here = distances(texel, found.1);
+        let mut unsure = doubt > 0.0;
+        for y in floors(place.y, error.y) {
+            for x in floors(place.x, error.x) {
+                let ((d, ends), doubt) = ask([x, y]);
+                let same = match (here, distances([x, y], ends)) {
+                    (Some(a), Some(b)) => (a - b).abs().max_element() < 1e-9,
+                    (a, b) => a.is_none() && b.is_none(),
+                };
+                unsure |= doubt > 0.0 || d != found.0 || !same;
+            }
+        }
+        (found, unsure)
+    }
+
+    /// Returns the discontinuity of a texel and the ends of its runs, if it is followed.
+    fn ends(&self, lit: &impl Fn([i64; 2]) -> bool, texel: [i64; 2]) -> Ends {
+        let d = revectorize::discontinuity(lit, texel);
+        let followed = d.mask != 0 && (d.lit || self.hard.function != Function::Silhouette);
+        (d, followed.then(|| revectorize::traverse_all(lit, texel, d, self.hard.max_distance)))
     }
 
     /// Returns the revectorized visibility at a position.
@@ -256,6 +347,33 @@ impl<'a> Pixel<'a> {
         let on_line = outcome.margin <= error.length() + PLACE_ROUNDING;
         if on_line { verdict.or(1.0 - outcome.visibility) } else { verdict }
     }
+}
+
+/// Discontinuity of a texel, and the ends of its runs if they are followed.
+type Ends = (Discontinuity, Option<[i64; 4]>);
+
+/// Returns a number that tells the results of `Pixel::ends` apart.
+fn fingerprint((d, ends): &Ends) -> f64 {
+    let ends = ends.map_or(-1.0, |ends| ends.iter().fold(0.0, |sum, &t| 256.0 * sum + (t + 128) as f64));
+    32.0 * ends + f64::from(2 * d.mask + u8::from(d.lit))
+}
+
+/// Returns the visibility of a point by its signed distances to the ends of its edge, and how far, in texels, these may
+/// change before it jumps.
+fn visibility_at(function: Function, d: Discontinuity, distances: DVec4) -> (f64, f64) {
+    let ends = |a: f64, b: f64| 0.5 * (a.signum() + b.signum());
+    let lengths = dvec2(distances.x.abs() + distances.y.abs(), distances.z.abs() + distances.w.abs());
+    let position = dvec2(distances.x.max(distances.y), distances.z.max(distances.w)) / lengths;
+    let nrd = DVec4::new(position.x, position.y, ends(distances.x, distances.y), ends(distances.z, distances.w));
+    let (visibility, sum, is_l) = match function {
+        Function::Silhouette => {
+            let short = d.mask & 0b11 == 0b11 || d.mask & 0b1100 == 0b1100;
+            (revectorize::silhouette_visibility(d, nrd), 1.0, !short && nrd.z == 0.0 && nrd.w == 0.0)
+        }
+        _ => (revectorize::star_visibility(d, nrd), 0.5, nrd.z == 0.0 && nrd.w == 0.0),
+    };
+    let margin = if is_l { (nrd.x + nrd.y - sum).abs() / (1.0 / lengths).length() } else { f64::INFINITY };
+    (visibility, margin)
 }
 
 #[cfg(test)]

@@ -31,9 +31,15 @@ pub struct Settings {
     pub tolerance: f32,
     /// Standard deviation of the Gaussian, in penumbra widths.
     pub sigma: f32,
+    /// Weighs taps by a Gaussian of their difference in eye depth; `tolerance` is its standard deviation, a fraction of
+    /// the eye depth.
+    pub smooth_range: bool,
     /// Makes the first pass bilateral too.
     pub both_bilateral: bool,
 }
+
+/// Weight of a tap that counts fully.
+const ONE: Range = (1.0, 0.0);
 
 /// Data of a pixel between the passes.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +49,11 @@ struct Value {
     rounding: f64,
 }
 
-/// Tap: its value, its weight, and whether it counts.
-type Tap = (Value, f64, Decision);
+/// Weight of a tap by its difference in eye depth, and the bound of its error.
+type Range = (f64, f64);
+
+/// Tap: its value, its weight with the bound of that weight's error, and whether it counts.
+type Tap = (Value, Range, Decision);
 
 /// Returns the visibility of every pixel from the hard shadows and the penumbra widths, world units.
 ///
@@ -160,7 +169,7 @@ impl Pass<'_> {
             true => (-0.5 * (GAUSSIAN_REACH * i as f64 / half_taps).powi(2)).exp(),
             false => (half_taps + 0.5 - i.abs() as f64).clamp(0.0, 1.0),
         };
-        let mut found: Vec<Tap> = vec![(own, weight(0), Decision::Yes)];
+        let mut found: Vec<Tap> = vec![(own, (weight(0), 0.0), Decision::Yes)];
         for i in (-taps..=taps).filter(|i| *i != 0) {
             let place = reach / length * (between * i as f64);
             let error = place.abs().max_element() * relative + reach_error / length + 2.0 * ROUNDING;
@@ -174,20 +183,21 @@ impl Pass<'_> {
                 }
             }
             for &offset in &offsets {
-                let Some((value, same)) = self.tap(pixel, p, offset, values) else { continue };
+                let Some((value, range, same)) = self.tap(pixel, p, offset, values) else { continue };
                 let is_nominal = offset == nominal;
                 let taken = if offsets.len() == 1 { same } else { Decision::Doubtful(is_nominal && same.is_yes()) };
-                found.push((value, weight(i), taken));
+                found.push((value, (weight(i) * range.0, weight(i) * range.1), taken));
             }
         }
         let taken = || found.iter().filter(|t| t.2.is_yes());
-        let weights: f64 = taken().map(|t| t.1).sum();
-        let mean = |of: &dyn Fn(&Value) -> f64| taken().map(|t| t.1 * of(&t.0)).sum::<f64>() / weights;
+        let weights: f64 = taken().map(|t| t.1.0).sum();
+        let mean = |of: &dyn Fn(&Value) -> f64| taken().map(|t| t.1.0 * of(&t.0)).sum::<f64>() / weights;
         let value = mean(&|v| v.value);
         // Each tap that flips moves the mean towards or away from its value.
-        let sure: f64 = found.iter().filter(|t| t.2 == Decision::Yes).map(|t| t.1).sum();
+        let sure: f64 = found.iter().filter(|t| t.2 == Decision::Yes).map(|t| t.1.0).sum();
         let flips: f64 =
-            found.iter().filter(|t| t.2.is_doubtful()).map(|t| t.1 * (t.0.value - value).abs() / sure).sum();
+            found.iter().filter(|t| t.2.is_doubtful()).map(|t| t.1.0 * (t.0.value - value).abs() / sure).sum();
+        let ranges: f64 = taken().map(|t| t.1.1 * (t.0.value - value).abs() / weights).sum();
         // A Gaussian has one more tap at each end where the number of taps is in doubt.
         let ends = if gaussian && number(half_taps * (1.0 + relative)) != number(half_taps * (1.0 - relative)) {
             2.0 * weight(taps) / sure
@@ -201,12 +211,13 @@ impl Pass<'_> {
             value,
             doubt: mean(&|v| v.doubt) + flips + ends,
             rounding: mean(&|v| v.rounding)
+                + ranges
                 + if uniform { ROUNDING } else { weighing * relative + ROUNDING * (2 * taps + 1) as f64 },
         }
     }
 
     /// Returns the tap; `None` outside the image, at the sky, or surely on another surface.
-    fn tap(&self, pixel: [usize; 2], p: &Receiver, offset: [i64; 2], values: &[Value]) -> Option<(Value, Decision)> {
+    fn tap(&self, pixel: [usize; 2], p: &Receiver, offset: [i64; 2], values: &[Value]) -> Option<Tap> {
         let view = self.view;
         let place =
             |axis: usize| usize::try_from(pixel[axis] as i64 + offset[axis]).ok().filter(|x| *x < view.size[axis]);
@@ -214,7 +225,7 @@ impl Pass<'_> {
         let q = view.is_surface(at).then(|| view.position_at(at, view.depth_at(at)))?;
         let value = values[view.index(at)];
         if offset == [0, 0] {
-            return Some((value, Decision::Yes));
+            return Some((value, ONE, Decision::Yes));
         }
         // A pixel outside a spot light's cone has no information about its shadows.
         let reached = match view.light_distance(q.0) {
@@ -225,10 +236,18 @@ impl Pass<'_> {
             return None;
         }
         if !(self.second || self.s.both_bilateral) {
-            return Some((value, reached));
+            return Some((value, ONE, reached));
         }
         let vector = q.0 - p.position;
         let tolerance = f64::from(self.s.tolerance);
+        if self.s.smooth_range {
+            let sigma = tolerance * p.position.z.abs();
+            let sigmas = vector.z / sigma;
+            let error = (p.position_error.z + q.1.z + ROUNDING * vector.z.abs()) / sigma
+                + sigmas.abs() * (p.position_error.z / p.position.z.abs() + ROUNDING);
+            let weight = (-0.5 * sigmas * sigmas).exp();
+            return Some((value, (weight, weight * (sigmas.abs() * error + 0.5 * error * error + ROUNDING)), reached));
+        }
         let same = match self.s.surfaces {
             SurfaceTest::Depth => same_depth(p.position.z, q.0.z, p.position_error.z + q.1.z, tolerance),
             SurfaceTest::Planes => {
@@ -238,7 +257,7 @@ impl Pass<'_> {
                 near_plane((p.normal, p.normal_error), &Apart { vector, error }, pixels, width, tolerance)
             }
         };
-        (same != Decision::No).then_some((value, same.and(reached)))
+        (same != Decision::No).then_some((value, ONE, same.and(reached)))
     }
 }
 

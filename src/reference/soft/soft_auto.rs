@@ -44,6 +44,7 @@ impl Settings {
             search_taps: self.kernel.search_taps,
             filter_taps: self.filter_taps,
             window: self.kernel.window,
+            form: self.kernel.form,
             bilinear: true,
             exact_box: true,
             normal_offset: self.kernel.normal_offset,
@@ -122,7 +123,7 @@ impl Pixel<'_> {
             return Verdict::ANYTHING;
         }
         let taps = self.settings.kernel.search_taps.into();
-        let found = blockers::find_blockers(self.view, soft, self.light, window, taps);
+        let found = blockers::find_blockers(self.view, soft, self.light, window, taps, self.settings.kernel.form);
         let Some(z) = found.z else {
             let next_door = match revectorized {
                 true => self.narrow.neighbouring_blockers(|z| self.filter(window, z, None)),

@@ -20,6 +20,18 @@ pub(crate) const SEARCH: Param = Param::choice(
     1,
     "window of the blocker search: up to the light's near plane as in the papers, or as far as the nearest blocker in it allows",
 );
+pub(crate) const MEAN: Param = Param::choice(
+    "mean",
+    &["distance", "depth"],
+    0,
+    "what the blocker search averages: distances from the light, or the map's depths as in the papers; under a sun it is the same",
+);
+
+/// Returns true if [`MEAN`] says that the map's depths are averaged.
+pub(crate) fn averages_depths(params: &Params) -> bool {
+    params.word("mean") == "depth"
+}
+
 /// Returns the value of [`SEARCH`].
 pub(crate) fn search_window(params: &Params) -> SearchWindow {
     if params.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers }

@@ -1,7 +1,7 @@
 //! Offset and bias of a receiver before it is tested against the shadow map.
 
 use crate::gpu::shader_struct;
-use crate::technique::{Param, Setup};
+use crate::technique::{Param, Params, Setup};
 
 shader_struct! {
     /// Push constants of the passes that test a receiver against the shadow map.
@@ -31,6 +31,18 @@ pub(crate) const DEPTH_BIAS: Param = Param::float(
     "texel slopes",
     "additional bias of the receiver's depth, in multiples of its plane's change of depth per texel",
 );
+
+pub(crate) const RECEIVER: Param = Param::choice(
+    "receiver",
+    &["plane", "fixed"],
+    0,
+    "compare texels with the receiver's plane, or all with the fragment's own depth as in the papers",
+);
+
+/// Returns true if [`RECEIVER`] says that all texels are compared with the receiver's own depth.
+pub(crate) fn is_fixed(params: &Params) -> bool {
+    params.word("receiver") == "fixed"
+}
 
 /// Returns the constants of a frame from the parameters.
 pub(crate) fn push(setup: &Setup) -> ReceiverPush {

@@ -22,12 +22,22 @@ pub const INFO: Info = Info {
     params: &[
         Param::odd("width", 1, 63, 3, "texels", "width of the kernel"),
         Param { default: 0.25, ..receiver::NORMAL_OFFSET },
-        receiver::DEPTH_BIAS,
+        Param {
+            help: "additional bias of the receiver's depth, in multiples of its plane's change of depth per texel; a fixed receiver needs half the width",
+            ..receiver::DEPTH_BIAS
+        },
+        Param::choice(
+            "taps",
+            &["bilinear", "nearest"],
+            0,
+            "texels with bilinear weights, or w x w alike as in the paper",
+        ),
+        receiver::RECEIVER,
         Param::choice(
             "fetch",
             &["loop", "gather"],
             1,
-            "read one texel per fetch or 2 x 2 texels per gather; the image is the same up to rounding",
+            "read one texel per fetch or 2 x 2 texels per gather, if bilinear; the image is the same up to rounding",
         ),
         Param::choice(
             "skip",
@@ -36,7 +46,7 @@ pub const INFO: Info = Info {
             "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles; the image is the same",
         ),
     ],
-    published: &[],
+    published: &[("taps", "nearest"), ("receiver", "fixed"), ("normal_offset", "1"), ("depth_bias", "1")],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -76,23 +86,21 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         "tiles" => Skip::Tiles,
         _ => Skip::Off,
     };
+    let kernel =
+        [("WIDTH", width), ("NEAREST", (p.word("taps") == "nearest").into()), ("FIXED", receiver::is_fixed(p).into())];
     let listed = skip == Skip::Tiles;
     let classify = match listed {
-        true => {
-            let constants = [("WIDTH", width)];
-            Some(context.pipeline::<ClassifyBindings, ReceiverPush>("filtering/pcf_classify.comp", &constants)?)
-        }
+        true => Some(context.pipeline::<ClassifyBindings, ReceiverPush>("filtering/pcf_classify.comp", &kernel)?),
         false => None,
     };
-    let constants = [
-        ("WIDTH", width),
+    let own = [
         ("GATHER", (p.word("fetch") == "gather").into()),
         ("LISTED", listed.into()),
         ("BOUNDED", (skip == Skip::Pixels).into()),
     ];
     Ok(Box::new(PercentageCloser {
         classify,
-        filter: context.pipeline::<PcfBindings, ReceiverPush>("filtering/pcf.comp", &constants)?,
+        filter: context.pipeline::<PcfBindings, ReceiverPush>("filtering/pcf.comp", &[&kernel[..], &own].concat())?,
         bounds: if skip == Skip::Off { None } else { Some(DepthBounds::new(context, setup.map_size)?) },
         // Without a list, the shader's binding still needs a buffer.
         tiles: TileList::new(context.device(), "pcf tiles", if listed { setup.extent } else { [0; 2] })?,

@@ -15,13 +15,17 @@ pub const INFO: Info = Info {
     params: PARAMS,
     published: &[
         ("search", "near"),
+        ("mean", "depth"),
         ("meet", "nearest"),
         ("surfaces", "depth"),
         ("seeds", "any"),
         ("nearest", "pixel"),
         ("edge", "pixel"),
         ("receiver", "fixed"),
-        ("depth_bias", "3"),
+        ("normal_offset", "1"),
+        ("depth_bias", "2"),
+        // The default filter_width, 0.1, is then 15 pixels of 720 lines at 45 degrees, 6 units away.
+        ("filter_unit", "world"),
     ],
     needs: &[],
     kind: Kind::RealTime(|context, setup| euclidean::prepare_soft(context, setup, Revectorization::Silhouette)),

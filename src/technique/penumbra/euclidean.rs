@@ -10,6 +10,7 @@ use super::shared::PenumbraPush;
 use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search;
 use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::receiver;
 use crate::technique::common::surface::{EDGE_THRESHOLD, surface_test};
 use crate::technique::distance_transform::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
 use crate::technique::revectorization::rbsm_pass::{Rbsm, Revectorization};
@@ -97,11 +98,19 @@ macro_rules! table {
 pub(super) const PARAMS: &[Param] = &table![PENUMBRA, FILTER_WIDTH,];
 
 /// Returns the table for penumbrae of an area light with two defaults; that of `metric` is an index.
-pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 20] {
+pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 22] {
     table![
-        Param::float("beta", 0.0, 1e9, 1.0, "factor", "of the penumbrae's widths; 1: as wide as similar triangles say"),
+        Param::float(
+            "beta",
+            0.0,
+            1e9,
+            1.0,
+            "factor",
+            "of the penumbrae's widths, which are in world units: 1 is as wide as similar triangles say. The paper's 750 turns its light-space widths into world units, so it is 1 here"
+        ),
         blocker_search::SEARCH_TAPS,
         blocker_search::SEARCH,
+        blocker_search::MEAN,
         Param::choice(
             "meet",
             &["weighted", "nearest"],
@@ -122,7 +131,17 @@ pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 20] {
             "taps",
             "across a penumbra, of the hard shadows beyond the nearest edge; 0: as if there were none, as in the paper",
         ),
-        SOFT_FILTER_WIDTH,
+        Param {
+            unit: "filter_unit",
+            help: "width of the mean filter, in the unit that filter_unit names; 0: no filter",
+            ..SOFT_FILTER_WIDTH
+        },
+        Param::choice(
+            "filter_unit",
+            &["penumbrae", "world"],
+            0,
+            "the filter's width is a share of each penumbra's, or one width in world units for all as in the paper",
+        ),
     ]
 }
 
@@ -171,6 +190,9 @@ pub(super) fn prepare_soft(
         meet: if p.word("meet") == "weighted" { Meet::Weighted } else { Meet::Nearest },
         metric: if p.word("metric") == "light" { Metric::Light } else { Metric::World },
         line_taps: p.int("line_taps"),
+        mean_depth: blocker_search::averages_depths(p),
+        fixed_depth: receiver::is_fixed(p),
+        filter_in_world: p.word("filter_unit") == "world",
     };
     let penumbrae = Penumbrae::OfLight { beta: p.float("beta") };
     prepare_either(context, setup, revectorization, (penumbrae, Some(config)))

@@ -29,7 +29,7 @@ impl MeanFilter {
                 ("PLANES", planes.into()),
                 ("VERTICAL", vertical.into()),
                 ("TAPS", taps),
-                ("SOFT", config.widths.is_some().into()),
+                ("SOFT", config.widths.is_some_and(|w| !w.filter_in_world).into()),
             ];
             context.pipeline::<FilterBindings, PenumbraPush>("penumbra/mean_filter.comp", &constants)
         };

@@ -96,9 +96,9 @@ impl NearestEdge {
     ) -> Result<Self> {
         let world = nearest == Nearest::World;
         let planes = ("PLANES", (config.surfaces == SurfaceTest::Planes).into());
-        let [soft, meet, metric] = WidthConfig::constants(config.widths);
+        let [soft, meet, metric, filter] = WidthConfig::constants(config.widths);
         let block = |first: bool| {
-            let constants = [planes, ("FIRST", first.into()), soft, meet, metric];
+            let constants = [planes, ("FIRST", first.into()), soft, meet, metric, filter];
             context.pipeline::<BlockBindings, PenumbraPush>("penumbra/nearest_block.comp", &constants)
         };
         let edge_constants = [
@@ -108,6 +108,7 @@ impl NearestEdge {
             soft,
             meet,
             metric,
+            filter,
             ("LINE_TAPS", config.widths.map_or(0, |w| w.line_taps)),
             ("FILTERED", config.filtered.into()),
         ];
@@ -126,7 +127,7 @@ impl NearestEdge {
                     others: block(false)?,
                     quads: context.pipeline::<QuadBindings, PenumbraPush>(
                         "penumbra/nearest_quad.comp",
-                        &[planes, soft, meet, metric],
+                        &[planes, soft, meet, metric, filter],
                     )?,
                 }),
                 Nearest::Pixel => None,

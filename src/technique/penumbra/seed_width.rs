@@ -43,16 +43,23 @@ pub(super) struct WidthConfig {
     /// Taps across the penumbra along the line to that edge, which find the hard shadows beyond it; 0: these are ignored, as in
     /// the paper.
     pub line_taps: u32,
+    /// Stored depths are averaged instead of distances.
+    pub mean_depth: bool,
+    /// All texels of the search are compared with the receiver's own depth instead of its plane.
+    pub fixed_depth: bool,
+    /// The mean filter has one width in the world, instead of a share of each penumbra's.
+    pub filter_in_world: bool,
 }
 
 impl WidthConfig {
     /// Returns the specialization constants of `glsl/penumbra/nearest_edge.glsl`.
-    pub fn constants(config: Option<Self>) -> [Constant; 3] {
+    pub fn constants(config: Option<Self>) -> [Constant; 4] {
         let is = |what: fn(Self) -> bool| config.is_some_and(what).into();
         [
             ("SOFT", is(|_| true)),
             ("MEET_NEAREST", is(|c| c.meet == Meet::Nearest)),
             ("ALONG_LIGHT", is(|c| c.metric == Metric::Light)),
+            ("FILTER_IN_WORLD", is(|c| c.filter_in_world)),
         ]
     }
 }
@@ -85,7 +92,7 @@ impl SeedWidth {
         surfaces: SurfaceTest,
         config: WidthConfig,
     ) -> Result<Self> {
-        let WidthConfig { search_taps, window, meet, metric, .. } = config;
+        let WidthConfig { search_taps, window, meet, metric, mean_depth, fixed_depth, filter_in_world, .. } = config;
         let narrow = window == SearchWindow::Blockers;
         let constants = [
             ("PLANES", (surfaces == SurfaceTest::Planes).into()),
@@ -93,6 +100,9 @@ impl SeedWidth {
             ("NEAREST_BLOCKER", narrow.into()),
             ("ALONG_LIGHT", (metric == Metric::Light).into()),
             ("KEEP_CONTACTS", (meet == Meet::Nearest).into()),
+            ("FILTER_IN_WORLD", filter_in_world.into()),
+            ("FIXED", fixed_depth.into()),
+            ("MEAN_DEPTH", mean_depth.into()),
         ];
         Ok(Self {
             pipeline: context.pipeline::<WidthBindings, PenumbraPush>("penumbra/seed_width.comp", &constants)?,

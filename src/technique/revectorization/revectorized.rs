@@ -9,13 +9,8 @@ use crate::{Context, Frame, Inputs, Result};
 
 pub(crate) use crate::technique::common::pixels::SKIP;
 pub(crate) use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK, push};
+pub(crate) use crate::technique::common::receiver::RECEIVER;
 
-pub(crate) const RECEIVER: Param = Param::choice(
-    "receiver",
-    &["plane", "fixed"],
-    0,
-    "compare texels with the receiver's plane, or all with the fragment's own depth as in the papers",
-);
 /// The shaders' loops and signed distances hold for this range only.
 pub(crate) const MAX_DISTANCE: Param =
     Param::int("max_distance", 1, 64, 16, "texels", "longest edge that is followed (MAXDIST)");

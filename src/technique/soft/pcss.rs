@@ -2,9 +2,9 @@
 
 use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings};
 use crate::gpu::ComputePipeline;
-use crate::technique::common::blocker_search::{self, SEARCH, SEARCH_TAPS, SearchWindow};
+use crate::technique::common::blocker_search::{self, MEAN, SEARCH, SEARCH_TAPS, SearchWindow};
 use crate::technique::common::pixels::Step;
-use crate::technique::common::receiver::{self, DEPTH_BIAS, NORMAL_OFFSET, ReceiverPush};
+use crate::technique::common::receiver::{self, DEPTH_BIAS, NORMAL_OFFSET, RECEIVER, ReceiverPush};
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Context, Result};
 use std::sync::Arc;
@@ -19,6 +19,7 @@ pub const INFO: Info = Info {
         SEARCH_TAPS,
         Param::odd("filter_taps", 1, 63, 15, "taps", "taps of the filter along each axis"),
         SEARCH,
+        MEAN,
         Param::choice("taps", &["nearest", "bilinear"], 1, "a tap of the filter tests one texel, or 2 x 2 weighted"),
         Param::choice(
             "narrow",
@@ -26,11 +27,20 @@ pub const INFO: Info = Info {
             1,
             "windows of no more texels than the filter has taps: taps all the same, or the exact mean of the texels",
         ),
+        RECEIVER,
         Param { default: 0.25, ..NORMAL_OFFSET },
         DEPTH_BIAS,
         SKIP,
     ],
-    published: &[("search", "near"), ("taps", "nearest"), ("narrow", "taps")],
+    published: &[
+        ("search", "near"),
+        ("mean", "depth"),
+        ("taps", "nearest"),
+        ("narrow", "taps"),
+        ("receiver", "fixed"),
+        ("normal_offset", "0.1"),
+        ("depth_bias", "2"),
+    ],
     needs: &[],
     kind: Kind::RealTime(prepare),
 };
@@ -41,6 +51,8 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         search_taps: p.int("search_taps"),
         filter_taps: p.int("filter_taps"),
         window: blocker_search::search_window(p),
+        mean_depth: blocker_search::averages_depths(p),
+        fixed_depth: receiver::is_fixed(p),
         bilinear: p.word("taps") == "bilinear",
         exact_box: p.word("narrow") == "box",
     };
@@ -58,6 +70,10 @@ pub(super) struct PcssConfig {
     pub filter_taps: u32,
     /// Window in which blockers are searched.
     pub window: SearchWindow,
+    /// The blocker search averages stored depths instead of distances.
+    pub mean_depth: bool,
+    /// All texels are compared with the receiver's own depth instead of its plane.
+    pub fixed_depth: bool,
     /// The filter's taps test 2 x 2 texels, weighted by their place, instead of one.
     pub bilinear: bool,
     /// Windows of no more texels than the filter has taps are averaged exactly, texel by texel.
@@ -71,6 +87,8 @@ fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<Com
         ("BILINEAR", config.bilinear.into()),
         ("BOX", config.exact_box.into()),
         ("STEP", step as u32),
+        ("MEAN_DEPTH", config.mean_depth.into()),
+        ("FIXED", config.fixed_depth.into()),
         ("NEAREST_BLOCKER", (config.window == SearchWindow::Blockers).into()),
     ];
     context.pipeline::<SearchBindings, ReceiverPush>("soft/pcss.comp", &constants)

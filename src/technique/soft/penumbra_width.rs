@@ -30,6 +30,10 @@ pub struct WidthConfig {
     pub window: SearchWindow,
     /// Windows of no more texels than taps are averaged exactly, texel by texel.
     pub exact_box: bool,
+    /// Stored depths are averaged instead of distances.
+    pub mean_depth: bool,
+    /// All texels are compared with the receiver's own depth instead of its plane.
+    pub fixed_depth: bool,
     /// Pixels that can lie in a penumbra are listed, and only those are searched.
     pub listed: bool,
 }
@@ -49,13 +53,15 @@ pub struct PenumbraWidth {
 impl PenumbraWidth {
     /// Allocates for a camera image and a shadow map.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: WidthConfig) -> Result<Self> {
-        let WidthConfig { search_taps, window, exact_box, listed } = config;
+        let WidthConfig { search_taps, window, exact_box, mean_depth, fixed_depth, listed } = config;
         let narrow = window == SearchWindow::Blockers;
         let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
             let constants = [
                 ("TAPS", search_taps),
                 ("NEAREST_BLOCKER", narrow.into()),
                 ("BOX", exact_box.into()),
+                ("FIXED", fixed_depth.into()),
+                ("MEAN_DEPTH", mean_depth.into()),
                 ("STEP", step as u32),
             ];
             context.pipeline::<WidthBindings, WidthPush>("soft/penumbra_width.comp", &constants)

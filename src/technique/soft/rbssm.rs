@@ -2,9 +2,10 @@
 
 use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings};
 use crate::gpu::ComputePipeline;
-use crate::technique::common::blocker_search::{self, SEARCH, SEARCH_TAPS, SearchWindow};
+use crate::technique::common::blocker_search::{self, MEAN, SEARCH, SEARCH_TAPS, SearchWindow};
 use crate::technique::common::pixels::Step;
 use crate::technique::common::rbsm_receiver::RbsmPush;
+use crate::technique::common::receiver::{self, RECEIVER};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
 use crate::{Context, Result};
@@ -20,24 +21,40 @@ pub const INFO: Info = Info {
         SEARCH_TAPS,
         FILTER_TAPS,
         SEARCH,
+        MEAN,
         VISIBILITY,
         LEAST_WIDTH,
         MAX_DISTANCE,
+        RECEIVER,
         NORMAL_OFFSET,
         DEPTH_BIAS,
         Param::choice(
             "reuse",
-            &["auto", "off"],
+            &["auto", "off", "printed"],
             0,
-            "find the ends of an edge once for all taps that lie on it, or for each tap: the same image",
+            "find the ends of an edge once for all taps that lie on it, or for each tap: the same image; or move them along a row as the paper prints it, which is wrong on some edges",
         ),
         SKIP,
     ],
-    published: &[("search", "near"), ("visibility", "recovery"), ("least_width", "0")],
+    published: &[
+        ("search", "near"),
+        ("mean", "depth"),
+        ("visibility", "recovery"),
+        ("least_width", "0"),
+        ("receiver", "fixed"),
+        ("normal_offset", "1"),
+        ("depth_bias", "2"),
+        ("reuse", "printed"),
+    ],
     needs: &[],
     kind: Kind::RealTime(|context, setup| {
         let p = &setup.params;
-        prepare(context, setup, p.word("reuse") == "auto", p.word("skip") == "auto")
+        let reuse = match p.word("reuse") {
+            "off" => Reuse::EachTap,
+            "printed" => Reuse::AsPrinted,
+            _ => Reuse::EachRun,
+        };
+        prepare(context, setup, reuse, p.word("skip") == "auto")
     }),
 };
 
@@ -59,9 +76,14 @@ pub(super) const LEAST_WIDTH: Param = Param::float(
 );
 
 /// Makes the technique with or without its two accelerations: `reuse` of runs, and a list of the pixels to work on.
-pub(super) fn prepare(context: &Context, setup: &Setup, reuse: bool, listed: bool) -> Result<Box<dyn Passes>> {
+pub(super) fn prepare(context: &Context, setup: &Setup, reuse: Reuse, listed: bool) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
-    let config = RbssmConfig { reuse, ..RbssmConfig::new(p, p.int("filter_taps")) };
+    let config = RbssmConfig {
+        reuse,
+        mean_depth: blocker_search::averages_depths(p),
+        fixed_depth: receiver::is_fixed(p),
+        ..RbssmConfig::new(p, p.int("filter_taps"))
+    };
     let pipeline = |step| pipeline(context, config, step);
     Ok(Box::new(Classified::new(context, setup, "rbssm", (config.window, listed), push(p), pipeline)?))
 }
@@ -80,6 +102,17 @@ pub enum RbssmVisibility {
     Improved,
 }
 
+/// Way to find the ends of the edges that run through a filter's taps; values of the shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reuse {
+    /// Every tap follows its edge.
+    EachTap,
+    /// Every run is followed once, for all taps on it. The image is the same.
+    EachRun,
+    /// Ends are moved from tap to tap along a row, as algorithm 3 prints it.
+    AsPrinted,
+}
+
 /// Settings of the shader.
 #[derive(Clone, Copy)]
 pub(super) struct RbssmConfig {
@@ -96,12 +129,16 @@ pub(super) struct RbssmConfig {
     pub least_width: f32,
     /// `MAXDIST`, texels.
     pub max_distance: u32,
-    /// Runs are found once for all taps that lie on them.
-    pub reuse: bool,
+    /// Way to find the ends of runs.
+    pub reuse: Reuse,
+    /// The blocker search averages stored depths instead of distances.
+    pub mean_depth: bool,
+    /// All texels are compared with the receiver's own depth instead of its plane.
+    pub fixed_depth: bool,
 }
 
 impl RbssmConfig {
-    /// Returns the settings from a technique's parameters, with reuse of runs.
+    /// Returns the settings from a technique's parameters, with reuse of runs, mean distances, and the receiver's plane.
     pub(super) fn new(p: &Params, filter_taps: u32) -> Self {
         Self {
             search_taps: p.int("search_taps"),
@@ -113,15 +150,18 @@ impl RbssmConfig {
             },
             least_width: p.float("least_width"),
             max_distance: p.int("max_distance"),
-            reuse: true,
+            reuse: Reuse::EachRun,
+            mean_depth: false,
+            fixed_depth: false,
         }
     }
 }
 
 fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
     let constants = [
-        // Declared by `glsl/common/rbsm_receiver.glsl`: texels are tested on the receiver's plane.
-        ("FIXED", 0),
+        // Declared by `glsl/common/rbsm_receiver.glsl`.
+        ("FIXED", config.fixed_depth.into()),
+        ("MEAN_DEPTH", config.mean_depth.into()),
         ("MAX_DISTANCE", config.max_distance),
         ("SEARCH_TAPS", config.search_taps),
         ("FILTER_TAPS", config.filter_taps),
@@ -129,7 +169,7 @@ fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<Co
         ("STAR", (config.visibility == RbssmVisibility::Improved).into()),
         ("NEAREST_BLOCKER", (config.window == SearchWindow::Blockers).into()),
         ("LEAST_WIDTH", config.least_width.to_bits()),
-        ("REUSE", config.reuse.into()),
+        ("REUSE", config.reuse as u32),
     ];
     context.pipeline::<SearchBindings, RbsmPush>("soft/rbssm.comp", &constants)
 }

@@ -11,7 +11,8 @@ use std::sync::Arc;
 shader_struct! {
     /// Push constants of `glsl/soft/screen_filter.comp`.
     pub(super) struct ScreenFilterPush {
-        /// Tolerance of the test for one surface: pixels off the plane per pixel of distance, or a share of the eye depth.
+        /// Tolerance of the test for one surface: pixels off the plane per pixel of distance, or a share of the eye depth;
+        /// with a smooth range the Gaussian's standard deviation, a share of the eye depth.
         tolerance: f32,
         /// Standard deviation of the Gaussian, penumbra widths.
         sigma: f32,
@@ -62,6 +63,8 @@ pub(super) struct ScreenFilterConfig {
     pub taps: u32,
     /// Test that tells surfaces apart.
     pub surfaces: SurfaceTest,
+    /// Taps weigh by a Gaussian of their difference in eye depth instead of that test.
+    pub smooth_range: bool,
     /// Both passes keep to the pixel's surface; otherwise the second alone does.
     pub both_bilateral: bool,
 }
@@ -79,7 +82,7 @@ pub(super) struct ScreenFilter {
 impl ScreenFilter {
     /// Allocates for a camera image; `listed`: only the pixels that [`PenumbraWidth`] lists are filtered.
     pub fn new(context: &Context, extent: [u32; 2], config: ScreenFilterConfig, listed: bool) -> Result<Self> {
-        let ScreenFilterConfig { kernel, footprint, taps, surfaces, both_bilateral } = config;
+        let ScreenFilterConfig { kernel, footprint, taps, surfaces, smooth_range, both_bilateral } = config;
         let pass = |second: bool| {
             let constants = [
                 ("PLANES", (surfaces == SurfaceTest::Planes).into()),
@@ -89,6 +92,7 @@ impl ScreenFilter {
                 ("FOOTPRINT", footprint as u32),
                 ("BILATERAL", (second || both_bilateral).into()),
                 ("LISTED", listed.into()),
+                ("SMOOTH_RANGE", smooth_range.into()),
             ];
             context.pipeline::<FilterBindings, ScreenFilterPush>("soft/screen_filter.comp", &constants)
         };

@@ -49,9 +49,9 @@ pub(super) const BILATERAL: Param = Param::choice(
 );
 pub(super) const SURFACES: Param = Param::choice(
     "surfaces",
-    &["plane", "depth"],
+    &["plane", "depth", "gaussian"],
     0,
-    "points are on one surface if near the pixel's plane, or if their eye depths are alike as in the paper",
+    "taps count if near the pixel's plane, or if their eye depths are alike, or by a Gaussian of the depths' difference as in the paper's bilateral filter",
 );
 pub(super) const SKIP: Param = Param::choice(
     "skip",
@@ -136,6 +136,8 @@ pub(super) fn prepare(
         search_taps: p.int("search_taps"),
         window: blocker_search::search_window(p),
         exact_box: p.word("narrow") == "box",
+        mean_depth: blocker_search::averages_depths(p),
+        fixed_depth: receiver::is_fixed(p),
         listed: p.word("skip") == "auto",
     };
     let filter = ScreenFilterConfig {
@@ -147,6 +149,7 @@ pub(super) fn prepare(
         },
         taps: p.int("filter_taps"),
         surfaces,
+        smooth_range: p.word("surfaces") == "gaussian",
         both_bilateral: p.word("bilateral") == "both",
     };
     let width = PenumbraWidth::new(context, setup.extent, setup.map_size, width)?;

@@ -105,7 +105,10 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let classify = p.word("skip") == "auto";
     let kernel = RbssmConfig::new(p, p.int("kernel_taps"));
     let RbssmConfig { search_taps, window, max_distance, .. } = kernel;
-    let wide = PcssConfig { search_taps, filter_taps: p.int("filter_taps"), window, bilinear: true, exact_box: true };
+    let filter_taps = p.int("filter_taps");
+    let (mean_depth, fixed_depth) = (false, false);
+    let wide =
+        PcssConfig { search_taps, filter_taps, window, mean_depth, fixed_depth, bilinear: true, exact_box: true };
     let revectorization = match kernel.visibility {
         RbssmVisibility::Recovery => Revectorization::Silhouette,
         RbssmVisibility::Improved => Revectorization::Star,

@@ -3,7 +3,7 @@
 use super::screen_filter::Kernel;
 use super::screen_space::{self, Hard};
 use crate::technique::common::blocker_search;
-use crate::technique::common::receiver;
+use crate::technique::common::receiver::{self, RECEIVER};
 use crate::technique::common::surface::EDGE_THRESHOLD;
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Context, Result};
@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     params: &[
         screen_space::SEARCH_TAPS,
         blocker_search::SEARCH,
+        blocker_search::MEAN,
         screen_space::NARROW,
         screen_space::SEARCH_BIAS,
         screen_space::FILTER_TAPS,
@@ -32,6 +33,10 @@ pub const INFO: Info = Info {
         screen_space::BILATERAL,
         screen_space::SURFACES,
         EDGE_THRESHOLD,
+        Param {
+            help: "compare the texels of the blocker search with the receiver's plane, or all with the receiver's own depth as in the paper",
+            ..RECEIVER
+        },
         receiver::NORMAL_OFFSET,
         Param::float("depth_bias", 0.0, 1.0, 0.0, "light depth", "taken off the receiver's depth in the shadow test"),
         screen_space::SKIP,
@@ -39,9 +44,11 @@ pub const INFO: Info = Info {
     published: &[
         ("search_taps", "23"),
         ("search", "near"),
+        ("mean", "depth"),
         ("narrow", "taps"),
         ("footprint", "plane"),
-        ("surfaces", "depth"),
+        ("surfaces", "gaussian"),
+        ("receiver", "fixed"),
     ],
     needs: &[],
     kind: Kind::RealTime(prepare),

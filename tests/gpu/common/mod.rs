@@ -9,6 +9,7 @@ use ash::vk;
 use edgeshade::gpu::{Image, ImageDesc};
 use edgeshade::host::{Host, HostDesc};
 use edgeshade::reference::FrameData;
+use edgeshade::reference::common::blockers::SearchForm;
 use edgeshade::reference::penumbra::edge_seeds::{self, Points};
 use edgeshade::reference::revectorization::rbsm;
 use edgeshade::reference::revectorization::revectorize::Function;
@@ -234,6 +235,11 @@ pub fn seed_settings(id: &str, p: &Params) -> edge_seeds::Settings {
 /// Returns the search window of a technique's blocker search.
 pub fn search_window(p: &Params) -> SearchWindow {
     if p.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers }
+}
+
+/// Returns the form of a technique's blocker search.
+pub fn search_form(p: &Params) -> SearchForm {
+    SearchForm { mean_depth: p.word("mean") == "depth", fixed_depth: p.word("receiver") == "fixed" }
 }
 
 /// Returns the light, `factor` times as large.

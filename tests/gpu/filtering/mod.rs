@@ -11,6 +11,7 @@ use crate::mirrors::{compare, default_of, lit_renderer};
 use edgeshade::reference::Mirror;
 use edgeshade::reference::filtering::pcf::Settings;
 use edgeshade::reference::filtering::{pcf, sm};
+use edgeshade::technique::{Params, find};
 
 const SIZE: [u32; 2] = [256, 144];
 
@@ -20,7 +21,8 @@ fn mirror_sm(shot: &Shot) -> Mirror {
 
 fn pcf_settings(width: u32) -> Settings {
     let normal_offset = default_of("pcf", "normal_offset");
-    Settings { width, normal_offset, depth_bias: default_of("pcf", "depth_bias") }
+    let depth_bias = default_of("pcf", "depth_bias");
+    Settings { width, nearest: false, fixed_depth: false, normal_offset, depth_bias }
 }
 
 #[test]
@@ -81,6 +83,45 @@ fn pcf_equals_its_mirror_in_both_fetch_modes() {
                 let bits = differing(&gather, &one_by_one, 0.0);
                 println!("{what}: {bits} pixels differ in a bit between loop and gather");
                 assert_eq!(differing(&gather, &one_by_one, 1e-6), 0, "{what}: loop and gather differ");
+            }
+        }
+    });
+}
+
+/// Single texels and a fixed depth, together as in the paper and each alone, with all ways to skip.
+#[test]
+fn the_published_form_of_pcf_equals_its_mirror() {
+    with_gpu(|host| {
+        for scene in every_nth(2, every_shipped()) {
+            for (width, map_size) in [(3u32, 1024), (15, 333)] {
+                let mut renderer = lit_renderer(host, &scene, SIZE, map_size, true);
+                let w = width.to_string();
+                for (taps, receiver) in [("nearest", "fixed"), ("nearest", "plane"), ("bilinear", "fixed")] {
+                    let form = [("preset", "published"), ("width", &w[..]), ("taps", taps), ("receiver", receiver)];
+                    let off = visibility(&mut renderer, "pcf", &[&form[..], &[("skip", "off")]].concat());
+                    let shot = Shot::of(host, &renderer, true);
+                    let (nearest, fixed_depth) = (taps == "nearest", receiver == "fixed");
+                    let p = Params::published(find("pcf").unwrap()).unwrap();
+                    let [normal_offset, depth_bias] = ["normal_offset", "depth_bias"].map(|name| p.float(name));
+                    let settings = Settings { width, nearest, fixed_depth, normal_offset, depth_bias };
+                    let mirror = |s: &Settings| pcf::visibility(&shot.data(), s).unwrap();
+                    let what = format!("pcf {} w{width} {map_size} {taps} {receiver}", scene.name);
+                    compare(&off, &mirror(&settings), 1e-4).check(&what, if width > 3 { 0.3 } else { 0.03 });
+                    let pixels = visibility(&mut renderer, "pcf", &[&form[..], &[("skip", "pixels")]].concat());
+                    assert_same_bits(&off, &pixels, &format!("{what}, pixels"));
+                    let (tiles, timing) = frame(&mut renderer, "pcf", &[&form[..], &[("skip", "tiles")]].concat());
+                    assert_same_bits(&off, &tiles, &format!("{what}, tiles"));
+                    let tiles = timing.passes.iter().find_map(|p| p.tiles).unwrap();
+                    let listed = pcf::listed(&shot.data(), &settings).unwrap();
+                    assert!((listed.least..=listed.most).contains(&tiles.active), "{what}: {tiles:?}, {listed:?}");
+                    // The other forms give other images.
+                    for other in
+                        [Settings { nearest: !nearest, ..settings }, Settings { fixed_depth: !fixed_depth, ..settings }]
+                    {
+                        let wrong = compare(&off, &mirror(&other), 1e-4).wrong;
+                        assert!(wrong > 10, "{what}: {other:?} goes unnoticed, {wrong} pixels");
+                    }
+                }
             }
         }
     });

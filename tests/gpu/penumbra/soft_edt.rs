@@ -6,7 +6,8 @@ mod limits;
 use super::{Findings, Pairs, ROUNDING, WIDE, hard, viewed};
 use crate::common::enlarged;
 use crate::common::{
-    Shot, assert_same_bits, desc, renderer, search_window, seed_settings, shipped_scene, visibility, with_gpu,
+    Shot, assert_same_bits, desc, renderer, search_form, search_window, seed_settings, shipped_scene, visibility,
+    with_gpu,
 };
 use crate::made::{cuboid, moved, perspective, plane, scene, sun};
 use crate::mirrors::compare;
@@ -16,7 +17,7 @@ use edgeshade::reference::penumbra::edge_seeds;
 use edgeshade::reference::penumbra::mean_filter;
 use edgeshade::reference::penumbra::nearest_edge::soft::{self, Beyond, Settings, WideSeed};
 use edgeshade::reference::penumbra::nearest_edge::{self, Nearest};
-use edgeshade::reference::penumbra::seed_width::{self, Width};
+use edgeshade::reference::penumbra::seed_width::{self, SearchForm, Width};
 use edgeshade::scene::Renderer;
 use edgeshade::technique::common::blocker_search::SearchWindow;
 use edgeshade::technique::penumbra::seed_width::{Meet, Metric};
@@ -63,15 +64,24 @@ impl Run {
         let seen = host.read_image::<[f32; 2]>(image("seeds")).unwrap();
         let visibility = r.visibility(technique.as_ref()).unwrap();
         let shot = Shot::of(host, r, true);
-        let hard = hard(r, id);
+        let is_published = params.contains(&("preset", "published"));
+        let hard =
+            if is_published { crate::common::visibility(r, "rbsm", &[("preset", "published")]) } else { hard(r, id) };
 
         let seed_settings = seed_settings(id, &p);
         let metric = if p.word("metric") == "light" { Metric::Light } else { Metric::World };
         let meet = if p.word("meet") == "weighted" { Meet::Weighted } else { Meet::Nearest };
-        let settings = Settings { seeds: seed_settings, meet, metric, filter_width: p.float("filter_width") };
+        let settings = Settings {
+            seeds: seed_settings,
+            meet,
+            metric,
+            filter_width: p.float("filter_width"),
+            filter_in_world: p.word("filter_unit") == "world",
+        };
         let width_settings = seed_width::Settings {
             search_taps: p.int("search_taps"),
             window: search_window(&p),
+            form: search_form(&p),
             metric,
             beta: p.float("beta"),
             normal_offset: p.float("normal_offset"),
@@ -177,7 +187,7 @@ fn examine(run: &Run, settings: &Settings, seeds: &[WideSeed], exact: &[Nearest]
         match links[i] {
             None => f.torn += usize::from(d != f64::INFINITY || intensity != hard - 2.0 || width != 0.0),
             Some(link) => {
-                f.add_link(&link, d, settings.reach());
+                f.add_link(&link, d, settings.reach(width));
                 let Beyond { change, doubt } = beyond[i];
                 let right = (nearest_edge::intensity(hard, d, 1.0) + change).clamp(0.0, 1.0);
                 let is_right = (intensity - right).abs() <= doubt + ROUNDING;
@@ -215,7 +225,11 @@ fn check(run: &Run, what: &str) -> Findings {
     assert!(found.doubtful * 100 <= found.penumbra.max(found.in_reach), "{what}: {found:?}");
     assert!(found.doubtful_line * 5 <= found.penumbra, "{what}: {found:?}");
     let settings = run.filter_settings();
-    let mirror = mean_filter::visibility_by_widths(&run.data(), &settings, &run.intensity, &run.pixel_width).unwrap();
+    let mirror = match run.settings.filter_in_world {
+        true => mean_filter::visibility(&run.data(), &settings, &run.intensity),
+        false => mean_filter::visibility_by_widths(&run.data(), &settings, &run.intensity, &run.pixel_width),
+    };
+    let mirror = mirror.unwrap();
     compare(&run.visibility, &mirror, 1e-4).check(&format!("{what}, filter"), 0.01);
     found
 }
@@ -235,12 +249,22 @@ fn shipped_scenes_equal_the_mirrors() {
                 ("edtssm", &[]),
                 ("edtssm-star", &[("meet", "nearest")]),
                 ("edtssm", &[("search", "near"), ("beta", "0.5"), ("edge", "pixel"), ("seeds", "any")]),
+                ("edtssm", &[("preset", "published")]),
             ] {
+                let published = params.contains(&("preset", "published"));
                 let what = format!("{name} {id} {}", params.iter().map(|p| p.1).collect::<Vec<_>>().join(" "));
-                // Wide enough to filter penumbrae of a few pixels.
-                let wide = [params, &[WIDE]].concat();
+                // Wide enough to filter penumbrae of a few pixels; the published form's width is in world units.
+                let wide = [params, if published { &[("filter_width", "0.2")] } else { &[WIDE] }].concat();
                 let run = Run::new(host, &mut r, id, &wide);
                 let widths = check_widths(&run, &what);
+                if published && name == "jenga" {
+                    // Under a sun both means are the same, but this light is a spot.
+                    let form = SearchForm { mean_depth: false, ..run.width_settings.form };
+                    let settings = seed_width::Settings { form, ..run.width_settings };
+                    let other = seed_width::widths(&run.data(), &settings, &run.seeds).unwrap();
+                    let found = examine_widths(&run, &other);
+                    assert!(found.wrong * 20 > widths.seeds, "{what}, mean distance: {found:?}");
+                }
                 let found = check(&run, &what);
                 assert!(found.penumbra > 300 && widths.wide > 100, "{what}: {found:?}");
                 if params.is_empty() {

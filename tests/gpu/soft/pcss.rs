@@ -3,7 +3,7 @@
 use super::ground::{self, Ground, IMAGE, MAP, UNDER_NOISE, noise, upload};
 use crate::common::enlarged;
 use crate::common::{Shot, assert_in_range, assert_same_bits, desc, differing, every_shipped, frame, renderer};
-use crate::common::{search_window, shipped_scene, visibility, with_gpu};
+use crate::common::{search_form, search_window, shipped_scene, visibility, with_gpu};
 use crate::mirrors::{Agreement, compare};
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
@@ -13,10 +13,12 @@ use edgeshade::technique::{Params, Technique, find};
 
 type Set = &'static [(&'static str, &'static str)];
 
-/// Forms of the technique: default; as in the papers; taps wherever a window is wider than a few texels; odd mixtures.
-const FORMS: [Set; 4] = [
+/// Forms of the technique: default; as in the papers, on the receiver's plane and entirely; taps wherever a window is wider
+/// than a few texels; odd mixtures.
+const FORMS: [Set; 5] = [
     &[],
     &[("search", "near"), ("taps", "nearest"), ("narrow", "taps")],
+    &[("preset", "published")],
     &[("search_taps", "3"), ("filter_taps", "5")],
     &[("search_taps", "1"), ("filter_taps", "31"), ("taps", "nearest")],
 ];
@@ -31,6 +33,7 @@ pub fn settings(set: Set) -> Settings {
         search_taps: p.int("search_taps"),
         filter_taps: p.int("filter_taps"),
         window: search_window(&p),
+        form: search_form(&p),
         bilinear: p.word("taps") == "bilinear",
         exact_box: p.word("narrow") == "box",
         normal_offset: p.float("normal_offset"),

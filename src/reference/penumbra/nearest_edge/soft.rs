@@ -21,16 +21,19 @@ pub struct Settings {
     pub meet: Meet,
     /// Measure of distances.
     pub metric: Metric,
-    /// Width of the mean filter, as a fraction of the penumbra's width.
+    /// Width of the mean filter, as a fraction of the penumbra's width or in world units.
     pub filter_width: f32,
+    /// The filter has one width in the world.
+    pub filter_in_world: bool,
 }
 
 impl Settings {
-    /// Returns the distance from an edge, as a fraction of its penumbra's width, within which the image may differ
-    /// from hard shadows.
-    pub fn reach(&self) -> f64 {
+    /// Returns the distance from an edge, as a fraction of its penumbra's `width` in world units, within which the image
+    /// may differ from hard shadows.
+    pub fn reach(&self, width: f64) -> f64 {
+        let unit = if self.filter_in_world { width } else { 1.0 };
         // The passes use a slightly larger reach, so that rounding excludes nothing.
-        0.5 * (1.0 + f64::from(self.filter_width)) * 1.000001f64.sqrt()
+        0.5 * (1.0 + f64::from(self.filter_width) / unit) * 1.000001f64.sqrt()
     }
 
     fn on_surface(&self) -> super::Settings {
@@ -94,7 +97,6 @@ impl Place {
 /// Fails if the images do not fit the constants.
 pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -> Result<Vec<Nearest>> {
     let view = View::new(data)?;
-    let reach = settings.reach();
     Ok(view.every_pixel(|pixel| {
         let Some(p) = view.receiver(pixel) else { return super::NOTHING };
         let place = Place::new(&view, p);
@@ -107,7 +109,7 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -
                 Meet::Weighted => continue,
                 Meet::Nearest => 1.0,
             };
-            let reach = if settings.meet == Meet::Weighted { reach } else { f64::INFINITY };
+            let reach = if settings.meet == Meet::Weighted { settings.reach(width) } else { f64::INFINITY };
             // Most seeds are clearly too far away.
             let limit = 1.00001 * (reach.min(found.range[1]) * unit / cosine + p.position_error.length() + seed.off());
             if place.p.position.distance_squared(seed.point) > limit * limit {
