@@ -159,7 +159,7 @@ fn shipped_scenes_equal_the_mirrors() {
                     _ if published => "rbsm-filtered",
                     _ => "rbsm-star",
                 };
-                let form = if published && id != "ssabss" { &params[..] } else { &[] };
+                let form = if published && id != "ssabss" { params } else { &[] };
                 assert_same_bits(&run.technique_alone, &image(host, &mut r, hard, form), &what);
 
                 let mirror = run.mirrored_widths();
