@@ -190,6 +190,14 @@ fn statistics_are_written_where_asked_for() {
     let place = Place::new();
     let plain = place.json(&[&["render", "jenga", "-t", "sm", "--json", "-"], &SMALL[..]].concat());
     assert!(plain["passes"].as_array().unwrap().iter().all(|p| p.get("statistics").is_none()));
+    let set = |technique: &str| {
+        let args = [&["render", "jenga", "-t", technique, "--set", "width=5", "--json", "-"], &SMALL[..]].concat();
+        let params = place.json(&args)["params"].clone();
+        (params["width"].clone(), params["taps"].clone())
+    };
+    assert_eq!(set("pcf:preset=published, width=9"), (5.into(), "nearest".into()));
+    assert_eq!(set("pcf"), (5.into(), "bilinear".into()));
+    place.bad(&["render", "jenga", "-t", "pcf:width"], 2, &["-t pcf:width", "name=value"]);
     let counted = place.json(&[&["render", "jenga", "-t", "sm", "--statistics", "--json", "-"], &SMALL[..]].concat());
     let of = |pass: &str, figure: &str| {
         let passes = counted["passes"].as_array().unwrap();

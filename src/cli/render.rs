@@ -50,10 +50,10 @@ counted.")]
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// The technique (see `edgeshade list`)
+    /// The technique, as ID or ID:name=value,name=value (see `edgeshade list`)
     #[arg(short, long, value_name = "ID", default_value = "pcf")]
     technique: String,
-    /// A parameter of the technique; may be given several times
+    /// A parameter of the technique; may be given several times, and counts more than one behind the ID
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = args::setting)]
     settings: Vec<(String, String)>,
     /// The picture: .png, or .exr for floats
@@ -165,12 +165,16 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
 }
 
 fn choice(args: &Args) -> Result<Choice> {
-    let mut settings = args.settings.clone();
-    let info = Choice::new(&args.technique, &[])?.info;
+    let (id, list) = args.technique.split_once(':').map_or((&args.technique[..], None), |(id, list)| (id, Some(list)));
+    let info = Choice::new(id, &[])?.info;
+    let texts = list.into_iter().flat_map(|list| list.split(',')).map(str::trim);
+    let settings: std::result::Result<Vec<_>, _> = texts.map(args::setting).collect();
+    let mut settings = settings.map_err(|e| edgeshade::Error::Usage(format!("-t {}: {e}", args.technique)))?;
+    settings.extend(args.settings.iter().cloned());
     if let Some(n) = args.truth.samples.filter(|_| techniques::takes_samples(info)) {
         settings.insert(0, ("samples".into(), n.to_string()));
     }
-    Choice::new(&args.technique, &settings)
+    Choice::new(id, &settings)
 }
 
 /// Rejects arguments that can be seen to be wrong before any work.
