@@ -241,6 +241,8 @@ pub const ALL: &[Info] = &[
     penumbra::edtsm::INFO,
     penumbra::edtsm_star::INFO,
     soft::pcss::INFO,
+    soft::vssm::INFO,
+    soft::mssm::INFO,
     soft::rbssm::INFO,
     soft::rbssm_naive::INFO,
     soft::ssabss::INFO,

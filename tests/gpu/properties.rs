@@ -32,6 +32,9 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("rbsm-profile", &[("quality", "line"), ("skip", "off")]),
     ("rpcf", &[("width", "31"), ("visibility", "star"), ("skip", "off")]),
     ("pcss", &[]),
+    ("vssm", &[]),
+    ("mssm", &[]),
+    ("mssm", &[("window", "31"), ("classify", "off")]),
     ("rbssm", &[]),
     ("rbssm-naive", &[]),
     ("soft-auto", &[]),
@@ -88,7 +91,7 @@ fn count(values: &[f32], is: impl Fn(f32) -> bool) -> usize {
 /// tell it from an occluder for certain, so bounds from them shade it.
 fn least_lit(what: &str) -> f32 {
     match what {
-        w if w.contains(": msm ") => 0.8,
+        w if w.contains(": msm ") || w.contains(": mssm ") => 0.8,
         _ => 1.0,
     }
 }

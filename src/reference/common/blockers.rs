@@ -36,7 +36,7 @@ pub struct Classified {
 impl Classified {
     pub(crate) const OPEN: Self = Self { likely: Class::Penumbra, possible: [true; 3] };
 
-    fn sure(class: Class) -> Self {
+    pub(crate) fn sure(class: Class) -> Self {
         let mut possible = [false; 3];
         possible[class as usize] = true;
         Self { likely: class, possible }
@@ -120,7 +120,7 @@ pub(crate) struct SoftReceiver {
     pub at: Bounded<DVec2>,
     pub depth: Bounded<f64>,
     /// Depth slope of the receiver plane per texel.
-    slope: Bounded<DVec2>,
+    pub slope: Bounded<DVec2>,
     pub z: Bounded<f64>,
 }
 
@@ -337,7 +337,7 @@ impl SoftReceiver {
     }
 
     /// Mirror of `windowRange`: returns at most 16 ranges.
-    fn ranges(&self, half: Bounded<DVec2>, margin: f64) -> Option<Vec<[[i64; 2]; 2]>> {
+    pub fn ranges(&self, half: Bounded<DVec2>, margin: f64) -> Option<Vec<[[i64; 2]; 2]>> {
         let reach = half.value * 1.00001 + (margin + 0.01);
         let error = half.error + self.at.error + ROUNDING * (self.at.value.abs() + reach);
         if !is_followed(error) {

@@ -120,7 +120,7 @@ fn fourth_depth([b1, b2, b3, b4]: [f64; 4], t: f64) -> (f64, f64) {
 }
 
 /// Returns the two depths beside `t` with their weights; `None` if the moments are not possible.
-fn others([b1, b2, b3, b4]: [f64; 4], t: f64) -> Option<[(f64, f64); 2]> {
+pub(crate) fn others([b1, b2, b3, b4]: [f64; 4], t: f64) -> Option<[(f64, f64); 2]> {
     // Polynomials of degree 1 and 2 that are orthogonal to those of lower degree, and the means of their squares.
     let d1 = b2 - b1 * b1;
     let l = (b3 - b1 * b2) / d1;

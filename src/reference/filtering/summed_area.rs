@@ -3,6 +3,7 @@
 
 use super::moments::{Kept, moments_of};
 use crate::technique::filtering::moment_kind::Kind;
+use glam::{DVec2, dvec2};
 
 /// Returns the integers that a table sums, texel by texel, rounded as `f32`. The moments are exact where the depth is.
 ///
@@ -60,6 +61,56 @@ pub fn mean(
         let sum = corners[0][c].wrapping_sub(corners[1][c]).wrapping_sub(corners[2][c]).wrapping_add(corners[3][c]);
         (f64::from(sum) / f64::from(scale) + (area - inside) as f64 * outside[c]) / area as f64
     })
+}
+
+/// Sums that do not wrap around, for windows that cover parts of texels.
+pub struct Sums {
+    size: [usize; 2],
+    /// Sums over the texels left of and above each corner of texels, row by row, in `f64`: exact below 2^53.
+    corners: Vec<[f64; 4]>,
+}
+
+impl Sums {
+    /// Takes a table of [`table`] or of the GPU.
+    pub fn of(table: &[[u32; 4]], size: [u32; 2]) -> Self {
+        let [width, height] = size.map(|n| n as usize);
+        let mut corners = vec![[0.0; 4]; (width + 1) * (height + 1)];
+        let entry = |x: usize, y: usize| if x == 0 || y == 0 { [0; 4] } else { table[(y - 1) * width + x - 1] };
+        for y in 1..=height {
+            for x in 1..=width {
+                let (own, left, above, both) = (entry(x, y), entry(x - 1, y), entry(x, y - 1), entry(x - 1, y - 1));
+                let at = |x: usize, y: usize| y * (width + 1) + x;
+                corners[at(x, y)] = std::array::from_fn(|c| {
+                    let texel = own[c].wrapping_sub(left[c]).wrapping_sub(above[c]).wrapping_add(both[c]);
+                    f64::from(texel) + corners[at(x - 1, y)][c] + corners[at(x, y - 1)][c]
+                        - corners[at(x - 1, y - 1)][c]
+                });
+            }
+        }
+        Self { size: [width, height], corners }
+    }
+
+    /// Returns the integral over everything left of and above a place in the map.
+    fn up_to(&self, place: DVec2) -> [f64; 4] {
+        let last = dvec2(self.size[0] as f64, self.size[1] as f64);
+        let first = place.floor().clamp(DVec2::ZERO, last - 1.0);
+        let f = place - first;
+        let corner =
+            |dx: usize, dy: usize| self.corners[(first.y as usize + dy) * (self.size[0] + 1) + first.x as usize + dx];
+        let (a, b, c, d) = (corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1));
+        std::array::from_fn(|i| {
+            (1.0 - f.y) * ((1.0 - f.x) * a[i] + f.x * b[i]) + f.y * ((1.0 - f.x) * c[i] + f.x * d[i])
+        })
+    }
+
+    /// Returns the mean over a window in the map, as a share of `scale`. Texels at its rim count by the area that it
+    /// covers.
+    pub fn mean(&self, low: DVec2, high: DVec2, scale: f32) -> [f64; 4] {
+        let (a, b) = (self.up_to(high), self.up_to(dvec2(low.x, high.y)));
+        let (c, d) = (self.up_to(dvec2(high.x, low.y)), self.up_to(low));
+        let area = (high - low).element_product();
+        std::array::from_fn(|i| (a[i] - b[i] - c[i] + d[i]) / (area * f64::from(scale)))
+    }
 }
 
 /// Returns the moments outside the map, as numbers from 0 to 1.

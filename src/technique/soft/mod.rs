@@ -1,6 +1,7 @@
 //! Penumbrae of an area light by a search for its blockers, filtered in the map or in the image.
 
 mod classified;
+pub mod mssm;
 pub(super) mod pcss;
 mod penumbra_width;
 pub mod rbssm;
@@ -10,3 +11,5 @@ mod screen_space;
 pub(super) mod soft_auto;
 pub(super) mod ssabss;
 pub(super) mod ssrbssm;
+pub mod vssm;
+mod window_moments;

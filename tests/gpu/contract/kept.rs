@@ -216,6 +216,8 @@ const KEEPING: &[&str] = &[
     "evsm",
     "msm",
     "pcss",
+    "vssm",
+    "mssm",
     "rbssm",
     "rbssm-naive",
     "ssabss",

@@ -2,7 +2,7 @@
 
 mod bounds;
 mod moments;
-mod summed_area;
+pub mod summed_area;
 
 use crate::common::{
     Shot, assert_same_bits, differing, every_nth, every_shipped, frame, shipped_scene, visibility, with_gpu,

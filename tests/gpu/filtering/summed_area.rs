@@ -15,6 +15,17 @@ use glam::DVec3;
 
 /// Returns the GPU's table of a map under a sun, with windows of up to `width` texels.
 fn tabulated(host: &Host, texels: &[f32], size: [u32; 2], kind: Kind, width: u32) -> Vec<[u32; 4]> {
+    tabulated_range(host, texels, size, (kind, width), 0.0)
+}
+
+/// Returns the GPU's table of a map under a light of any range of depths.
+pub fn tabulated_range(
+    host: &Host,
+    texels: &[f32],
+    size: [u32; 2],
+    (kind, width): (Kind, u32),
+    range: f32,
+) -> Vec<[u32; 4]> {
     let scene = made::still_life(made::sun(DVec3::ONE));
     let camera = fit::camera(&scene, [1, 1]).view([1, 1]);
     let light = [light_view(&scene, &scene.lights[0])];
@@ -36,7 +47,7 @@ fn tabulated(host: &Host, texels: &[f32], size: [u32; 2], kind: Kind, width: u32
     host.run(|cmd| {
         // SAFETY: `cmd` is recording and is waited for.
         let mut frame = unsafe { Frame::begin(host.context(), cmd, Handoff::default(), None) };
-        pass.record(&mut frame, &inputs, 0.0)?;
+        pass.record(&mut frame, &inputs, range)?;
         frame.end();
         Ok(())
     })

@@ -9,3 +9,4 @@ mod rbssm;
 mod screen_space;
 mod soft_analytic;
 mod soft_stability;
+mod window_moments;
