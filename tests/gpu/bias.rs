@@ -59,8 +59,9 @@ fn a_tilted_plane_is_lit_everywhere() {
     });
 }
 
+/// True if the shadow tests know the receiver's plane. Those of `ssabss` do not: its receiver is the blocker search's.
 fn has_receiver(id: &str) -> bool {
-    find(id).unwrap().params.iter().any(|p| p.name == "receiver")
+    id != "ssabss" && find(id).unwrap().params.iter().any(|p| p.name == "receiver")
 }
 
 /// The papers compare texels with the fragment's own depth, so a tilted plane shadows itself. The normal offset is
