@@ -22,7 +22,7 @@ struct Blockers {
   int count; // taps that found a blocker, out of taps * taps
 };
 
-// What is averaged over the blockers, and the linear distance of its mean.
+// Value of a blocker that the search averages, and the linear distance that belongs to the mean.
 float blockerValue(AreaLight a, float stored, bool mean_depth) { return mean_depth ? stored : lightDistance(a, stored); }
 float blockerDistance(AreaLight a, float mean, bool mean_depth) { return mean_depth ? lightDistance(a, mean) : mean; }
 

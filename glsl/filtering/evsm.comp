@@ -20,16 +20,11 @@ float litShare(vec4 b, float t) {
   return v;
 }
 
-float visibilityAt(ivec2 pixel) {
-  Receiver r = receiverAt(pixel);
-  MapReceiver m;
-  float decided;
-  if (mapReceiver(r, push.normal_offset, 0.0, m, decided)) return decided;
-  MapFootprint f = mapFootprint(pixel, r);
-  return reduceLeaking(litShare(momentsAt(m.uv, f), momentReference(m, f)), push.reduction);
-}
-
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  if (all(lessThan(pixel, ivec2(view.size)))) imageStore(visibility, pixel, vec4(visibilityAt(pixel)));
+  if (any(greaterThanEqual(pixel, ivec2(view.size)))) return;
+  vec4 b;
+  float t, v;
+  if (!lookUp(pixel, b, t, v)) v = reduceLeaking(litShare(b, t), push.reduction);
+  imageStore(visibility, pixel, vec4(v));
 }

@@ -41,7 +41,7 @@ MapFootprint mapFootprint(ivec2 pixel, Receiver r) {
   float depth = depthAt(pixel);
   mat2 steps;
   for (int i = 0; i < 2; ++i) {
-    // Where the neighbouring pixel's ray meets the receiver's plane. A parallel projection looks along -Z everywhere.
+    // The point where the neighbouring pixel's ray meets the receiver's plane. A parallel projection looks along -Z everywhere.
     vec3 p = viewPosition(pixel + ivec2(1 - i, i), depth);
     vec3 ray = view.view_from_clip[2][3] == 0.0 ? vec3(0.0, 0.0, -1.0) : normalize(p);
     float facing = min(dot(r.normal, ray), -0.05);
@@ -91,11 +91,23 @@ vec4 momentsAt(vec2 uv, MapFootprint f) {
   return sum / float(taps);
 }
 
-// Signed depth of the receiver, bias taken off.
+// Signed depth of the receiver, bias subtracted.
 float momentReference(MapReceiver m, MapFootprint f) {
   vec2 half_window = 0.5 * (push.width + max(f.major - 1.0, 0.0)) / vec2(view.map_size);
   precise float depth = m.depth - push.depth_bias * dot(abs(m.plane), half_window);
   return signedDepth(depth, push.range);
+}
+
+// Looks up the moments `b` under a pixel, and the signed depth `t` to compare them with. Returns true if the visibility
+// needs no moments; `decided` then holds it.
+bool lookUp(ivec2 pixel, out vec4 b, out float t, out float decided) {
+  Receiver r = receiverAt(pixel);
+  MapReceiver m;
+  if (mapReceiver(r, push.normal_offset, 0.0, m, decided)) return true;
+  MapFootprint f = mapFootprint(pixel, r);
+  b = momentsAt(m.uv, f);
+  t = momentReference(m, f);
+  return false;
 }
 
 #endif

@@ -104,7 +104,7 @@ ThreeDepths threeDepths(vec4 b, float t) {
 // Share of depths that certainly lie nearer than `t`: the least over all distributions with the moments b.
 float hamburgerShadow(ThreeDepths r, float t) {
   float g = (r.z.x < t ? r.w.x : 0.0) + (r.z.y < t ? r.w.y : 0.0);
-  // Where nothing certain is left, lit.
+  // A share that is not positive proves no shadow.
   return g > 0.0 ? min(g, 1.0) : 0.0;
 }
 
@@ -119,7 +119,7 @@ float hausdorffShadow(vec4 b, float t) {
   precise float above = b.w - b.y + t * (b.x - b.z), below = t * (1.0 - b.y) + b.z - b.x;
   if (abs(t) >= 1.0 || below == 0.0) return g;
   precise float z = above / below, apart = z - t;
-  // What the weights are divided by: where it is small, single precision leaves nothing of them.
+  // The weights are divided by these products. Small ones leave nothing of the weights in single precision.
   float least = min((1.0 - z * z) * abs(apart), (1.0 + z) * (1.0 + t));
   if (!(abs(z) < 1.0) || least < 1e-4) return g;
   // Lagrange's weights of -1 and z among -1, z, t and 1.

@@ -31,7 +31,7 @@ float visibilityAt(ivec2 pixel) {
   float shadow = hamburgerShadow(d, w.t);
   if (shadow > 0.99) return 0.0;
   float blocking = (d.z.x < w.t ? d.w.x * d.z.x : 0.0) + (d.z.y < w.t ? d.w.y * d.z.y : 0.0);
-  // Where hardly anything blocks, the receiver itself: a narrow filter.
+  // If hardly anything blocks, the blocker is taken to be the receiver itself, so that the filter is narrow.
   const float NOTHING = 1e-3;
   float blocker = (NOTHING * w.t + blocking) / (NOTHING + shadow);
   blocker = blocker > nearest ? min(blocker, w.t) : nearest;

@@ -1,4 +1,4 @@
-//! What a pipeline was made from, and what its compiler says about the result (`VK_KHR_pipeline_executable_properties`).
+//! Shaders and constants of a pipeline, and its compiler's statistics (`VK_KHR_pipeline_executable_properties`).
 
 use super::Device;
 use super::interface::{Constant, Interface};

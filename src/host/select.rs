@@ -53,7 +53,7 @@ impl DeviceInfo {
     }
 }
 
-/// What null hardware lacks.
+/// Requirement that null hardware does not meet, as errors name it.
 const NO_MEMORY: &str = "memory: it cannot render";
 
 /// Index of the queue family that everything runs on.

@@ -1,4 +1,4 @@
-//! What a GPU's compiler made of a pipeline: the figures that cost time, their budget, and the committed table of them.
+//! Figures of a GPU's compiler about a pipeline: those that cost time, their budget, and the committed table of them.
 
 use edgeshade::gpu::Statistic;
 use edgeshade::{Error, Result};

@@ -25,7 +25,7 @@ pub enum Kept {
 /// A filter over a shadow map.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
-    /// What is filtered.
+    /// Moments that are filtered.
     pub kept: Kept,
     /// Width of the box, texels; odd.
     pub width: u32,
@@ -89,7 +89,7 @@ pub fn pack([b1, b2, b3, b4]: [f64; 4]) -> [f64; 4] {
 
 /// Returns the moments of which [`pack`] is made.
 pub fn unpack([p1, p2, p3, p4]: [f64; 4]) -> [f64; 4] {
-    // From p1 and p3, two equations in b1 and b3; likewise b2 and b4.
+    // p1 and p3 give two equations in b1 and b3, p2 and p4 two in b2 and b4.
     let root = 3.0f64.sqrt();
     let (u, v) = (p1 - 0.5, p3 - 0.5);
     let det = 1.5 * (-2.0 * root / 9.0) + 2.0 * (root / 2.0);
@@ -220,9 +220,9 @@ fn footprint(view: &View<'_>, pixel: [usize; 2], r: &Receiver) -> Footprint {
 /// Filtered moments under a receiver, with bounds of their errors.
 pub(super) struct Found {
     pub moments: [f64; 4],
-    /// Of each moment, all in all.
+    /// Bound of each moment's whole error.
     pub error: [f64; 4],
-    /// The part of it by rounding alone, which is each moment's own.
+    /// The part that rounding causes, independent for each moment.
     pub own: [f64; 4],
     /// The rest as moments that may have been found instead: one group for each thing that may be different.
     pub others: Vec<Vec<[f64; 4]>>,
@@ -294,7 +294,7 @@ fn find(
     let ratio = f.major / across;
     let taps = taps_at(ratio);
     let moments = lookup(uv, level, taps);
-    // What else may have been read: other places, another level, another number of taps.
+    // The shader may have read other places, another level, or another number of taps.
     let sampler = if settings.sampled { level.exp2() / 256.0 } else { 0.0 };
     let place = open.light.uv_error + (sampler + f.major * f.error) / view.map_extent() + ROUNDING * uv.abs();
     let level_error = if across > 1.0 || f.major * (1.0 + f.error) > 1.0 && f.minor * (1.0 + f.error) > 1.0 {

@@ -41,7 +41,7 @@ pub fn visibility(
             rounding += others.iter().map(|&(b, t)| (shadow(b, t) - exact).abs()).fold(0.0, f64::max);
         };
         for i in 0..4 {
-            // Not only the ends: where the moments leave hardly two depths, the share goes up and down in between.
+            // Points between the ends count too: if the moments hardly leave two depths, the share is not monotonic.
             may_be(&[-1.0, -0.3, -0.1, 0.1, 0.3, 1.0].map(|part| {
                 let mut other = b;
                 other[i] += part * (own[i] + step);
@@ -109,7 +109,7 @@ pub fn shadow(b: [f64; 4], t: f64, hausdorff: bool) -> f64 {
     share.max(at_near + if z < t { at_z } else { 0.0 }).min(1.0)
 }
 
-/// What the shader's weights are divided by, at least.
+/// Smallest divisor of the shader's weights.
 const LEAST_DIVISOR: f64 = 1e-4;
 
 /// Returns the depth that goes with `t` and both ends of the range, and the smallest number that weights are divided by:

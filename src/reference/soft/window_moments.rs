@@ -40,7 +40,7 @@ pub struct Settings {
     pub scale: f32,
 }
 
-/// What rounding moves: by each number, as a multiple of its bound.
+/// Shifts of the quantities that rounding may move, each as a multiple of its bound.
 #[derive(Clone, Copy, Default)]
 struct Moved {
     at: DVec2,
@@ -49,15 +49,15 @@ struct Moved {
     /// Sides of both windows, outwards.
     sides: f64,
     z: f64,
-    /// Of the second window alone.
+    /// Width of the second window.
     filter: f64,
-    /// Of each window's mean moments.
+    /// Mean moments of each window.
     moments: [[f64; 4]; 2],
-    /// Of each window's reconstruction.
+    /// Powers that each window's moments are unpacked to.
     powers: [[f64; 4]; 2],
 }
 
-/// Which of the two windows.
+/// One of the two windows.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Query {
     Search,

@@ -2,12 +2,12 @@
 
 use super::moment_kind::Kind as MomentKind;
 use super::moments::{
-    ANISOTROPY, Config, DEPTH_BIAS, FETCH, FILTER, LookupPush, MIPS, MomentMap, REDUCTION, WIDTH, lookup_push,
+    ANISOTROPY, Config, DEPTH_BIAS, DEVIATION, FETCH, FILTER, LookupPush, MIPS, MomentMap, REDUCTION, WIDTH,
+    lookup_push,
 };
-use crate::gpu::{Buffer, Image};
 use crate::technique::common::receiver::NORMAL_OFFSET;
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
-use crate::{Context, Frame, Inputs, Result};
+use crate::{Context, Result};
 use ash::vk;
 
 /// The registry entry.
@@ -39,14 +39,11 @@ pub const INFO: Info = Info {
         Param::float("negative_exponent", 0.0, 42.0, 5.0, "", "of the negative warp, limited likewise"),
         Param { default: 0.5, ..NORMAL_OFFSET },
         DEPTH_BIAS,
-        Param::float(
-            "deviation",
-            0.0,
-            0.1,
-            0.00005,
-            "light depths",
-            "least standard deviation of the depths in a window, before the warp",
-        ),
+        Param {
+            default: 0.00005,
+            help: "least standard deviation of the depths in a window, before the warp",
+            ..DEVIATION
+        },
         Param { default: 0.1, ..REDUCTION },
         FETCH,
     ],
@@ -64,14 +61,11 @@ pub fn exponents(p: &Params) -> [f32; 2] {
     ["positive_exponent", "negative_exponent"].map(|name| p.float(name).min(largest))
 }
 
-struct Evsm {
-    map: MomentMap,
-}
-
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let both = p.word("warps") == "both";
     let config = Config {
+        name: INFO.id,
         kind: MomentKind::Warped,
         format: match (p.word("bits"), both) {
             ("16", false) => vk::Format::R16G16_SFLOAT,
@@ -84,19 +78,5 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         constants: &[("BOTH_WARPS", both.into())],
         push: LookupPush { least_deviation: 2.0 * p.float("deviation"), ..lookup_push(p) },
     };
-    Ok(Box::new(Evsm { map: MomentMap::new(context, setup, &config)? }))
-}
-
-impl Passes for Evsm {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        self.map.record(frame, view, inputs, "evsm", visibility)
-    }
-
-    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        vec![("moments", self.map.moments())]
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.map.memory_bytes()
-    }
+    Ok(Box::new(MomentMap::new(context, setup, &config)?))
 }

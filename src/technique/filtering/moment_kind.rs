@@ -1,4 +1,4 @@
-//! What is kept of a shadow map's depths, and the measure in which it is kept.
+//! Moments that the techniques keep of a shadow map's depths, and the measure of depth that they are taken in.
 
 use crate::view::{LightKind, LightView};
 

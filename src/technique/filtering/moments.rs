@@ -5,7 +5,7 @@ use super::summed_area::{SummedArea, TablePush};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::kept::Kept;
-use crate::technique::{Param, Params, Setup};
+use crate::technique::{Param, Params, Passes, Setup};
 use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
@@ -21,15 +21,31 @@ pub(super) const MIPS: Param =
     Param::switch("mips", true, "a chain of coarser moments, for pixels that cover many texels of the map");
 pub(super) const ANISOTROPY: Param =
     Param::int("anisotropy", 1, 16, 8, "taps", "most lookups along the longer axis of what a pixel covers; needs mips");
-pub(super) const DEPTH_BIAS: Param = Param::float(
+pub(crate) const DEPTH_BIAS: Param = Param::float(
     "depth_bias",
     0.0,
     16.0,
     0.0,
     "half windows",
-    "taken off the receiver's depth on top, as a share of the rise of its plane from the window's middle to its corner",
+    "subtracted from the receiver's depth in addition, as a share of the rise of its plane from the window's middle to its corner",
 );
-pub(super) const REDUCTION: Param = Param::float(
+pub(crate) const DEVIATION: Param = Param::float(
+    "deviation",
+    0.0,
+    0.1,
+    0.0005,
+    "light depths",
+    "least standard deviation of the depths in a window; rounding may require more",
+);
+pub(crate) const MOMENT_BIAS: Param = Param::float(
+    "moment_bias",
+    0.0,
+    0.1,
+    0.0,
+    "share",
+    "share of moments that are certainly possible, against rounding; 0 = what the bits and the widest window need",
+);
+pub(crate) const REDUCTION: Param = Param::float(
     "reduction",
     0.0,
     0.99,
@@ -62,7 +78,7 @@ shader_struct! {
         depth_bias: f32,
         /// Width of the filter, texels.
         width: f32,
-        /// That of [`range`]; set when the pass is recorded.
+        /// Value of [`range`]; set when the pass is recorded.
         range: f32,
         /// Most taps along a pixel's longer axis.
         anisotropy: i32,
@@ -85,7 +101,7 @@ bindings! {
     struct LookupBindings { ..camera: CameraBindings, moments, visibility }
 }
 
-/// How the moments are filtered.
+/// Way in which the moments are filtered.
 enum Filter {
     /// A box of any width by four entries of a table.
     Table(Box<SummedArea>, Arc<ComputePipeline>),
@@ -93,8 +109,10 @@ enum Filter {
     Separable { rows: Arc<ComputePipeline>, columns: Arc<ComputePipeline>, filtered_rows: Image },
 }
 
-/// What a technique keeps of the map, and how it looks it up.
+/// A technique's moments and the lookup in them.
 pub(super) struct Config<'a> {
+    /// Name of the lookup in timings: the technique's id.
+    pub name: &'static str,
     pub kind: Kind,
     /// Format of the filtered moments.
     pub format: vk::Format,
@@ -129,8 +147,9 @@ pub(super) fn is_table(kind: Kind, p: &Params) -> bool {
     kind != Kind::Warped && p.word("filter") == "box"
 }
 
-/// Filtered moments of a shadow map with the pass that looks them up.
+/// Passes of a technique: filtered moments of the shadow map, kept while the light stands still, and their lookup.
 pub(super) struct MomentMap {
+    name: &'static str,
     kind: Kind,
     filter: Filter,
     mips: Option<Arc<ComputePipeline>>,
@@ -185,6 +204,7 @@ impl MomentMap {
         let constants = [&[("SAMPLED", is_sampled.into()), ("MIPS", (levels > 1).into())], config.constants].concat();
         let desc = ImageDesc { mips: levels, ..ImageDesc::storage("moments", format, setup.map_size) };
         Ok(Self {
+            name: config.name,
             kind,
             filter,
             mips: match levels {
@@ -197,48 +217,6 @@ impl MomentMap {
             is_sampled,
             push: LookupPush { exponents: config.exponents, ..config.push },
             kept: Kept::default(),
-        })
-    }
-
-    /// The moments, of all levels.
-    pub fn moments(&self) -> &Image {
-        &self.moments
-    }
-
-    /// Bytes of all images.
-    pub fn memory_bytes(&self) -> u64 {
-        let filter = match &self.filter {
-            Filter::Table(table, _) => table.memory_bytes(),
-            Filter::Separable { filtered_rows, .. } => filtered_rows.memory_bytes(),
-        };
-        filter + self.moments.memory_bytes()
-    }
-
-    /// Filters the map unless the light has not changed, and writes the visibility of every pixel.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        name: &str,
-        visibility: &Image,
-    ) -> Result<()> {
-        let range = range(&inputs.light[0]);
-        if !self.kept.holds(inputs) {
-            self.kept.make(frame, inputs);
-            self.record_moments(frame, inputs, range)?;
-        }
-        let [width, height] = visibility.extent();
-        frame.dispatch(&Pass {
-            name,
-            pipeline: &self.lookup,
-            bind: &LookupBindings {
-                camera: CameraBindings::new(view, inputs),
-                moments: if self.is_sampled { Bind::Filtered(&self.moments) } else { Bind::Image(&self.moments) },
-                visibility: Bind::Image(visibility),
-            },
-            push: bytemuck::bytes_of(&LookupPush { range, ..self.push }),
-            threads: Threads::Count([width, height, 1]),
         })
     }
 
@@ -294,6 +272,40 @@ impl MomentMap {
             })?;
         }
         Ok(())
+    }
+}
+
+impl Passes for MomentMap {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        let range = range(&inputs.light[0]);
+        if !self.kept.holds(inputs) {
+            self.kept.make(frame, inputs);
+            self.record_moments(frame, inputs, range)?;
+        }
+        let [width, height] = visibility.extent();
+        frame.dispatch(&Pass {
+            name: self.name,
+            pipeline: &self.lookup,
+            bind: &LookupBindings {
+                camera: CameraBindings::new(view, inputs),
+                moments: if self.is_sampled { Bind::Filtered(&self.moments) } else { Bind::Image(&self.moments) },
+                visibility: Bind::Image(visibility),
+            },
+            push: bytemuck::bytes_of(&LookupPush { range, ..self.push }),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        vec![("moments", &self.moments)]
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let filter = match &self.filter {
+            Filter::Table(table, _) => table.memory_bytes(),
+            Filter::Separable { filtered_rows, .. } => filtered_rows.memory_bytes(),
+        };
+        filter + self.moments.memory_bytes()
     }
 }
 

@@ -2,13 +2,13 @@
 
 use super::moment_kind::Kind as MomentKind;
 use super::moments::{
-    ANISOTROPY, Config, DEPTH_BIAS, FETCH, FILTER, LookupPush, MIPS, MomentMap, REDUCTION, WIDTH, is_table, lookup_push,
+    ANISOTROPY, Config, DEPTH_BIAS, FETCH, FILTER, LookupPush, MIPS, MOMENT_BIAS, MomentMap, REDUCTION, WIDTH,
+    is_table, lookup_push,
 };
 use super::summed_area::scale;
-use crate::gpu::{Buffer, Image};
 use crate::technique::common::receiver::NORMAL_OFFSET;
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
-use crate::{Context, Error, Frame, Inputs, Result};
+use crate::{Context, Error, Result};
 use ash::vk;
 
 /// The registry entry.
@@ -34,14 +34,7 @@ pub const INFO: Info = Info {
             0,
             "over all distributions of depths, or those within the map's range, which leaks less where three layers meet",
         ),
-        Param::float(
-            "moment_bias",
-            0.0,
-            0.1,
-            0.0,
-            "share",
-            "share of moments that are certainly possible, against rounding; 0 = what bits, filter and width need",
-        ),
+        MOMENT_BIAS,
         Param { default: 0.25, ..NORMAL_OFFSET },
         Param { default: 0.25, ..DEPTH_BIAS },
         Param { default: 0.1, ..REDUCTION },
@@ -71,10 +64,6 @@ pub(crate) fn table_bias(width: u32) -> f32 {
     (2e-6 * (scale(31) / scale(width))).clamp(3e-7, 6e-5)
 }
 
-struct Msm {
-    map: MomentMap,
-}
-
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let bits_16 = p.word("bits") == "16";
@@ -86,6 +75,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         return Err(Error::Parameter(problem));
     }
     let config = Config {
+        name: INFO.id,
         kind: if bits_16 { MomentKind::Packed } else { MomentKind::Powers },
         format,
         exponents: [0.0; 2],
@@ -93,19 +83,5 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         constants: &[("HAUSDORFF", (p.word("reconstruction") == "hausdorff").into()), ("BITS_16", bits_16.into())],
         push: LookupPush { moment_bias: moment_bias(p), ..lookup_push(p) },
     };
-    Ok(Box::new(Msm { map: MomentMap::new(context, setup, &config)? }))
-}
-
-impl Passes for Msm {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        self.map.record(frame, view, inputs, "msm", visibility)
-    }
-
-    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        vec![("moments", self.map.moments())]
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.map.memory_bytes()
-    }
+    Ok(Box::new(MomentMap::new(context, setup, &config)?))
 }

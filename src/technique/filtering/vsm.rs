@@ -2,13 +2,13 @@
 
 use super::moment_kind::Kind as MomentKind;
 use super::moments::{
-    ANISOTROPY, Config, DEPTH_BIAS, FETCH, FILTER, LookupPush, MIPS, MomentMap, REDUCTION, WIDTH, is_table, lookup_push,
+    ANISOTROPY, Config, DEPTH_BIAS, DEVIATION, FETCH, FILTER, LookupPush, MIPS, MomentMap, REDUCTION, WIDTH, is_table,
+    lookup_push,
 };
 use super::summed_area::scale;
-use crate::gpu::{Buffer, Image};
 use crate::technique::common::receiver::NORMAL_OFFSET;
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
-use crate::{Context, Frame, Inputs, Result};
+use crate::{Context, Result};
 use ash::vk;
 
 /// The registry entry.
@@ -24,14 +24,7 @@ pub const INFO: Info = Info {
         ANISOTROPY,
         Param { default: 0.5, ..NORMAL_OFFSET },
         DEPTH_BIAS,
-        Param::float(
-            "deviation",
-            0.0,
-            0.1,
-            0.0005,
-            "light depths",
-            "least standard deviation of the depths in a window; rounding may require more",
-        ),
+        DEVIATION,
         Param { default: 0.2, ..REDUCTION },
         FETCH,
     ],
@@ -50,13 +43,10 @@ pub fn least_deviation(p: &Params) -> f32 {
     (2.0 * p.float("deviation")).max(rounding.sqrt())
 }
 
-struct Vsm {
-    map: MomentMap,
-}
-
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = Config {
+        name: INFO.id,
         kind: MomentKind::Variance,
         format: vk::Format::R32G32_SFLOAT,
         exponents: [0.0; 2],
@@ -64,19 +54,5 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         constants: &[],
         push: LookupPush { least_deviation: least_deviation(p), ..lookup_push(p) },
     };
-    Ok(Box::new(Vsm { map: MomentMap::new(context, setup, &config)? }))
-}
-
-impl Passes for Vsm {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        self.map.record(frame, view, inputs, "vsm", visibility)
-    }
-
-    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
-        vec![("moments", self.map.moments())]
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.map.memory_bytes()
-    }
+    Ok(Box::new(MomentMap::new(context, setup, &config)?))
 }

@@ -1,13 +1,13 @@
 //! Moment soft shadow mapping.
 
 use super::window_moments::{CLASSIFY, DEPTH_BIAS, REDUCTION, WINDOW, WindowMoments, WindowPush};
-use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search::SEARCH;
 use crate::technique::common::receiver::NORMAL_OFFSET;
 use crate::technique::filtering::moment_kind::Kind as MomentKind;
+use crate::technique::filtering::moments::MOMENT_BIAS;
 use crate::technique::filtering::msm::table_bias;
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
-use crate::{Context, Frame, Inputs, Result};
+use crate::{Context, Result};
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -15,22 +15,7 @@ pub const INFO: Info = Info {
     title: "Moment soft shadow mapping",
     paper: "Peters, Münstermann, Wetzstein, Klein 2017",
     summary: "Penumbrae of an area light from four moments in a summed-area table: as many fetches whatever their width, with little light leaking.",
-    params: &[
-        WINDOW,
-        SEARCH,
-        CLASSIFY,
-        Param { default: 0.25, ..NORMAL_OFFSET },
-        DEPTH_BIAS,
-        Param::float(
-            "moment_bias",
-            0.0,
-            0.1,
-            0.0,
-            "share",
-            "share of moments that are certainly possible, against rounding; 0 = what the widest window needs",
-        ),
-        REDUCTION,
-    ],
+    params: &[WINDOW, SEARCH, CLASSIFY, Param { default: 0.25, ..NORMAL_OFFSET }, DEPTH_BIAS, MOMENT_BIAS, REDUCTION],
     published: &[],
     needs: &[],
     kind: Kind::RealTime(prepare),
@@ -44,23 +29,8 @@ pub fn moment_bias(p: &Params) -> f32 {
     }
 }
 
-struct Mssm {
-    moments: WindowMoments,
-}
-
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let push = WindowPush { moment_bias: moment_bias(&setup.params), ..WindowPush::default() };
-    Ok(Box::new(Mssm {
-        moments: WindowMoments::new(context, setup, MomentKind::Packed, ("soft/mssm.comp", &[]), push)?,
-    }))
-}
-
-impl Passes for Mssm {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        self.moments.record(frame, view, inputs, "mssm", visibility)
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.moments.memory_bytes()
-    }
+    let shader = ("soft/mssm.comp", &[][..]);
+    Ok(Box::new(WindowMoments::new(context, setup, (INFO.id, MomentKind::Packed), shader, push)?))
 }

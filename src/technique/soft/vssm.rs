@@ -1,13 +1,13 @@
 //! Variance soft shadow mapping.
 
 use super::window_moments::{CLASSIFY, DEPTH_BIAS, REDUCTION, WINDOW, WindowMoments, WindowPush};
-use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search::SEARCH;
 use crate::technique::common::receiver::NORMAL_OFFSET;
 use crate::technique::filtering::moment_kind::Kind as MomentKind;
+use crate::technique::filtering::moments::DEVIATION;
 use crate::technique::filtering::summed_area::scale;
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
-use crate::{Context, Frame, Inputs, Result};
+use crate::{Context, Result};
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -29,14 +29,7 @@ pub const INFO: Info = Info {
         CLASSIFY,
         Param { default: 0.25, ..NORMAL_OFFSET },
         DEPTH_BIAS,
-        Param::float(
-            "deviation",
-            0.0,
-            0.1,
-            0.0005,
-            "light depths",
-            "least standard deviation of the depths in a window; rounding may require more",
-        ),
+        DEVIATION,
         REDUCTION,
     ],
     published: &[],
@@ -50,23 +43,9 @@ pub fn least_variance(p: &Params) -> f32 {
     (deviation * deviation).max(2.5 / scale(p.int("window"))).max(f32::EPSILON)
 }
 
-struct Vssm {
-    moments: WindowMoments,
-}
-
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let push = WindowPush { least_variance: least_variance(p), ..WindowPush::default() };
     let shader = ("soft/vssm.comp", &[("CELLS", p.int("cells"))][..]);
-    Ok(Box::new(Vssm { moments: WindowMoments::new(context, setup, MomentKind::Variance, shader, push)? }))
-}
-
-impl Passes for Vssm {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
-        self.moments.record(frame, view, inputs, "vssm", visibility)
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        self.moments.memory_bytes()
-    }
+    Ok(Box::new(WindowMoments::new(context, setup, (INFO.id, MomentKind::Variance), shader, push)?))
 }

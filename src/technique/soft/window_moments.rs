@@ -8,8 +8,9 @@ use crate::gpu::{Buffer, ComputePipeline, Image, bindings, shader_struct};
 use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::blocker_search::{SearchWindow, search_window};
 use crate::technique::filtering::moment_kind::{Kind, range};
+use crate::technique::filtering::moments;
 use crate::technique::filtering::summed_area::SummedArea;
-use crate::technique::{Param, Setup};
+use crate::technique::{Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
@@ -26,22 +27,8 @@ pub(super) const CLASSIFY: Param = Param::switch(
     true,
     "pixels whose whole search window is lit or in shadow by depth bounds of the map get 1 or 0, without the moments' light leaking",
 );
-pub(super) const DEPTH_BIAS: Param = Param::float(
-    "depth_bias",
-    0.0,
-    16.0,
-    0.25,
-    "half windows",
-    "taken off the receiver's depth on top, as a share of the rise of its plane from a window's middle to its corner",
-);
-pub(super) const REDUCTION: Param = Param::float(
-    "reduction",
-    0.0,
-    0.99,
-    0.1,
-    "visibility",
-    "light leaking: what is darker counts as shadow, and the rest is stretched to 0 to 1",
-);
+pub(super) const DEPTH_BIAS: Param = Param { default: 0.25, ..moments::DEPTH_BIAS };
+pub(super) const REDUCTION: Param = Param { default: 0.1, ..moments::REDUCTION };
 
 shader_struct! {
     /// Push constants of `glsl/soft/moment_window.glsl`.
@@ -66,8 +53,9 @@ pub fn widest(window: u32) -> f32 {
     0.5 * (window as f32 - 1.0)
 }
 
-/// The table, the bounds by which windows are found and decided, and the pass that looks them up.
+/// Passes of a technique: the table, the bounds by which windows are found and decided, and the lookup.
 pub(super) struct WindowMoments {
+    name: &'static str,
     table: SummedArea,
     classes: MapClasses,
     lookup: Arc<ComputePipeline>,
@@ -75,11 +63,12 @@ pub(super) struct WindowMoments {
 }
 
 impl WindowMoments {
-    /// `push` has what the technique adds to the settings that both have; `constants` are those of its shader alone.
+    /// Allocates for a shadow map. `name` is the lookup's in timings, the technique's id; `constants` are those of its
+    /// shader alone, and `push` has what the technique adds to the settings that both have.
     pub fn new(
         context: &Context,
         setup: &Setup,
-        kind: Kind,
+        (name, kind): (&'static str, Kind),
         (shader, constants): (&str, &[(&'static str, u32)]),
         push: WindowPush,
     ) -> Result<Self> {
@@ -98,34 +87,24 @@ impl WindowMoments {
             ..push
         };
         Ok(Self {
+            name,
             table,
             classes: MapClasses::new(context, setup.map_size, SearchWindow::Blockers, classified)?,
             lookup: context.pipeline::<WindowBindings, WindowPush>(shader, &constants)?,
             push,
         })
     }
+}
 
-    /// Bytes of all images.
-    pub fn memory_bytes(&self) -> u64 {
-        self.table.memory_bytes() + self.classes.memory_bytes()
-    }
-
-    /// Makes the table unless the light has not changed, and writes the visibility of every pixel.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &Buffer,
-        inputs: &Inputs<'_>,
-        name: &str,
-        visibility: &Image,
-    ) -> Result<()> {
+impl Passes for WindowMoments {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         let range = range(&inputs.light[0]);
         self.table.record(frame, inputs, range)?;
         self.classes.record(frame, inputs)?;
         let [hsm, blocks] = self.classes.bind(inputs);
         let [width, height] = visibility.extent();
         frame.dispatch(&Pass {
-            name,
+            name: self.name,
             pipeline: &self.lookup,
             bind: &WindowBindings {
                 camera: CameraBindings::new(view, inputs),
@@ -137,5 +116,8 @@ impl WindowMoments {
             push: bytemuck::bytes_of(&WindowPush { range, ..self.push }),
             threads: Threads::Count([width, height, 1]),
         })
+    }
+    fn memory_bytes(&self) -> u64 {
+        self.table.memory_bytes() + self.classes.memory_bytes()
     }
 }

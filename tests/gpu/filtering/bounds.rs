@@ -1,4 +1,4 @@
-//! What bounds from moments are known to give: closed forms, and on which side of the truth they lie.
+//! Bounds from moments equal their closed forms, and lie on their side of the truth.
 
 use super::moments::params;
 use crate::common::{assert_in_range, with_gpu};

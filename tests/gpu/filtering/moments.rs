@@ -215,16 +215,16 @@ fn lookups_equal_their_mirrors() {
                 let what = format!("{id} {set:?} {} {map_size} {normals}", scene.name);
                 let mirror = mirror(id, &p, &shot, renderer.light(), &stored);
                 compare(&gpu, &mirror, 2e-3).check(&what, 0.02);
-                // The bounds are those of the worst case, far above what four moments of a flat surface really lose: all
-                // but one in 200 pixels are off by less than 0.02. Four moments of distant occluders, read by a single tap,
-                // are the worst: up to 116 of 36,864 pixels.
+                // The bounds are those of the worst case, far above what is lost: nearly all pixels are off by less than 0.02.
+                // The form that reads a pixel by a single tap from coarse levels loses most, in up to 116 of 36,864 pixels.
+                let pixels_per_miss = if p.int("anisotropy") == 1 { 200 } else { 1000 };
                 let off = |values: &[f32]| {
                     let pixels = values.iter().zip(&mirror.visibility);
                     pixels.filter(|(v, m)| (f64::from(**v) - **m).abs() > 0.02).count()
                 };
                 let wide = mirror.rounding.iter().filter(|r| **r > 0.05).count();
                 println!("    {} pixels off by 0.02; a bound above 0.05 in {wide}", off(&gpu));
-                assert!(off(&gpu) * 200 <= gpu.len(), "{what}: {} pixels are off by 0.02", off(&gpu));
+                assert!(off(&gpu) * pixels_per_miss <= gpu.len(), "{what}: {} pixels are off by 0.02", off(&gpu));
                 let planted: Vec<f32> = gpu.iter().map(|v| if *v > 0.5 { v - 0.06 } else { v + 0.06 }).collect();
                 assert!(off(&planted) * 10 > gpu.len() * 9, "{what}: a planted error goes unnoticed");
             }
@@ -232,7 +232,7 @@ fn lookups_equal_their_mirrors() {
     });
 }
 
-/// What the sampler interpolates equals what the shader does, up to the sampler's fixed point.
+/// The sampler interpolates as the shader does, up to the sampler's fixed point.
 #[test]
 fn both_ways_to_fetch_agree() {
     with_gpu(|host| {

@@ -71,7 +71,7 @@ fn tables_are_exact_up_to_4096_texels_squared() {
     with_gpu(|host| {
         let sizes = [[1, 1], [1, 130], [130, 1], [3, 5], [64, 64], [100, 333], [511, 17], [513, 129], [4096, 4096]];
         for (k, size) in sizes.into_iter().enumerate() {
-            // Of the largest map two moments, by which the sums wrap around hundreds of thousands of times.
+            // The largest map has two moments; their sums wrap around hundreds of thousands of times.
             let kinds = if size[0] > 1024 { &[Kind::Variance][..] } else { &[Kind::Variance, Kind::Packed] };
             for &kind in kinds {
                 let texels = exact_depths(size, k as u64);
@@ -143,7 +143,7 @@ fn windows_have_exact_means() {
 fn the_scale_uses_all_bits() {
     for width in [1, 3, 5, 15, 31, 63, 127, 255, 511, 1023] {
         let scale = scale(width);
-        // What the shader makes of a moment of 1.
+        // The integer that the shader stores for a moment of 1.
         let one = u64::from((1.0f32 * scale + 0.5) as u32);
         let (own, wider) = (u64::from(width).pow(2) * one, u64::from(width + 2).pow(2) * one);
         assert!(own <= u64::from(u32::MAX), "{width}");

@@ -67,9 +67,8 @@ fn mirror(
     }
 }
 
-/// Checks an image against its mirror, and that the mirror does not doubt everything. Four moments of a window that has
-/// hardly three depths leave a far depth of tiny weight, which single precision places more freely than the mirror's bounds
-/// say: `most_wrong` pixels in a thousand may differ.
+/// Checks an image against its mirror, and that the mirror does not doubt everything. `most_wrong` pixels in a thousand may
+/// differ by more than the mirror's bounds say: the bounds follow each quantity alone, not several moved at once.
 fn check(gpu: &[f32], mirror: &Mirror, what: &str, most_wrong: usize) {
     let a = compare(gpu, mirror, 1e-3);
     let (wrong, ties) = (a.wrong, a.ties);
