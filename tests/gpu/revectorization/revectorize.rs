@@ -85,8 +85,14 @@ fn the_family_equals_its_mirrors() {
                     assert_same_bits(&off, &list, &what);
                     let shot = Shot::of(host, &renderer, normals);
                     let mirror = rbsm::visibility(&shot.data(), &settings(function, fixed, max_distance)).unwrap();
+                    // A choice that rounding decides moves an edge. A hard edge then changes the pixels that it passes
+                    // over, a ramp all pixels within its width, each by less.
                     let most_ties = if normals { 0.01 } else { 0.05 };
-                    agreement(&off, &mirror, function).check(&what, most_ties);
+                    let doubt = mirror.doubt.iter().sum::<f64>() / mirror.doubt.len() as f64;
+                    println!("mean doubt {:.3} %", 100.0 * doubt);
+                    assert!(doubt <= most_ties, "{what}: {doubt}");
+                    let is_wide = matches!(function, Function::ProfileRamp(_, width) if width > 0.5);
+                    agreement(&off, &mirror, function).check(&what, if is_wide { 2.0 * most_ties } else { most_ties });
                 }
             }
         }
