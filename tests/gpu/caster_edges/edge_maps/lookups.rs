@@ -52,11 +52,8 @@ fn printed_lookups_equal_their_mirror() {
     with_gpu(|host| {
         let published = find("edsm").unwrap().published;
         let value = |name: &str| published.iter().find(|p| p.0 == name).unwrap().1.parse().unwrap();
-        let fixed = ReceiverSettings {
-            fixed_depth: true,
-            depth_bias: value("depth_bias"),
-            ..receiver_settings("edsm")
-        };
+        let fixed =
+            ReceiverSettings { fixed_depth: true, depth_bias: value("depth_bias"), ..receiver_settings("edsm") };
         let cases: [(&[(&str, &str)], _, _); 2] =
             [(&[("interpolation", "8-bit")], FORMS[0], receiver_settings("edsm")), (published, FORMS[3], fixed)];
         let mut by_float = 0;
