@@ -74,7 +74,7 @@ pub(super) fn stage() -> Scene {
     }
 
     stage.camera([0.9, 3.8, 4.0], [-0.05, 0.36, 0.2], 40.0);
-    stage.spot([-5.6, 4.6, -1.0], [0.3, 0.2, 0.2], 48.0, 0.16, 0xfff0dc);
+    stage.spot([-7.9, 6.4, -1.6], [0.2, 0.2, 0.0], 42.0, 0.22, 0xfff0dc);
     stage.scene
 }
 
