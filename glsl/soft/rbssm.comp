@@ -20,8 +20,8 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 #include "lib/rbsm_star.glsl"
-// A window of bits and the ring around it are 32 texels wide.
-#define WINDOW_MOST 30
+// Wider windows of bits would take too many registers.
+#define WINDOW_MOST 16
 #include "lib/texel_window.glsl"
 #include "revectorized_filter.glsl"
 #include "common/pixel_steps.glsl"
