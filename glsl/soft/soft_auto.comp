@@ -22,6 +22,7 @@
 #include "common/hsm.glsl"
 #include "soft_filter.glsl"
 #include "common/pixel_steps.glsl"
+#include "common/quad_classes.glsl"
 
 layout(constant_id = 1) const int SEARCH_TAPS = 9;         // along each axis
 layout(constant_id = 2) const bool CLASSIFY = true;        // decide windows that are entirely lit or in shadow
@@ -85,19 +86,26 @@ float blockerDistance(SoftReceiver r, AreaLight a, float z_blocker) {
   return texels;
 }
 
+// Least half-width of search and filter, texels.
+vec2 leastTexels(SoftReceiver r, AreaLight a) {
+  return isRevectorized() ? leastHalfTexels(r, a, LEAST_WIDTH) : vec2(NARROWEST_SEARCH);
+}
+
+bool quadReceiver(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
+  least = vec2(0.0);
+  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  least = leastTexels(r, a) / vec2(view.map_size);
+  return false;
+}
+
 bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
-  precise vec2 least = isRevectorized() ? leastHalfTexels(r, a, LEAST_WIDTH) : vec2(NARROWEST_SEARCH);
+  if (STEP == LIST) return false;
+  vec2 least = leastTexels(r, a);
   precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
   int found = HSM_PENUMBRA;
-  if (STEP == LIST) {
-    // The margin is the ring around the window, which reveals edges at its border.
-    if (CLASSIFY) found = classify(hsm, blocks, r, search, 1.0);
-    v = float(found);
-    return found != HSM_PENUMBRA;
-  }
   Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, false);
   ShadowPoint p = shadowPoint(r.at, r.map.depth, r.slope, 0.0);
   if (isRevectorized() && b.count == 0) b = neighbouringBlockers(p, a, false);
@@ -124,6 +132,17 @@ void main() {
       visibilityAt(pixel, v);
       imageStore(visibility, pixel, vec4(v));
     }
+    return;
+  }
+  if (CLASSIFY) {
+    // The margin is the ring around the window, which reveals edges at its border.
+    ivec2 corner = quadCorner();
+    ivec4 found = classifyQuad(hsm, blocks, corner, areaLight(), NEAREST_BLOCKER, 1.0, 1.0);
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      ivec2 pixel = corner + ivec2(i & 1, i >> 1);
+      if (found[i] != HSM_PENUMBRA && all(lessThan(pixel, ivec2(view.size)))) imageStore(visibility, pixel, vec4(found[i]));
+    }
+    listQuad(corner, equal(found, ivec4(HSM_PENUMBRA)));
     return;
   }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -58,7 +58,7 @@ pub const INFO: Info = Info {
         VISIBILITY,
         LEAST_WIDTH,
         MAX_DISTANCE,
-        NORMAL_OFFSET,
+        Param { default: 0.3, ..NORMAL_OFFSET },
         DEPTH_BIAS,
         Param::choice(
             "skip",
@@ -116,6 +116,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         ];
         context.pipeline::<EstimateBindings, RbsmPush>("soft/soft_auto.comp", &constants)
     })?;
+    let estimate = if classify { estimate.by_quads() } else { estimate };
     let kernel = match kernel_texels > 0.0 {
         true => Some((rbssm::measured_filter(context, kernel)?, list("pixels in narrow penumbrae")?)),
         false => None,
