@@ -1,0 +1,96 @@
+// Classes of 2 x 2 pixels at once, for the dispatch that lists the pixels in penumbrae: their search windows overlap, so one
+// look at the depths under all four serves them all. A pixel's class is never wrong, but may be HSM_PENUMBRA where its own
+// window would have decided it.
+// Include after common/hsm.glsl and common/pixel_steps.glsl. Each thread works on the quad of quadCorner and passes the
+// pixels that are left to listQuad. The shader defines how it receives a pixel:
+#ifndef EDGESHADE_QUAD_CLASSES
+#define EDGESHADE_QUAD_CLASSES
+#extension GL_EXT_control_flow_attributes : require
+
+// Returns true if the pixel needs no window; its visibility, 0 or 1, is then `v`. `least` is the least half-width (uv) of
+// its search window.
+bool quadReceiver(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v);
+
+// Classifies the pixels (0, 0), (1, 0), (0, 1) and (1, 1) from `corner`. `nearest_blocker` and `reach` are those of
+// searchWindow, `margin` that of classify. Pixels outside the image are HSM_LIT.
+ivec4 classifyQuad(sampler2D hsm, sampler2D blocks, ivec2 corner, AreaLight a, bool nearest_blocker, float reach, float margin) {
+  SoftReceiver r[4];
+  vec2 least[4], half_width[4];
+  ivec4 found = ivec4(HSM_LIT);
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    ivec2 pixel = corner + ivec2(i & 1, i >> 1);
+    float v = 1.0;
+    if (any(greaterThanEqual(pixel, ivec2(view.size))) || quadReceiver(pixel, a, r[i], least[i], v)) {
+      found[i] = int(v);
+    } else {
+      found[i] = HSM_PENUMBRA;
+      half_width[i] = max(searchHalfWidth(a, r[i].z, a.near) * reach, least[i]);
+    }
+  }
+  // Each round narrows the windows by the nearest depth that the one before found, as searchWindow does. A loop instead
+  // of branches: a CPU driver leaves it as soon as no pixel is left.
+  int rounds = nearest_blocker ? 3 : 1;
+  [[dont_unroll]] for (int k = 0; k < rounds && any(equal(found, ivec4(HSM_PENUMBRA))); ++k) {
+    // All windows together.
+    ivec2 first = ivec2(0x10000), last = ivec2(-0x10000);
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      if (found[i] != HSM_PENUMBRA) continue;
+      ivec2 low, high;
+      windowRange(r[i], half_width[i], margin, low, high);
+      first = min(first, low);
+      last = max(last, high);
+    }
+    vec2 bounds = hsmBounds(hsm, first, last);
+    float nearest = max(lightDistance(a, bounds.x), a.near);
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      if (found[i] != HSM_PENUMBRA) continue;
+      found[i] = classifyBounds(r[i], bounds, first, last);
+      if (k + 1 < rounds) half_width[i] = max(searchHalfWidth(a, r[i].z, nearest) * reach, least[i]);
+    }
+  }
+  [[dont_unroll]] for (int k = 0; k < 4 && any(equal(found, ivec4(HSM_PENUMBRA))); ++k) {
+    SoftReceiver own = r[0];
+    vec2 width = half_width[0];
+    [[unroll]] for (int i = 1; i < 4; ++i) {
+      if (i != k) continue;
+      own = r[i];
+      width = half_width[i];
+    }
+    if (found[k] == HSM_PENUMBRA) found[k] = classifyBlocks(blocks, own, width, margin);
+  }
+  return found;
+}
+
+shared uint open_tiles; // bits of the workgroup's tiles with a listed pixel
+
+// First of the 2 x 2 pixels of the thread, in a dispatch with one thread for each such quad: a workgroup has 2 x 2 tiles,
+// one after the other.
+ivec2 quadCorner() {
+  uint tile = gl_LocalInvocationIndex / 16, quad = gl_LocalInvocationIndex % 16;
+  return ivec2(16 * gl_WorkGroupID.xy + 8 * uvec2(tile % 2, tile / 2) + 2 * uvec2(quad % 4, quad / 4));
+}
+
+// Appends the pixels (0, 0), (1, 0), (0, 1) and (1, 1) from `corner` that are `left` to the list. All threads of the
+// workgroup must call it.
+void listQuad(ivec2 corner, bvec4 left) {
+  if (gl_LocalInvocationIndex == 0) open = open_tiles = 0;
+  barrier();
+  uint number = uint(left.x) + uint(left.y) + uint(left.z) + uint(left.w), index;
+  if (number > 0) {
+    index = atomicAdd(open, number);
+    atomicOr(open_tiles, 1u << gl_LocalInvocationIndex / 16);
+  }
+  barrier();
+  if (gl_LocalInvocationIndex == 0 && open > 0) {
+    first = atomicAdd(list.count, open);
+    atomicAdd(list.tiles, bitCount(open_tiles));
+    atomicMax(list.groups[0], min((first + open + 63) / 64, MAX_TILE_GROUPS));
+  }
+  barrier();
+  index += first;
+  for (int i = 0; i < 4; ++i) {
+    if (left[i]) list.pixels[index++] = packTile(uvec2(corner + ivec2(i & 1, i >> 1)));
+  }
+}
+
+#endif
