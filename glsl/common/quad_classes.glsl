@@ -1,31 +1,27 @@
-// Classes of 2 x 2 pixels at once, for the dispatch that lists the pixels in penumbrae: their search windows overlap, so one
-// look at the depths under all four serves them all. A pixel's class is never wrong, but may be HSM_PENUMBRA where its own
-// window would have decided it.
+// Classes of 2 x 2 pixels at once, for the dispatch that lists the pixels in penumbrae: their search windows overlap, so
+// one look at the depths under all four serves them all. A pixel's class is never wrong, but may be HSM_PENUMBRA where its
+// own window would have decided it.
 // Include after common/hsm.glsl and common/pixel_steps.glsl. Each thread works on the quad of quadCorner and passes the
-// pixels that are left to listQuad. The shader defines how it receives a pixel:
+// pixels that are left to listQuad.
 #ifndef EDGESHADE_QUAD_CLASSES
 #define EDGESHADE_QUAD_CLASSES
 #extension GL_EXT_control_flow_attributes : require
 
-// Returns true if the pixel needs no window; its visibility, 0 or 1, is then `v`. `least` is the least half-width (uv) of
-// its search window.
-bool quadReceiver(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v);
+// The pixels (0, 0), (1, 0), (0, 1) and (1, 1) of a quad.
+struct Quad {
+  ivec4 found;       // HSM_PENUMBRA for a pixel that needs a window, otherwise its class; HSM_LIT outside the image
+  SoftReceiver r[4]; // of the pixels that need a window
+  vec2 least[4];     // least half-widths of their search windows, uv
+};
 
-// Classifies the pixels (0, 0), (1, 0), (0, 1) and (1, 1) from `corner`. `nearest_blocker` and `reach` are those of
-// searchWindow, `margin` that of classify. Pixels outside the image are HSM_LIT.
-ivec4 classifyQuad(sampler2D hsm, sampler2D blocks, ivec2 corner, AreaLight a, bool nearest_blocker, float reach, float margin) {
-  SoftReceiver r[4];
-  vec2 least[4], half_width[4];
-  ivec4 found = ivec4(HSM_LIT);
+ivec2 quadPixel(ivec2 corner, int i) { return corner + ivec2(i & 1, i >> 1); }
+
+// Classifies the pixels of a quad. `nearest_blocker` is that of searchWindow, `margin` that of classify.
+ivec4 classifyQuad(sampler2D hsm, sampler2D blocks, Quad q, AreaLight a, bool nearest_blocker, float margin) {
+  ivec4 found = q.found;
+  vec2 half_width[4];
   [[unroll]] for (int i = 0; i < 4; ++i) {
-    ivec2 pixel = corner + ivec2(i & 1, i >> 1);
-    float v = 1.0;
-    if (any(greaterThanEqual(pixel, ivec2(view.size))) || quadReceiver(pixel, a, r[i], least[i], v)) {
-      found[i] = int(v);
-    } else {
-      found[i] = HSM_PENUMBRA;
-      half_width[i] = max(searchHalfWidth(a, r[i].z, a.near) * reach, least[i]);
-    }
+    if (found[i] == HSM_PENUMBRA) half_width[i] = max(searchHalfWidth(a, q.r[i].z, a.near), q.least[i]);
   }
   // Each round narrows the windows by the nearest depth that the one before found, as searchWindow does. A loop instead
   // of branches: a CPU driver leaves it as soon as no pixel is left.
@@ -36,7 +32,7 @@ ivec4 classifyQuad(sampler2D hsm, sampler2D blocks, ivec2 corner, AreaLight a, b
     [[unroll]] for (int i = 0; i < 4; ++i) {
       if (found[i] != HSM_PENUMBRA) continue;
       ivec2 low, high;
-      windowRange(r[i], half_width[i], margin, low, high);
+      windowRange(q.r[i], half_width[i], margin, low, high);
       first = min(first, low);
       last = max(last, high);
     }
@@ -44,16 +40,16 @@ ivec4 classifyQuad(sampler2D hsm, sampler2D blocks, ivec2 corner, AreaLight a, b
     float nearest = max(lightDistance(a, bounds.x), a.near);
     [[unroll]] for (int i = 0; i < 4; ++i) {
       if (found[i] != HSM_PENUMBRA) continue;
-      found[i] = classifyBounds(r[i], bounds, first, last);
-      if (k + 1 < rounds) half_width[i] = max(searchHalfWidth(a, r[i].z, nearest) * reach, least[i]);
+      found[i] = classifyBounds(q.r[i], bounds, first, last);
+      if (k + 1 < rounds) half_width[i] = max(searchHalfWidth(a, q.r[i].z, nearest), q.least[i]);
     }
   }
   [[dont_unroll]] for (int k = 0; k < 4 && any(equal(found, ivec4(HSM_PENUMBRA))); ++k) {
-    SoftReceiver own = r[0];
+    SoftReceiver own = q.r[0];
     vec2 width = half_width[0];
     [[unroll]] for (int i = 1; i < 4; ++i) {
       if (i != k) continue;
-      own = r[i];
+      own = q.r[i];
       width = half_width[i];
     }
     if (found[k] == HSM_PENUMBRA) found[k] = classifyBlocks(blocks, own, width, margin);
@@ -63,8 +59,8 @@ ivec4 classifyQuad(sampler2D hsm, sampler2D blocks, ivec2 corner, AreaLight a, b
 
 shared uint open_tiles; // bits of the workgroup's tiles with a listed pixel
 
-// First of the 2 x 2 pixels of the thread, in a dispatch with one thread for each such quad: a workgroup has 2 x 2 tiles,
-// one after the other.
+// First of the 2 x 2 pixels of the thread, in a dispatch with one thread for each such quad: a workgroup has 2 x 2
+// tiles, one after the other.
 ivec2 quadCorner() {
   uint tile = gl_LocalInvocationIndex / 16, quad = gl_LocalInvocationIndex % 16;
   return ivec2(16 * gl_WorkGroupID.xy + 8 * uvec2(tile % 2, tile / 2) + 2 * uvec2(quad % 4, quad / 4));
@@ -89,7 +85,7 @@ void listQuad(ivec2 corner, bvec4 left) {
   barrier();
   index += first;
   for (int i = 0; i < 4; ++i) {
-    if (left[i]) list.pixels[index++] = packTile(uvec2(corner + ivec2(i & 1, i >> 1)));
+    if (left[i]) list.pixels[index++] = packTile(uvec2(quadPixel(corner, i)));
   }
 }
 

@@ -47,7 +47,9 @@ float filterAny(SoftReceiver r, vec2 half_texels) {
   return v;
 }
 
-bool quadReceiver(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
+// Returns true if the pixel needs no window; its visibility, 0 or 1, is then `v`. `least` is the least half-width (uv) of
+// its search window.
+bool needsNoWindow(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
   least = NARROWEST_SEARCH / vec2(view.map_size);
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
   if (FIXED) r.slope = vec2(0.0);
@@ -58,7 +60,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
   vec2 least;
-  if (quadReceiver(pixel, a, r, least, v)) return true;
+  if (needsNoWindow(pixel, a, r, least, v)) return true;
   if (STEP == MEASURED) {
     v = filterAny(r, texelFetch(half_widths, pixel, 0).xy);
     return true;
@@ -82,9 +84,17 @@ void main() {
   }
   if (STEP == LIST) {
     ivec2 corner = quadCorner();
-    ivec4 found = classifyQuad(hsm, blocks, corner, areaLight(), NEAREST_BLOCKER, 1.0, 0.5);
+    AreaLight a = areaLight();
+    Quad q;
     [[unroll]] for (int i = 0; i < 4; ++i) {
-      ivec2 pixel = corner + ivec2(i & 1, i >> 1);
+      ivec2 pixel = quadPixel(corner, i);
+      v = 1.0;
+      bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
+      q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+    }
+    ivec4 found = classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 0.5);
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      ivec2 pixel = quadPixel(corner, i);
       if (found[i] != HSM_PENUMBRA && all(lessThan(pixel, ivec2(view.size)))) imageStore(visibility, pixel, vec4(found[i]));
     }
     listQuad(corner, equal(found, ivec4(HSM_PENUMBRA)));

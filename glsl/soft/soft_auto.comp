@@ -91,7 +91,9 @@ vec2 leastTexels(SoftReceiver r, AreaLight a) {
   return isRevectorized() ? leastHalfTexels(r, a, LEAST_WIDTH) : vec2(NARROWEST_SEARCH);
 }
 
-bool quadReceiver(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
+// Returns true if the pixel needs no window; its visibility, 0 or 1, is then `v`. `least` is the least half-width (uv) of
+// its search window.
+bool needsNoWindow(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
   least = vec2(0.0);
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
   least = leastTexels(r, a) / vec2(view.map_size);
@@ -137,9 +139,17 @@ void main() {
   if (CLASSIFY) {
     // The margin is the ring around the window, which reveals edges at its border.
     ivec2 corner = quadCorner();
-    ivec4 found = classifyQuad(hsm, blocks, corner, areaLight(), NEAREST_BLOCKER, 1.0, 1.0);
+    AreaLight a = areaLight();
+    Quad q;
     [[unroll]] for (int i = 0; i < 4; ++i) {
-      ivec2 pixel = corner + ivec2(i & 1, i >> 1);
+      ivec2 pixel = quadPixel(corner, i);
+      v = 1.0;
+      bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
+      q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+    }
+    ivec4 found = classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0);
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      ivec2 pixel = quadPixel(corner, i);
       if (found[i] != HSM_PENUMBRA && all(lessThan(pixel, ivec2(view.size)))) imageStore(visibility, pixel, vec4(found[i]));
     }
     listQuad(corner, equal(found, ivec4(HSM_PENUMBRA)));
