@@ -57,7 +57,7 @@ fn committed_files_for_judging_are_what_the_generator_makes() {
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), scenes::JUDGING.len());
 }
 
-/// What is shipped is what suites measure and rules are chosen on.
+/// Suites measure the shipped scenes, and rules are chosen on them: no scene for judging is among them.
 #[test]
 fn scenes_for_judging_are_not_shipped() {
     for (name, _) in scenes::JUDGING {

@@ -2,7 +2,7 @@
 // one look at the depths under all four serves them all. A pixel's class is never wrong, but may be HSM_PENUMBRA where its
 // own window would have decided it.
 // Include after common/hsm.glsl and common/pixel_steps.glsl. Each thread works on the quad of quadCorner and passes the
-// pixels that are left to listQuad.
+// classes to finishQuad.
 #ifndef EDGESHADE_QUAD_CLASSES
 #define EDGESHADE_QUAD_CLASSES
 #extension GL_EXT_control_flow_attributes : require
@@ -66,9 +66,14 @@ ivec2 quadCorner() {
   return ivec2(16 * gl_WorkGroupID.xy + 8 * uvec2(tile % 2, tile / 2) + 2 * uvec2(quad % 4, quad / 4));
 }
 
-// Appends the pixels (0, 0), (1, 0), (0, 1) and (1, 1) from `corner` that are `left` to the list. All threads of the
-// workgroup must call it.
-void listQuad(ivec2 corner, bvec4 left) {
+// Stores the visibility of the decided pixels of a quad, and appends the others to the list. All threads of the workgroup
+// must call it.
+void finishQuad(ivec2 corner, ivec4 found) {
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    ivec2 pixel = quadPixel(corner, i);
+    if (found[i] != HSM_PENUMBRA && all(lessThan(pixel, ivec2(view.size)))) imageStore(visibility, pixel, vec4(found[i]));
+  }
+  bvec4 left = equal(found, ivec4(HSM_PENUMBRA));
   if (gl_LocalInvocationIndex == 0) open = open_tiles = 0;
   barrier();
   uint number = uint(left.x) + uint(left.y) + uint(left.z) + uint(left.w), index;

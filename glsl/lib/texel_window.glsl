@@ -125,7 +125,7 @@ ivec2 runInside(TexelLine line, int n, bool s, bvec2 across, int i) {
 }
 
 // Signed distances from the border texels to the ends of runs beyond them, a byte each, by side: left, right, +v, -v.
-// Of a texel that differs on no side across the run, the ring's test tells the distance, +1 or -1, and the byte is unused.
+// If a texel differs on no side across the run, the ring's test tells the distance, +1 or -1, and the byte is unused.
 const int BEYOND_WORDS = (WINDOW_MOST + 3) / 4;
 uint window_beyond[4 * BEYOND_WORDS];
 

@@ -147,12 +147,7 @@ void main() {
       bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
       q.found[i] = is_open ? HSM_PENUMBRA : int(v);
     }
-    ivec4 found = classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0);
-    [[unroll]] for (int i = 0; i < 4; ++i) {
-      ivec2 pixel = quadPixel(corner, i);
-      if (found[i] != HSM_PENUMBRA && all(lessThan(pixel, ivec2(view.size)))) imageStore(visibility, pixel, vec4(found[i]));
-    }
-    listQuad(corner, equal(found, ivec4(HSM_PENUMBRA)));
+    finishQuad(corner, classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0));
     return;
   }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -330,7 +330,7 @@ fn books(stage: &mut Stage) {
     }
 }
 
-/// What stands on top of the shelves.
+/// Things on top of the shelves.
 fn vases() -> MeshBuilder {
     let tall = [
         (0.0, 0.0),

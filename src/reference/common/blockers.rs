@@ -27,7 +27,7 @@ pub enum Class {
     Penumbra,
 }
 
-/// What a pixel is classified by.
+/// Way to classify a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClassBy {
     /// Depth bounds of the map under the window, as the shaders do.
