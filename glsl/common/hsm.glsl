@@ -38,8 +38,9 @@ void windowRange(SoftReceiver r, vec2 half_width, float margin, out ivec2 first,
 }
 
 // Classifies the texels `first` to `last` by the bounds of their depths: HSM_LIT or HSM_UMBRA if all of them are certainly
-// lit or certainly shadowed; otherwise HSM_PENUMBRA. Every texel is compared with the receiver's plane at its centre.
-int classifyBounds(SoftReceiver r, vec2 bounds, ivec2 first, ivec2 last) {
+// lit or certainly shadowed; otherwise HSM_PENUMBRA. Every texel is compared with the receiver's plane at its centre, or
+// with planes that lie nearer to the light by up to `drop`.
+int classifyBounds(SoftReceiver r, vec2 bounds, ivec2 first, ivec2 last, float drop) {
   // The receiver's plane over the window: its depth in the middle, and its rise from there to a corner.
   vec2 middle = 0.5 * vec2(first + last) + 0.5 - r.at, reach = 0.5 * vec2(last - first);
   float depth = r.map.depth + dot(r.slope, middle);
@@ -48,15 +49,12 @@ int classifyBounds(SoftReceiver r, vec2 bounds, ivec2 first, ivec2 last) {
   float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), reach + abs(middle));
   // An empty texel never shadows, whatever the reference.
   if (min(depth + rise + rounding, 1.0) <= bounds.x) return HSM_LIT;
-  return bounds.y < 1.0 && depth - rise - rounding > bounds.y ? HSM_UMBRA : HSM_PENUMBRA;
+  return bounds.y < 1.0 && depth - drop - rise - rounding > bounds.y ? HSM_UMBRA : HSM_PENUMBRA;
 }
 
-// Classifies a window by the depth bounds of blocks (depth_bounds.comp), whose slopes decide tilted receivers: their own
-// depth varies too much over the window for a plain minimum and maximum. The window holds all texels that taps within
-// `half_width` (uv) can touch, and those up to `margin` texels around them.
-int classifyBlocks(sampler2D blocks, SoftReceiver r, vec2 half_width, float margin) {
-  ivec2 first, last;
-  windowRange(r, half_width, margin, first, last);
+// The same by the depth bounds of blocks (depth_bounds.comp), whose slopes decide tilted receivers: their own depth varies
+// too much over the window for a plain minimum and maximum.
+int classifyBlocks(sampler2D blocks, SoftReceiver r, ivec2 first, ivec2 last, float drop) {
   ivec2 size = last - first;
   int wider = max(size.x, size.y);
   bool inside = all(greaterThanEqual(first, ivec2(0))) && all(lessThan(last, ivec2(view.map_size)));
@@ -65,16 +63,17 @@ int classifyBlocks(sampler2D blocks, SoftReceiver r, vec2 half_width, float marg
   int level = wider < 24 ? 0 : wider < 48 ? 1 : wider < 96 ? 2 : 3;
   vec2 away = vec2(first) + 0.5 - r.at;
   float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), abs(away) + vec2(size));
-  return decideBlocks(blocks, level, first, last, r.map.depth + dot(r.slope, away), r.slope, 0.0, rounding);
+  return decideBlocks(blocks, level, first, last, r.map.depth + dot(r.slope, away), r.slope, drop, rounding);
 }
 
-// Classifies a window by the pyramid, and by blocks if that does not decide it. If the window holds all texels that a
-// technique reads, the class decides the technique's result: 1 or 0.
+// Classifies a window by the pyramid, and by blocks if that does not decide it. The window holds all texels that taps within
+// `half_width` (uv) can touch, and those up to `margin` texels around them. If these are all texels that a technique reads,
+// the class decides the technique's result: 1 or 0.
 int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, float margin) {
   ivec2 first, last;
   windowRange(r, half_width, margin, first, last);
-  int found = classifyBounds(r, hsmBounds(hsm, first, last), first, last);
-  return found != HSM_PENUMBRA ? found : classifyBlocks(blocks, r, half_width, margin);
+  int found = classifyBounds(r, hsmBounds(hsm, first, last), first, last, 0.0);
+  return found != HSM_PENUMBRA ? found : classifyBlocks(blocks, r, first, last, 0.0);
 }
 
 // Half-width (uv) of the window to search for blockers. The papers' window reaches up to the near plane. With

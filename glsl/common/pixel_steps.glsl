@@ -1,13 +1,14 @@
 // Dispatches of a pass that decides most pixels cheaply and works longer on the others. AT_ONCE does both in one
 // dispatch. LIST decides the cheap pixels and lists the others; LISTED then works on the list, so that every thread has
-// work. The image is the same. MEASURED is LISTED for a list whose pixels another pass has measured already.
+// work. The image is the same. MEASURED is LISTED for a list whose pixels another pass has measured already. TILES decides
+// whole tiles and lists the others; LIST then works on these tiles (common/quad_classes.glsl).
 // The shader's main walks over the pixels with the functions below.
 // Include after common/receiver.glsl.
 #ifndef EDGESHADE_PIXEL_STEPS
 #define EDGESHADE_PIXEL_STEPS
 #include "tiles.glsl"
 
-const int AT_ONCE = 0, LIST = 1, LISTED = 2, MEASURED = 3;
+const int AT_ONCE = 0, LIST = 1, LISTED = 2, MEASURED = 3, TILES = 4;
 layout(constant_id = 4) const int STEP = AT_ONCE;
 
 layout(local_size_x = 8, local_size_y = 8) in;

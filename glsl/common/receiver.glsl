@@ -7,6 +7,10 @@
 #include "lib/light_space.glsl"
 #include "view.glsl"
 
+// No branch here depends on constants of the frame alone: Mesa 22.3's CPU driver would put their values into the code and
+// compile the shader once more in every dispatch, which takes it up to ten milliseconds. Selections between values are no
+// branches, and a condition that also depends on the pixel is left alone.
+
 layout(binding = 1) uniform sampler2D camera_depth;
 layout(binding = 2) uniform sampler2D camera_normal; // unused if view.normal_encoding is NORMAL_NONE
 
@@ -22,11 +26,12 @@ float depthAt(ivec2 pixel) { return texelFetch(camera_depth, pixel, 0).x; }
 // Derives the geometric normal from neighbouring depths. Along each axis it takes the neighbour that more likely lies
 // on the same surface: the depths of a plane are linear in the image, so it takes the side whose two pixels predict the
 // pixel's own depth best. So the normals on both sides of a crease are those of its faces. Without any usable neighbour
-// the normal points towards the viewer. `neighbours` is 4, or 0 if the result is not wanted: a CPU driver executes both
+// the normal points towards the viewer. If the result is not `wanted`, no neighbour is read: a CPU driver executes both
 // sides of every branch, but not every round of a loop.
-vec3 normalFromDepth(ivec2 pixel, vec3 p, int neighbours) {
+vec3 normalFromDepth(ivec2 pixel, vec3 p, bool wanted) {
   ivec2 last = ivec2(view.size) - 1;
   float own = depthAt(pixel);
+  int neighbours = all(bvec2(wanted, abs(p.z) < 3.0e38)) ? 4 : 0; // positions are finite
   vec3 right = vec3(0.0), down = vec3(0.0);
   float nearest_right = 3.0e38, nearest_down = 3.0e38;
   for (int i = 0; i < neighbours; ++i) {
@@ -63,13 +68,12 @@ vec3 normalFromDepth(ivec2 pixel, vec3 p, int neighbours) {
 
 vec3 normalAt(ivec2 pixel, vec3 p) {
   bool none = view.normal_encoding == NORMAL_NONE;
-  vec3 from_depth = normalFromDepth(pixel, p, none ? 4 : 0);
-  if (none) return from_depth;
+  vec3 from_depth = normalFromDepth(pixel, p, none);
   vec3 e = texelFetch(camera_normal, pixel, 0).xyz;
-  vec3 n = view.normal_encoding == NORMAL_CARTESIAN            ? normalize(e)
-           : view.normal_encoding == NORMAL_OCTAHEDRAL_UNSIGNED ? octahedralDecode(2.0 * e.xy - 1.0)
-                                                                : octahedralDecode(e.xy);
-  return view.view_from_world * n;
+  vec2 octahedral = view.normal_encoding == NORMAL_OCTAHEDRAL_UNSIGNED ? 2.0 * e.xy - 1.0 : e.xy;
+  vec3 from_octahedral = octahedralDecode(octahedral), from_cartesian = normalize(e);
+  vec3 n = view.view_from_world * (view.normal_encoding == NORMAL_CARTESIAN ? from_cartesian : from_octahedral);
+  return none ? from_depth : n;
 }
 
 Receiver receiverAt(ivec2 pixel) {
@@ -83,8 +87,9 @@ Receiver receiverAt(ivec2 pixel) {
   r.position = viewPosition(pixel, depth);
   r.normal = normalAt(pixel, r.position);
   r.error = POSITION_ULPS * length(r.position);
-  // Depth formats other than reversed floating point lose much more than single precision far away.
-  if (view.depth_error != 0.0) r.error += distance(r.position, viewPosition(pixel, depth + view.depth_error));
+  // Depth formats other than reversed floating point lose much more than single precision far away. For reversed floating
+  // point this adds 0.
+  r.error += distance(r.position, viewPosition(pixel, depth + view.depth_error));
   return r;
 }
 

@@ -39,7 +39,8 @@ LightPoint lightSpace(vec3 p, int layer) { return lightPoint(view.light_clip_fro
 // Unit vector from p towards the light.
 vec3 towardsLight(vec3 p, int layer) {
   vec4 l = view.light_position_view[layer];
-  return l.w == 0.0 ? l.xyz : normalize(l.xyz - p);
+  vec3 towards = normalize(l.xyz - p);
+  return l.w == 0.0 ? l.xyz : towards;
 }
 
 #endif

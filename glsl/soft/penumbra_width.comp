@@ -3,7 +3,8 @@
 // Macedo, Apolinario, Aguero (2019), eq. 6 and 7. Filters of the hard-shadow image read it.
 //
 // Pixels whose whole search window is lit or in shadow according to the hierarchical shadow map have no penumbra,
-// whatever width their blockers would give. Their visibility is then known as well.
+// whatever width their blockers would give. Their visibility is then known as well. Where pixels are listed, widths are
+// written for the listed pixels only.
 //
 // Departures: see common/blockers.glsl. Texels are tested on the receiver's plane; FIXED compares all with the point's own
 // depth, as in the paper.
@@ -15,6 +16,8 @@
 #include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 #include "common/pixel_steps.glsl" // its image `visibility` holds the widths here
+#include "common/quad_classes.glsl"
+#include "common/tile_classes.glsl"
 
 layout(constant_id = 0) const int TAPS = 23;               // of the search, along each axis
 layout(constant_id = 1) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
@@ -62,13 +65,21 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
   return Blockers(blockerDistance(a, mean, MEAN_DEPTH), weight > 0.0 ? 1 : 0);
 }
 
-// Returns true if the pixel's visibility `v` is known; otherwise `search` is its search window.
-bool decide(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 search, out float v) {
-  search = vec2(0.0);
+// Returns true if the pixel needs no window; its visibility, 0 or 1, is then `v`. `least` is the least half-width (uv) of
+// its search window.
+bool needsNoWindow(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
+  least = NARROWEST_SEARCH / vec2(view.map_size);
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
   if (FIXED) r.slope = vec2(0.0);
-  search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER, push.reach), NARROWEST_SEARCH / vec2(view.map_size));
-  if (STEP == LISTED) return false;
+  return false;
+}
+
+// Returns true if the pixel's visibility `v` is known; otherwise `search` is its search window.
+bool decide(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 search, out float v) {
+  vec2 least;
+  search = vec2(0.0);
+  if (needsNoWindow(pixel, a, r, least, v)) return true;
+  search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER, push.reach), least);
   int found = classify(hsm, blocks, r, search, 0.5);
   v = float(found);
   return found != HSM_PENUMBRA;
@@ -85,7 +96,6 @@ bool visibilityAt(ivec2 pixel, out float width) {
     imageStore(between, pixel, vec4(v));
     return true;
   }
-  if (STEP == LIST) return false;
   vec2 texels = windowTexels(search);
   Blockers b;
   if (BOX && all(lessThanEqual(2.0 * texels, vec2(TAPS)))) b = findBlockersBox(r, a, texels);
@@ -104,9 +114,33 @@ void main() {
     }
     return;
   }
+  if (STEP == TILES) {
+    ivec2 corner = 8 * ivec2(gl_GlobalInvocationID.xy);
+    int found = classifyTile(hsm, blocks, corner, areaLight(), push.normal_offset, push.depth_bias, FIXED, NEAREST_BLOCKER, push.reach, NARROWEST_SEARCH, 0.5);
+    storeTile(shadows, corner, found);
+    storeTile(between, corner, found);
+    listTile(corner, found);
+    return;
+  }
+  if (STEP == LIST) {
+    AreaLight a = areaLight();
+    float v;
+    for (uint first_tile = firstOpenTile(); first_tile < open_tiles.count; first_tile += openTileStride()) {
+      ivec2 corner = quadCorner(first_tile);
+      Quad q;
+      [[unroll]] for (int i = 0; i < 4; ++i) {
+        ivec2 pixel = quadPixel(corner, i);
+        v = 1.0;
+        bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
+        q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+      }
+      ivec4 found = classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, push.reach, 0.5);
+      storeQuad(shadows, corner, found);
+      storeQuad(between, corner, found);
+      listQuad(corner, found);
+    }
+    return;
+  }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  bool inside = all(lessThan(pixel, ivec2(view.size)));
-  bool decided = inside && visibilityAt(pixel, width);
-  if (decided) imageStore(visibility, pixel, vec4(width));
-  listPixel(pixel, inside && !decided);
+  if (all(lessThan(pixel, ivec2(view.size))) && visibilityAt(pixel, width)) imageStore(visibility, pixel, vec4(width));
 }

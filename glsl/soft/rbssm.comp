@@ -26,6 +26,7 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #include "revectorized_filter.glsl"
 #include "common/pixel_steps.glsl"
 #include "common/quad_classes.glsl"
+#include "common/tile_classes.glsl"
 
 layout(constant_id = 2) const int SEARCH_TAPS = 9;         // along each axis
 layout(constant_id = 6) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
@@ -75,18 +76,29 @@ void main() {
     }
     return;
   }
-  if (STEP == LIST) {
-    ivec2 corner = quadCorner();
+  if (STEP == TILES) {
+    ivec2 corner = 8 * ivec2(gl_GlobalInvocationID.xy);
     // The margin is the ring around the window, which reveals edges at its border.
+    int found = classifyTile(hsm, blocks, corner, areaLight(), push.normal_offset, push.depth_bias, FIXED, NEAREST_BLOCKER, 1.0, 0.5 * LEAST_WIDTH, 1.0);
+    storeTile(visibility, corner, found);
+    listTile(corner, found);
+    return;
+  }
+  if (STEP == LIST) {
     AreaLight a = areaLight();
-    Quad q;
-    [[unroll]] for (int i = 0; i < 4; ++i) {
-      ivec2 pixel = quadPixel(corner, i);
-      v = 1.0;
-      bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
-      q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+    for (uint first_tile = firstOpenTile(); first_tile < open_tiles.count; first_tile += openTileStride()) {
+      ivec2 corner = quadCorner(first_tile);
+      Quad q;
+      [[unroll]] for (int i = 0; i < 4; ++i) {
+        ivec2 pixel = quadPixel(corner, i);
+        v = 1.0;
+        bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
+        q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+      }
+      ivec4 found = classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0, 1.0);
+      storeQuad(visibility, corner, found);
+      listQuad(corner, found);
     }
-    finishQuad(corner, classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0));
     return;
   }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

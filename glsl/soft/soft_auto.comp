@@ -23,6 +23,7 @@
 #include "soft_filter.glsl"
 #include "common/pixel_steps.glsl"
 #include "common/quad_classes.glsl"
+#include "common/tile_classes.glsl"
 
 layout(constant_id = 1) const int SEARCH_TAPS = 9;         // along each axis
 layout(constant_id = 2) const bool CLASSIFY = true;        // decide windows that are entirely lit or in shadow
@@ -136,18 +137,29 @@ void main() {
     }
     return;
   }
-  if (CLASSIFY) {
+  if (STEP == TILES) {
+    ivec2 corner = 8 * ivec2(gl_GlobalInvocationID.xy);
     // The margin is the ring around the window, which reveals edges at its border.
-    ivec2 corner = quadCorner();
+    int found = classifyTile(hsm, blocks, corner, areaLight(), push.normal_offset, push.depth_bias, false, NEAREST_BLOCKER, 1.0, isRevectorized() ? 0.5 * LEAST_WIDTH : NARROWEST_SEARCH, 1.0);
+    storeTile(visibility, corner, found);
+    listTile(corner, found);
+    return;
+  }
+  if (CLASSIFY) {
     AreaLight a = areaLight();
-    Quad q;
-    [[unroll]] for (int i = 0; i < 4; ++i) {
-      ivec2 pixel = quadPixel(corner, i);
-      v = 1.0;
-      bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
-      q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+    for (uint first_tile = firstOpenTile(); first_tile < open_tiles.count; first_tile += openTileStride()) {
+      ivec2 corner = quadCorner(first_tile);
+      Quad q;
+      [[unroll]] for (int i = 0; i < 4; ++i) {
+        ivec2 pixel = quadPixel(corner, i);
+        v = 1.0;
+        bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
+        q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+      }
+      ivec4 found = classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0, 1.0);
+      storeQuad(visibility, corner, found);
+      listQuad(corner, found);
     }
-    finishQuad(corner, classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0));
     return;
   }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

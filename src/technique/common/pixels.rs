@@ -1,7 +1,7 @@
 //! A pass of two dispatches. The first decides most pixels and lists the others. The second works on the list, so that
 //! all of its threads have work. A single dispatch without a list gives the same image.
 
-use super::tiles::{TILE, indirect_list};
+use super::tiles::{TILE, TileList, indirect_list};
 use crate::gpu::{Bindings, Buffer, ComputePipeline, Image};
 use crate::technique::Param;
 use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
@@ -28,6 +28,8 @@ pub(crate) enum Step {
     Listed,
     /// Works on a list whose pixels another pass has measured already.
     Measured,
+    /// Decides whole tiles and lists the others, for [`Step::List`].
+    Tiles,
 }
 
 /// The pipelines of such a pass, and its list of 4 bytes per pixel.
@@ -37,8 +39,8 @@ pub struct PixelPass {
     listed: Option<Arc<ComputePipeline>>,
     list: Buffer,
     tiles_total: u32,
-    /// A thread of the dispatch that lists works on 2 x 2 pixels.
-    by_quads: bool,
+    /// Pipeline that decides whole tiles, if there is one, and the list of the others.
+    tiles: Option<(Arc<ComputePipeline>, TileList)>,
 }
 
 /// Pixels that one pass lists for another: `PixelList` of `glsl/common/pixel_steps.glsl`, 4 bytes per pixel.
@@ -126,23 +128,41 @@ impl PixelPass {
         };
         // Without a list, the shader's binding still needs a buffer.
         let list = indirect_list(context.device(), name, HEADER, if listed { entries } else { 0 })?;
-        Ok(Self { pixels, listed: edges, list, tiles_total: tiles(extent), by_quads: false })
+        Ok(Self { pixels, listed: edges, list, tiles_total: tiles(extent), tiles: None })
     }
 
-    /// Gives each thread of the dispatch that lists 2 x 2 pixels, for shaders that decide these together
-    /// (`glsl/common/quad_classes.glsl`). A dispatch without a list keeps one thread for each pixel.
-    pub(crate) fn by_quads(self) -> Self {
-        Self { by_quads: true, ..self }
+    /// Makes the pass for a shader that decides whole tiles first. Each workgroup of the dispatch that lists pixels works on
+    /// four of the tiles that are left (`glsl/common/quad_classes.glsl`). A dispatch without a list keeps one thread for each
+    /// pixel.
+    pub(crate) fn by_tiles(
+        context: &Context,
+        name: &str,
+        extent: [u32; 2],
+        listed: bool,
+        pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
+    ) -> Result<Self> {
+        let pass = Self::new(context, name, extent, listed, &pipeline)?;
+        let tiles = match pass.is_listed() {
+            true => Some((pipeline(Step::Tiles)?, TileList::new(context.device(), &format!("{name}, tiles"), extent)?)),
+            false => None,
+        };
+        Ok(Self { tiles, ..pass })
     }
 
     /// Bytes of device memory that the list holds.
     pub fn memory_bytes(&self) -> u64 {
-        self.list.size()
+        self.list.size() + self.tiles.as_ref().map_or(0, |(_, list)| list.buffer().size())
     }
 
     /// The list, for binding.
     pub(crate) fn list(&self) -> Bind<'_> {
         Bind::Buffer(&self.list)
+    }
+
+    /// The list of the tiles that are not decided as a whole, for binding. The list of pixels stands in for one that the
+    /// shader does not read.
+    pub(crate) fn tile_list(&self) -> Bind<'_> {
+        Bind::Buffer(self.tiles.as_ref().map_or(&self.list, |(_, list)| list.buffer()))
     }
 
     /// One thread for each listed pixel, in workgroups of 64, once the list is made. Without a list, one thread for
@@ -156,7 +176,7 @@ impl PixelPass {
         self.listed.is_some()
     }
 
-    /// Records the first dispatch, which writes the pixels of `output` that it decides and leaves the others.
+    /// Records the dispatches that decide. They write the pixels of `output` that they decide and leave the others.
     pub(crate) fn record_decided(
         &self,
         frame: &mut Frame<'_>,
@@ -165,15 +185,20 @@ impl PixelPass {
         push: &[u8],
         output: &Image,
     ) -> Result<()> {
-        let [mut width, mut height] = output.extent();
         if self.listed.is_some() {
             clear(frame, &self.list);
-            if self.by_quads {
-                [width, height] = [width.div_ceil(2), height.div_ceil(2)];
-            }
         }
-        let threads = Threads::Count([width, height, 1]);
-        frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads })
+        let [width, height] = output.extent();
+        let Some((pipeline, list)) = &self.tiles else {
+            let threads = Threads::Count([width, height, 1]);
+            return frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads });
+        };
+        list.clear(frame);
+        let threads = Threads::Count([width.div_ceil(TILE), height.div_ceil(TILE), 1]);
+        frame.dispatch(&Pass { name: &format!("{name}, tiles"), pipeline, bind, push, threads })?;
+        frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads: list.threads() })?;
+        list.count(frame);
+        Ok(())
     }
 
     /// Writes every pixel of `output`. `names` holds the names of the two dispatches.
@@ -186,9 +211,20 @@ impl PixelPass {
         output: &Image,
     ) -> Result<()> {
         self.record_decided(frame, names[0], bind, push, output)?;
+        self.record_listed(frame, names[1], bind, push)
+    }
+
+    /// Records the dispatch over the listed pixels, if pixels are listed.
+    pub(crate) fn record_listed(
+        &self,
+        frame: &mut Frame<'_>,
+        name: &str,
+        bind: &dyn Bindings,
+        push: &[u8],
+    ) -> Result<()> {
         if let Some(listed) = &self.listed {
             let threads = Threads::Indirect(&self.list, 0);
-            frame.dispatch(&Pass { name: names[1], pipeline: listed, bind, push, threads })?;
+            frame.dispatch(&Pass { name, pipeline: listed, bind, push, threads })?;
             frame.count_tiles(self.tiles_total, &self.list, TILES);
         }
         Ok(())

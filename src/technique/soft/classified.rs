@@ -21,7 +21,7 @@ pub(super) const SKIP: Param = Param::choice(
 
 bindings! {
     /// Everything that a blocker search reads and writes.
-    pub(super) struct SearchBindings { ..pixels: PixelBindings, hsm, blocks, half_widths }
+    pub(super) struct SearchBindings { ..pixels: PixelBindings, hsm, blocks, half_widths, open_tiles }
 }
 
 /// Depth bounds of the map that classify pixels and narrow their search windows. Bounds that are not needed are not made.
@@ -86,7 +86,7 @@ impl<P: ShaderStruct> Classified<P> {
         push: P,
         pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
     ) -> Result<Self> {
-        let pass = PixelPass::new(context, &format!("{id} pixels"), setup.extent, listed, pipeline)?.by_quads();
+        let pass = PixelPass::by_tiles(context, &format!("{id} pixels"), setup.extent, listed, pipeline)?;
         Ok(Self {
             names: [format!("{id} classes"), format!("{id} classify"), id.into()],
             classes: MapClasses::new(context, setup.map_size, window, listed)?,
@@ -99,7 +99,13 @@ impl<P: ShaderStruct> Classified<P> {
     fn bind<'a>(&'a self, view: &'a Buffer, inputs: &'a Inputs<'_>, output: &'a Image) -> SearchBindings<'a> {
         let pixels = PixelBindings::borderless(view, inputs, output, self.pass.list());
         let [hsm, blocks] = self.classes.bind(inputs);
-        SearchBindings { pixels, hsm, blocks, half_widths: Bind::Input(&inputs.depth) }
+        SearchBindings {
+            pixels,
+            hsm,
+            blocks,
+            half_widths: Bind::Input(&inputs.depth),
+            open_tiles: self.pass.tile_list(),
+        }
     }
 }
 
@@ -157,6 +163,7 @@ impl MeasuredFilter {
                 hsm: unread,
                 blocks: unread,
                 half_widths: Bind::Image(half_widths),
+                open_tiles: list.bind(),
             },
             push,
             threads: list.threads(),

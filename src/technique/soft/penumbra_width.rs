@@ -39,7 +39,7 @@ pub struct WidthConfig {
 }
 
 bindings! {
-    struct WidthBindings { ..pixels: PixelBindings, hsm, blocks, shadows, between }
+    struct WidthBindings { ..pixels: PixelBindings, hsm, blocks, shadows, between, open_tiles }
 }
 
 /// The pass with its images, 12 bytes a pixel, and the depth bounds that classify pixels.
@@ -55,7 +55,7 @@ impl PenumbraWidth {
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: WidthConfig) -> Result<Self> {
         let WidthConfig { search_taps, window, exact_box, mean_depth, fixed_depth, listed } = config;
         let narrow = window == SearchWindow::Blockers;
-        let pass = PixelPass::new(context, "penumbra pixels", extent, listed, |step: Step| {
+        let pass = PixelPass::by_tiles(context, "penumbra pixels", extent, listed, |step: Step| {
             let constants = [
                 ("TAPS", search_taps),
                 ("NEAREST_BLOCKER", narrow.into()),
@@ -108,25 +108,56 @@ impl PenumbraWidth {
         self.pass.is_listed()
     }
 
-    /// Writes the widths. The visibility of a pixel that lies in no penumbra is known: it is written into both other images.
-    pub fn record(
+    /// Makes the bounds of the map and lists the pixels that can have a width, if pixels are listed. The visibility of the
+    /// others is known: it is written into both images.
+    pub fn record_classes(
         &mut self,
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
         push: WidthPush,
-        (shadows, between): (&Image, &Image),
+        images: (&Image, &Image),
     ) -> Result<()> {
         self.hsm.record(frame, inputs)?;
         self.bounds.record(frame, inputs)?;
-        let bind = &WidthBindings {
+        if !self.is_listed() {
+            return Ok(());
+        }
+        let bind = &self.bindings(view, inputs, images);
+        self.pass.record_decided(frame, "classify penumbrae", bind, bytemuck::bytes_of(&push), &self.widths)
+    }
+
+    /// Writes the widths of the listed pixels; of all, unless pixels are listed. Both images hold hard shadows there. Pixels
+    /// that lie in no penumbra after all get their visibility.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: WidthPush,
+        images: (&Image, &Image),
+    ) -> Result<()> {
+        let bind = &self.bindings(view, inputs, images);
+        let push = bytemuck::bytes_of(&push);
+        if self.is_listed() {
+            return self.pass.record_listed(frame, "penumbra width", bind, push);
+        }
+        self.pass.record_decided(frame, "penumbra width", bind, push, &self.widths)
+    }
+
+    fn bindings<'a>(
+        &'a self,
+        view: &'a Buffer,
+        inputs: &'a Inputs<'_>,
+        (shadows, between): (&'a Image, &'a Image),
+    ) -> WidthBindings<'a> {
+        WidthBindings {
             pixels: PixelBindings::borderless(view, inputs, &self.widths, self.pass.list()),
             hsm: Bind::Image(self.hsm.bounds()),
             blocks: Bind::Image(self.bounds.blocks()),
             shadows: Bind::Image(shadows),
             between: Bind::Image(between),
-        };
-        let names = ["classify penumbrae", "penumbra width"];
-        self.pass.record(frame, names, bind, bytemuck::bytes_of(&push), &self.widths)
+            open_tiles: self.pass.tile_list(),
+        }
     }
 }

@@ -182,18 +182,20 @@ impl Passes for ScreenSpace {
             LightKind::Directional { angle } => angle > 0.0,
         };
         let listed = has_size && self.width.is_listed();
-        if !listed {
-            self.hard.record(frame, view, inputs, visibility)?;
-        }
-        if has_size {
-            self.width.record(frame, view, inputs, self.search, (visibility, self.filter.between()))?;
-        } else if self.hard_view.is_some() {
+        if self.hard_view.is_some() && (listed || !has_size) {
             self.width.clear(frame);
+        }
+        let images = (visibility, self.filter.between());
+        if has_size {
+            self.width.record_classes(frame, view, inputs, self.search, images)?;
         }
         if listed {
             self.hard.record_list(frame, view, inputs, &self.width, visibility)?;
+        } else {
+            self.hard.record(frame, view, inputs, visibility)?;
         }
         if has_size {
+            self.width.record(frame, view, inputs, self.search, images)?;
             self.filter.record(frame, view, inputs, self.push, (&self.width, visibility))?;
         }
         Ok(())

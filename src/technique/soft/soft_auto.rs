@@ -6,7 +6,7 @@ use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, VISIBILITY};
 use crate::gpu::{Buffer, Image, ImageDesc, bindings};
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::{SEARCH, SEARCH_TAPS, SearchWindow};
-use crate::technique::common::pixels::{PixelList, PixelPass, no_list};
+use crate::technique::common::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::receiver::{self, ReceiverPush};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
@@ -102,7 +102,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let list = |name: &str| PixelList::new(context, name, extent);
     // Made first: it rejects an image with too many pixels to list, where the pass would work without a list.
     let wide = (pcss::measured_filter(context, wide)?, list("pixels in wide penumbrae")?);
-    let estimate = PixelPass::new(context, "pixels in penumbrae", extent, true, |step| {
+    let pipeline = |step: Step| {
         let constants = [
             // Declared by `glsl/common/rbsm_receiver.glsl`: texels are tested on the receiver's plane.
             ("FIXED", 0),
@@ -115,8 +115,12 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
             ("THIN_DISTANCE", p.float("thin_distance").to_bits()),
         ];
         context.pipeline::<EstimateBindings, RbsmPush>("soft/soft_auto.comp", &constants)
-    })?;
-    let estimate = if classify { estimate.by_quads() } else { estimate };
+    };
+    let name = "pixels in penumbrae";
+    let estimate = match classify {
+        true => PixelPass::by_tiles(context, name, extent, true, pipeline)?,
+        false => PixelPass::new(context, name, extent, true, pipeline)?,
+    };
     let kernel = match kernel_texels > 0.0 {
         true => Some((rbssm::measured_filter(context, kernel)?, list("pixels in narrow penumbrae")?)),
         false => None,
@@ -149,7 +153,13 @@ impl Passes for SoftAuto {
         let [hsm, blocks] = self.classes.bind(inputs);
         let [kernel, wide] = self.lists().map(|l| l.map_or(Bind::Buffer(&self.unlisted), PixelList::bind));
         let pixels = PixelBindings::borderless(view, inputs, visibility, self.estimate.list());
-        let search = SearchBindings { pixels, hsm, blocks, half_widths: Bind::Image(&self.half_widths) };
+        let search = SearchBindings {
+            pixels,
+            hsm,
+            blocks,
+            half_widths: Bind::Image(&self.half_widths),
+            open_tiles: self.estimate.tile_list(),
+        };
         let bind = &EstimateBindings { search, kernel, wide };
         let names = ["classify penumbrae", "search blockers"];
         let edge_push = bytemuck::bytes_of(&self.edge_push);

@@ -160,8 +160,10 @@ fn pixels_are_listed_for_each_kind_of_filter() {
         let mut r = renderer(host, &scene, desc([320, 180], 1024));
         let (_, timing) = frame(&mut r, "soft-auto", &[]);
         let tiles: Vec<_> = timing.passes.iter().filter_map(|p| Some((&p.name, p.tiles?))).collect();
-        let [all, lists @ ..] = &tiles[..] else { panic!("no lists") };
+        // Tiles that are not decided as a whole, tiles with a pixel that is searched, and those of the two filters.
+        let [open, all, lists @ ..] = &tiles[..] else { panic!("no lists") };
         println!("{tiles:?}");
+        assert!(all.1.active <= open.1.active, "{tiles:?}");
         assert_eq!(lists.len(), 2);
         assert!(lists.iter().all(|l| l.1.active > 0 && l.1.active < all.1.total), "{tiles:?}");
         // Groups of 64 pixels; the last group of each list is not full.

@@ -2,7 +2,7 @@
 
 use super::{pcss as pcss_tests, rbssm as rbssm_tests};
 use crate::common::enlarged;
-use crate::common::{Shot, desc, prepare, renderer, shipped_scene, with_gpu};
+use crate::common::{Shot, assert_same_bits, desc, frame, prepare, renderer, shipped_scene, visibility, with_gpu};
 use edgeshade::host::Host;
 use edgeshade::reference::FrameData;
 use edgeshade::reference::soft::pcss::{Class, ClassBy, Classified, MapClasses};
@@ -117,5 +117,43 @@ fn classes_are_those_of_the_mirror() {
             "noticed of a pyramid one level off, of blocks without depth, and of single texels, by form: {noticed:?}"
         );
         assert!(noticed.iter().flatten().all(|n| *n > 20), "{noticed:?}");
+    });
+}
+
+/// Bounds over whole tiles decide many of them without a receiver of every pixel, and no image changes. The scenes have flat
+/// and curved surfaces, under a sun and under a spot light.
+#[test]
+fn whole_tiles_are_decided_and_no_image_changes() {
+    let forms: [(&str, Set); 7] = [
+        ("pcss", &[]),
+        ("pcss", &[("search", "near"), ("receiver", "fixed"), ("depth_bias", "2")]),
+        ("rbssm", &[]),
+        ("rbssm", &[("receiver", "fixed"), ("normal_offset", "1"), ("depth_bias", "2")]),
+        ("soft-auto", &[]),
+        ("ssrbssm", &[]),
+        ("ssabss", &[("search", "near")]),
+    ];
+    with_gpu(|host| {
+        for name in ["robot", "knot", "jenga"] {
+            let scene = shipped_scene(name);
+            // Some tiles are cut off by the image's border.
+            let mut r = renderer(host, &scene, desc([484, 276], 1024));
+            for factor in [0.3, 1.0, 4.0] {
+                let light = enlarged(r.light(), factor);
+                r.set_light(&scene, light);
+                for (id, set) in forms {
+                    let what = format!("{id} {name} {set:?}, light x {factor}");
+                    let off = visibility(&mut r, id, &[set, &[("skip", "off")]].concat());
+                    let (on, timing) = frame(&mut r, id, set);
+                    assert_same_bits(&off, &on, &what);
+                    let open = timing.passes.iter().find_map(|p| p.tiles).unwrap();
+                    println!("{what:76} open: {} of {} tiles", open.active, open.total);
+                    // Windows up to the light's near plane are wide.
+                    let most = if factor > 1.0 || set.contains(&("search", "near")) { 0.99 } else { 0.6 };
+                    assert!(open.active > 0 && f64::from(open.active) < most * f64::from(open.total), "{what}");
+                }
+                r.set_light(&scene, enlarged(r.light(), 1.0 / factor));
+            }
+        }
     });
 }
