@@ -148,8 +148,8 @@ fn whole_tiles_are_decided_and_no_image_changes() {
                     assert_same_bits(&off, &on, &what);
                     let open = timing.passes.iter().find_map(|p| p.tiles).unwrap();
                     println!("{what:76} open: {} of {} tiles", open.active, open.total);
-                    // Windows up to the light's near plane are wide.
-                    let most = if factor > 1.0 || set.contains(&("search", "near")) { 0.99 } else { 0.6 };
+                    // Other forms have wide windows, or compare with the depths of tilted receivers.
+                    let most = if factor > 1.0 || !set.is_empty() { 0.99 } else { 0.65 };
                     assert!(open.active > 0 && f64::from(open.active) < most * f64::from(open.total), "{what}");
                 }
                 r.set_light(&scene, enlarged(r.light(), 1.0 / factor));
