@@ -4,8 +4,8 @@
 //! test is in doubt, it may or may not have found a blocker. Then the mean distance lies in an interval, and so does
 //! the width of the filter.
 //!
-//! `quad_classes.glsl` decides four pixels by one window around theirs. `SoftReceiver::classify_texels` tells which of
-//! its decisions are right.
+//! `quad_classes.glsl` decides four pixels by one window around theirs, and `tile_classes.glsl` all pixels of a tile.
+//! `SoftReceiver::classify_texels` tells which of their decisions are right.
 
 use super::area_light::AreaLight;
 use super::depth_bounds;
