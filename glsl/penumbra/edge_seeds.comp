@@ -1,6 +1,6 @@
 #version 460
 // Finds the seeds among the listed pixels: pixels that differ from a neighbour on the same surface. A seed's point lies
-// half-way to those neighbours; edge_place.comp refines it. Marks all tiles that a penumbra around the seeds may reach.
+// half-way to those neighbours; edge_line.comp refines it. Marks all tiles that a penumbra around the seeds may reach.
 // If seeds have penumbra widths of their own (SOFT), seed_width.comp marks the tiles instead.
 // Macedo, Apolinario (2018), algorithm 1. The paper compares neighbours on any surface (ANY_SURFACE), and takes the
 // centres of the pixels on both sides as the edge (AT_PIXELS), which leaves a plateau two pixels wide.
@@ -66,7 +66,7 @@ void workOn(ivec2 pixel) {
   vec3 point, normal;
   float nearest_depth;
   if (!findSeed(pixel, point, normal, nearest_depth)) return;
-  imageStore(seeds, pixel, packSeed(point, normal));
+  imageStore(seeds, pixel, packSeed(Seed(point, normal, vec3(0.0))));
   atomicOr(seed_bits[pixel.x + view.size.x * (pixel.y / 32)], 1u << (pixel.y & 31));
   if (SOFT) return;
   // The filter reads half its width beyond the pixels that it changes.

@@ -2,12 +2,53 @@
 #ifndef EDGESHADE_SEED_FORMAT
 #define EDGESHADE_SEED_FORMAT
 
-// Packs a seed for its pixel: a point of the edge in camera view space, and the normal there.
-uvec4 packSeed(vec3 point, vec3 normal) {
-  return uvec4(floatBitsToUint(point), packSnorm2x16(octahedralEncode(normal)));
+// Axes that are perpendicular to a normal and to each other, continuous but for the turn at z = 0 (Duff et al. 2017).
+void tangents(vec3 n, out vec3 t, out vec3 b) {
+  float s = n.z < 0.0 ? -1.0 : 1.0, a = -1.0 / (s + n.z), c = n.x * n.y * a;
+  t = vec3(1.0 + s * n.x * n.x * a, s * c, -s * n.x);
+  b = vec3(c, s + n.y * n.y * a, -n.y);
 }
+
+// A seed: a point of the edge in camera view space, the surface's normal there, and the direction of the edge's line.
+// `along` has unit length, or is 0 if the direction is not known.
+struct Seed {
+  vec3 point;
+  vec3 normal;
+  vec3 along;
+};
+
+// The code of an unknown direction; others are -127 to 127.
+const int NO_DIRECTION = -128;
+
+// 12 bits along each octahedral axis of the normal, then 8 for the direction in the plane perpendicular to it. Of the
+// two opposite directions of a line, one has a positive component along the second axis; the code is its component
+// along the first axis if the absolute values of both add up to 1.
+uvec4 packSeed(Seed seed) {
+  ivec2 e = ivec2(round(octahedralEncode(seed.normal) * 2047.0));
+  vec3 t, b;
+  tangents(octahedralDecode(vec2(e) / 2047.0), t, b);
+  vec2 d = vec2(dot(seed.along, t), dot(seed.along, b));
+  float sum = abs(d.x) + abs(d.y);
+  int code = sum > 0.0 ? int(round(127.0 * (d.y < 0.0 ? -d.x : d.x) / sum)) : NO_DIRECTION;
+  return uvec4(floatBitsToUint(seed.point), uint(e.x & 0xfff) | uint(e.y & 0xfff) << 12 | uint(code) << 24);
+}
+
 vec3 seedPoint(uvec4 seed) { return uintBitsToFloat(seed.xyz); }
-vec3 seedNormal(uvec4 seed) { return octahedralDecode(unpackSnorm2x16(seed.w)); }
+vec3 seedNormal(uvec4 seed) {
+  int bits = int(seed.w);
+  return octahedralDecode(vec2(bitfieldExtract(bits, 0, 12), bitfieldExtract(bits, 12, 12)) / 2047.0);
+}
+
+Seed unpackSeed(uvec4 seed) {
+  Seed s = Seed(seedPoint(seed), seedNormal(seed), vec3(0.0));
+  vec3 t, b;
+  tangents(s.normal, t, b);
+  int code = int(seed.w) >> 24;
+  float x = float(code) / 127.0;
+  vec2 d = normalize(vec2(x, 1.0 - abs(x)));
+  if (code != NO_DIRECTION) s.along = d.x * t + d.y * b;
+  return s;
+}
 
 // Packs a normal into the bits of a float: 15 along each octahedral axis. The bit above them is the inverse of the
 // last, so that the float is neither subnormal nor NaN and an image stores it unchanged.

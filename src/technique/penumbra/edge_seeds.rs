@@ -1,6 +1,6 @@
 //! Shadow edges found in an image of hard shadows, and the tiles within their reach.
 
-use super::edge_place::EdgePlace;
+use super::edge_line::EdgeLine;
 use super::seed_width::{SeedWidth, Seeds, WidthConfig};
 use super::shared::{PenumbraPush, scratch};
 use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, bindings, shader_struct};
@@ -67,7 +67,7 @@ pub struct EdgeSeeds {
     detect: Arc<ComputePipeline>,
     pixels: Arc<ComputePipeline>,
     find: Arc<ComputePipeline>,
-    place: Option<EdgePlace>,
+    line: Option<EdgeLine>,
     widths: Option<SeedWidth>,
     no_widths: Image,
     list: Arc<ComputePipeline>,
@@ -111,8 +111,8 @@ impl EdgeSeeds {
                 "penumbra/edge_seeds.comp",
                 &[planes, any_surface, at_pixels, soft],
             )?,
-            place: match points {
-                EdgePoints::Traced(hard) => Some(EdgePlace::new(context, hard)?),
+            line: match points {
+                EdgePoints::Traced(hard) => Some(EdgeLine::new(context, hard)?),
                 _ => None,
             },
             widths: match widths {
@@ -211,8 +211,8 @@ impl EdgeSeeds {
             push,
             threads: Threads::Indirect(&self.edge_pixels, 0),
         })?;
-        if let Some(place) = &self.place {
-            place.record(frame, view_buffer, inputs, hard_push, (&self.edge_pixels, &self.seeds, seed_bits))?;
+        if let Some(line) = &self.line {
+            line.record(frame, view_buffer, inputs, hard_push, (&self.edge_pixels, &self.seeds, seed_bits))?;
         }
         if let Some(widths) = &mut self.widths {
             let (pixels, seeds, marks) = (&self.edge_pixels, &self.seeds, &self.marks);

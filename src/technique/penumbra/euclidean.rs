@@ -53,6 +53,12 @@ const NEAREST: Param = Param::choice(
     0,
     "the edge nearest in the world, of those on the surface, or the one nearest in the image as in the paper",
 );
+const SEED_SHAPE: Param = Param::choice(
+    "seed_shape",
+    &["line", "point"],
+    0,
+    "seeds are short lines along the edge, of which a pixel measures few, or points, of which it measures many; lines need nearest=world and edge=traced",
+);
 const EDT: Param = Param::choice(
     "edt",
     &["auto", "pba", "bounded-row", "bounded-tile"],
@@ -95,7 +101,7 @@ macro_rules! table {
 }
 
 /// The table for penumbrae of one width.
-pub(super) const PARAMS: &[Param] = &table![PENUMBRA, FILTER_WIDTH,];
+pub(super) const PARAMS: &[Param] = &table![PENUMBRA, FILTER_WIDTH, SEED_SHAPE,];
 
 /// Returns the table for penumbrae of an area light with two defaults; that of `metric` is an index.
 pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 22] {
@@ -217,13 +223,18 @@ fn prepare_either(
     // Taps across a penumbra read other pixels' hard shadows, so the visibility must not overwrite these before the filter.
     let filtered = p.get("filter_width") > 0.0 || widths.is_some();
     let edges = EdgeConfig { surfaces, any_surface: p.word("seeds") == "any", points, skip, widths, filtered };
-    let nearest = if p.word("nearest") == "world" { Nearest::World } else { Nearest::Pixel };
+    let lines = widths.is_none() && p.word("seed_shape") == "line" && matches!(points, EdgePoints::Traced(_));
+    let nearest = match p.word("nearest") {
+        "world" if lines => Nearest::WorldLine,
+        "world" => Nearest::World,
+        _ => Nearest::Pixel,
+    };
     let method: EdtMethod = p.word("edt").parse()?;
     let edt = EdtConfig {
         method,
         // The search in the world carries labels farther.
         radius: match nearest {
-            Nearest::World => Some(START_RADIUS),
+            Nearest::World | Nearest::WorldLine => Some(START_RADIUS),
             Nearest::Pixel if method == EdtMethod::BoundedTile => Some(MAX_TILE_RADIUS),
             Nearest::Pixel => None,
         },

@@ -73,7 +73,8 @@ impl Run {
         let seed_settings = seed_settings(id, &p);
         let penumbra = penumbra_width(p.get("penumbra"), r.light());
         let filter_width = (p.get("filter_width") * penumbra) as f32;
-        let settings = Settings { seeds: seed_settings, penumbra: penumbra as f32, filter_width };
+        let lines = ["nearest", "edge", "seed_shape"].map(|name| p.word(name)) == ["world", "traced", "line"];
+        let settings = Settings { seeds: seed_settings, penumbra: penumbra as f32, filter_width, lines };
         let seeds = edge_seeds::seeds(&shot.data(), &hard, &seed_settings).unwrap();
         let seen = host.read_image::<u8>(image("seeds")).unwrap();
         let at = |s: &Seed| {

@@ -1,0 +1,138 @@
+//! Every pixel's distance to the nearest line of a shadow edge, and the intensity of the penumbra by it: seeds are short
+//! lines along the edge, so that few of them tell the distance.
+
+use super::edge_seeds::{EdgeConfig, EdgeSeeds};
+use super::nearest_edge::{BLOCK, EdgeImages, SearchBindings, labels_of_blocks};
+use super::seed_width::WidthConfig;
+use super::shared::PenumbraPush;
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::common::surface::SurfaceTest;
+use crate::technique::common::tiles::indirect_list;
+use crate::technique::distance_transform::NO_SEED;
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// Bytes before the listed blocks: the dispatch arguments and the count.
+const HEADER: u64 = 16;
+
+/// Steps between the neighbours that a block asks, in blocks; a pass each.
+const STEPS: [i32; 2] = [2, 1];
+
+bindings! {
+    struct BlocksBindings { ..search: SearchBindings, relaxed_labels, pixel_labels, BlockList, MixedList }
+    struct QuadsBindings {
+        ..search: SearchBindings,
+        block_labels,
+        hard,
+        intensity,
+        distances,
+        nearest_labels,
+        seed_mask,
+        visibility,
+    }
+}
+
+/// The passes with their labels and lists: about a byte a pixel.
+pub struct NearestLine {
+    /// First, middle and last steps over blocks.
+    first: Arc<ComputePipeline>,
+    last: Arc<ComputePipeline>,
+    /// Passes over the quads of plain blocks, and of those with edges on several surfaces.
+    quads: [Arc<ComputePipeline>; 2],
+    labels: [Image; 2],
+    lists: [Buffer; 2],
+}
+
+impl NearestLine {
+    /// Allocates for a camera image; `viewed`: the images of [`super::nearest_edge::Viewed`] are wanted.
+    pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, viewed: bool) -> Result<Self> {
+        let planes = ("PLANES", (config.surfaces == SurfaceTest::Planes).into());
+        let [soft, meet, metric, filter] = WidthConfig::constants(config.widths);
+        let block = |first: bool, last: bool| {
+            let all = last && (config.filtered || viewed);
+            let (first, last, all) = (("FIRST", first.into()), ("LAST", last.into()), ("ALL", all.into()));
+            let constants = [planes, first, last, all, soft, meet, metric, filter];
+            context.pipeline::<BlocksBindings, PenumbraPush>("penumbra/line_blocks.comp", &constants)
+        };
+        let quad = |aside: bool| {
+            let [viewed, filtered] = [("VIEWED", viewed.into()), ("FILTERED", config.filtered.into())];
+            let constants = [planes, ("ASIDE", aside.into()), viewed, filtered, soft, meet, metric, filter];
+            context.pipeline::<QuadsBindings, PenumbraPush>("penumbra/line_quads.comp", &constants)
+        };
+        let blocks = extent.iter().map(|n| u64::from(n.div_ceil(BLOCK))).product();
+        let list = |name| indirect_list(context.device(), name, HEADER, blocks);
+        Ok(Self {
+            first: block(true, false)?,
+            last: block(false, true)?,
+            quads: [quad(false)?, quad(true)?],
+            labels: [labels_of_blocks(context, extent, BLOCK)?, labels_of_blocks(context, extent, BLOCK)?],
+            lists: [list("blocks near an edge")?, list("blocks near edges of several surfaces")?],
+        })
+    }
+
+    /// Bytes of images and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        self.labels.iter().map(Image::memory_bytes).chain(self.lists.iter().map(Buffer::size)).sum()
+    }
+
+    /// Finds the nearest lines in the tiles that `seeds` lists, as [`super::nearest_edge::NearestEdge::record`] does.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: PenumbraPush,
+        (seeds, labels, hard, images): (&EdgeSeeds, &Image, &Image, &EdgeImages),
+    ) -> Result<()> {
+        let search = SearchBindings::new(view, inputs, seeds, labels);
+        let [mut after, mut before] = [&self.labels[0], &self.labels[1]];
+        // Blocks in tiles that are not listed have no edge in reach.
+        let [a, b] = &self.labels;
+        for (name, image) in [("clear block labels", a), ("clear other block labels", b)] {
+            frame.fill_image(name, image, NO_SEED);
+        }
+        for list in &self.lists {
+            frame.update(list, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
+        }
+        for (i, &step) in STEPS.iter().enumerate() {
+            let (pipeline, from) = if i == 0 { (&self.first, labels) } else { (&self.last, before) };
+            frame.dispatch(&Pass {
+                name: &format!("nearest line of blocks, step {step}"),
+                pipeline,
+                bind: &BlocksBindings {
+                    search: SearchBindings { labels: Bind::Image(from), ..search },
+                    relaxed_labels: Bind::Image(after),
+                    pixel_labels: Bind::Image(labels),
+                    BlockList: Bind::Buffer(&self.lists[0]),
+                    MixedList: Bind::Buffer(&self.lists[1]),
+                },
+                push: bytemuck::bytes_of(&PenumbraPush { step, ..push }),
+                threads: seeds.block_threads(),
+            })?;
+            (before, after) = (after, before);
+        }
+        seeds.tiles().count(frame);
+        for (name, pipeline, list) in [
+            ("nearest line", &self.quads[0], &self.lists[0]),
+            ("nearest line, several surfaces", &self.quads[1], &self.lists[1]),
+        ] {
+            frame.dispatch(&Pass {
+                name,
+                pipeline,
+                bind: &QuadsBindings {
+                    search: SearchBindings { list: Bind::Buffer(list), ..search },
+                    block_labels: Bind::Image(before),
+                    hard: Bind::Image(hard),
+                    intensity: Bind::Image(&images.intensity),
+                    distances: Bind::Image(&images.distances),
+                    nearest_labels: Bind::Image(&images.labels),
+                    seed_mask: Bind::Image(&images.seed_mask),
+                    visibility: Bind::Image(hard),
+                },
+                push: bytemuck::bytes_of(&push),
+                threads: Threads::Indirect(list, 0),
+            })?;
+        }
+        Ok(())
+    }
+}
