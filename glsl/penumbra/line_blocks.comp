@@ -2,7 +2,6 @@
 // One step of the search for the nearest line of an edge, for one pixel of every block of 4 x 4, as in nearest_block.comp.
 // The last step lists the blocks that a penumbra may reach; line_quads.comp works on their pixels.
 #extension GL_GOOGLE_include_directive : require
-#extension GL_KHR_shader_subgroup_ballot : require
 #include "common/receiver.glsl"
 #include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
@@ -41,6 +40,10 @@ const uint OUT_OF_REACH = 0x8000u; // bit of a listed block's x
 
 // What is to be done about a block.
 const uint NOTHING = 0, PLAIN = 1, MIXED = 2;
+
+// Blocks to list of a workgroup, and their first places: plain, then mixed.
+shared uint open[2];
+shared uint first[2];
 
 struct Search {
   Place at;
@@ -109,22 +112,22 @@ void main() {
       work = PLAIN;
       block.x |= int(OUT_OF_REACH);
     }
-    uvec4 plain = subgroupBallot(work == PLAIN), mixed = subgroupBallot(work == MIXED);
-    uint plain_open = subgroupBallotBitCount(plain), mixed_open = subgroupBallotBitCount(mixed);
-    uint first_plain = 0, first_mixed = 0;
-    if (subgroupElect()) {
-      if (plain_open > 0) {
-        first_plain = atomicAdd(block_count, plain_open);
-        atomicMax(block_groups[0], min((first_plain + plain_open + 15) / 16, MAX_TILE_GROUPS));
-      }
-      if (mixed_open > 0) {
-        first_mixed = atomicAdd(mixed_count, mixed_open);
-        atomicMax(mixed_groups[0], min((first_mixed + mixed_open + 15) / 16, MAX_TILE_GROUPS));
-      }
+    uint kind = work == MIXED ? 1 : 0, index = 0;
+    if (gl_LocalInvocationIndex < 2) open[gl_LocalInvocationIndex] = 0;
+    barrier();
+    if (work != NOTHING) index = atomicAdd(open[kind], 1);
+    barrier();
+    if (gl_LocalInvocationIndex == 0 && open[0] > 0) {
+      first[0] = atomicAdd(block_count, open[0]);
+      atomicMax(block_groups[0], min((first[0] + open[0] + 15) / 16, MAX_TILE_GROUPS));
     }
-    first_plain = subgroupBroadcastFirst(first_plain);
-    first_mixed = subgroupBroadcastFirst(first_mixed);
-    if (work == PLAIN) blocks[first_plain + subgroupBallotExclusiveBitCount(plain)] = packTile(uvec2(block));
-    if (work == MIXED) mixed_blocks[first_mixed + subgroupBallotExclusiveBitCount(mixed)] = packTile(uvec2(block));
+    if (gl_LocalInvocationIndex == 1 && open[1] > 0) {
+      first[1] = atomicAdd(mixed_count, open[1]);
+      atomicMax(mixed_groups[0], min((first[1] + open[1] + 15) / 16, MAX_TILE_GROUPS));
+    }
+    barrier();
+    if (work == PLAIN) blocks[first[0] + index] = packTile(uvec2(block));
+    if (work == MIXED) mixed_blocks[first[1] + index] = packTile(uvec2(block));
+    barrier();
   }
 }

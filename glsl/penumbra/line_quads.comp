@@ -8,7 +8,6 @@
 #include "nearest_edge.glsl"
 #include "nearest_line.glsl"
 
-const int ALONG = 8;
 layout(constant_id = 1) const bool ASIDE = false;    // consider labels aside too, past what stands in front
 layout(constant_id = 2) const bool VIEWED = false;   // write seeds, labels and distances as well
 layout(constant_id = 7) const bool FILTERED = false; // write intensities for a filter; false: write the visibility
@@ -94,7 +93,7 @@ void search(inout Quad q) {
     ivec2 inside = clamp(place, ivec2(0), ivec2(view.size) - 1);
     considerForAll(place == inside ? texelFetch(labels, inside, 0).x : NO_SEED, q);
   }
-  for (int step = ASIDE ? ALONG : 0; step > 0; step /= 2) {
+  for (int step = 4; step > 0; step /= 2) {
     Nearest nearest = nothing();
     for (int k = 0; k < 4; ++k) {
       if (q.level[k].squared < nearest.squared) nearest = q.level[k];

@@ -19,6 +19,12 @@ layout(binding = 1, scalar) buffer TileList {
 layout(binding = 2, scalar) buffer BlockGroups { uint block_groups[3]; };
 layout(binding = 3, scalar) buffer QuadGroups { uint quad_groups[3]; };
 
+// That of the blocks again, for steps that only wide penumbrae need.
+layout(binding = 4, scalar) buffer Coarse {
+  uint coarse_groups[3];
+  uint wide;
+};
+
 layout(push_constant, scalar) uniform Push {
   uvec2 tiles; // number along both axes
 } push;
@@ -40,7 +46,9 @@ void main() {
   if (gl_LocalInvocationIndex == 0 && open > 0) {
     first = atomicAdd(list.count, open);
     atomicMax(list.groups[0], min(first + open, MAX_TILE_GROUPS));
-    atomicMax(block_groups[0], min((first + open + 15) / 16, MAX_TILE_GROUPS));
+    uint groups = min((first + open + 15) / 16, MAX_TILE_GROUPS);
+    atomicMax(block_groups[0], groups);
+    if (wide != 0) atomicMax(coarse_groups[0], groups);
     atomicMax(quad_groups[0], min((first + open + 3) / 4, MAX_TILE_GROUPS));
   }
   barrier();

@@ -5,13 +5,11 @@
 #define EDGESHADE_NEAREST_LINE
 
 // Half of a line's length in the image, pixels.
-const float HALF_LINE = 1.0;
+const float HALF_LINE = 0.5;
 
-// A pixel of an edge's line lies at most this far from the pixel of its seed: up to a pixel from seed to point, and then
-// half the line.
-const int LINE_PIXELS = 2;
-// Pixels of a block lie at most this far from its middle.
-const int BLOCK_PIXELS = BLOCK / 2;
+// Largest distance in pixels of a seed's line, or of a block's pixel, from the pixel that stands for it. The tiles that
+// edge_seeds.comp marks allow for both (AROUND_LINE).
+const int LINE_PIXELS = 2, BLOCK_PIXELS = BLOCK / 2;
 
 // Half of a line's length, world units. A view ray meets a line at an angle, so that a pixel covers more of it.
 float halfLine(Seed seed) {

@@ -79,7 +79,8 @@ void workOn(ivec2 pixel) {
   ivec2 first, last;
   float filter_share = filterShare(width, FILTER_IN_WORLD);
   float reach = (0.5 * (push.penumbra + filter_share) + 0.5 * filter_share) * width / cosine;
-  tilesInReach(pixel, reach, eyeDepth(point), first, last);
+  // A point of an edge lies up to a pixel away from the centre of its pixel.
+  tilesInReach(pixel, reach, eyeDepth(point), 2, first, last);
   mark(first, last);
 }
 

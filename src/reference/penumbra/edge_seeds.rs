@@ -281,7 +281,7 @@ impl Path<'_> {
             let slope = scale.x * u + scale.y * v;
             let rate = slope.dot(self.across);
             // Two gradients are subtracted in single precision.
-            let rounding = 8.0 * ROUNDING * (1.0 + light.ndc.abs().max_element());
+            let rounding = 8.0 * ROUNDING * (1.0 + (2.0 * light.uv - 1.0).abs().max_element());
             let slope_error = rounding * (scale.x.abs() * u.length() + scale.y.abs() * v.length()).max(slope.length());
             let rate_error = slope_error * self.across.length();
             let offset = edge.value / rate;

@@ -30,8 +30,8 @@ bindings! {
     /// Hard shadows, and a list: of tiles with an edge, or of pixels at one.
     struct HardBindings { ..camera: CameraBindings, hard, list }
     struct PixelsBindings { ..hard: HardBindings, pixels }
-    struct SeedsBindings { ..hard: HardBindings, seeds, SeedBits, Marks }
-    struct MarkedTilesBindings { Marks, list, BlockGroups, QuadGroups }
+    struct SeedsBindings { ..hard: HardBindings, seeds, SeedBits, Marks, Coarse }
+    struct MarkedTilesBindings { Marks, list, BlockGroups, QuadGroups, Coarse }
 }
 
 /// Place of the edge that a seed stands for.
@@ -78,6 +78,7 @@ pub struct EdgeSeeds {
     tiles: TileList,
     block_groups: Buffer,
     quad_groups: Buffer,
+    coarse: Buffer,
 }
 
 impl EdgeSeeds {
@@ -131,6 +132,7 @@ impl EdgeSeeds {
             tiles: TileList::new(device, "tiles near an edge", extent)?,
             block_groups: indirect_list(device, "groups of blocks near an edge", 12, 0)?,
             quad_groups: indirect_list(device, "groups of quads near an edge", 12, 0)?,
+            coarse: indirect_list(device, "groups of blocks near a wide penumbra", 16, 0)?,
         })
     }
 
@@ -160,6 +162,12 @@ impl EdgeSeeds {
     /// Returns a thread for every block of 4 x 4 pixels of these tiles, in groups of 64.
     pub fn block_threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.block_groups, 0)
+    }
+
+    /// Returns the same threads if any penumbra of one width reaches farther than the labels of the distance transform, and
+    /// otherwise none.
+    pub fn coarse_threads(&self) -> Threads<'_> {
+        Threads::Indirect(&self.coarse, 0)
     }
 
     /// Returns a thread for every quad of 2 x 2 pixels of these tiles, in groups of 64.
@@ -199,6 +207,7 @@ impl EdgeSeeds {
         self.edges.count(frame);
         frame.fill("clear marks", &self.marks, 0);
         frame.fill("clear seeds", seed_bits, 0);
+        frame.update(&self.coarse, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
         frame.dispatch(&Pass {
             name: "shadow-edge seeds",
             pipeline: &self.find,
@@ -207,6 +216,7 @@ impl EdgeSeeds {
                 seeds: Bind::Image(&self.seeds),
                 SeedBits: Bind::Buffer(seed_bits),
                 Marks: marks,
+                Coarse: Bind::Buffer(&self.coarse),
             },
             push,
             threads: Threads::Indirect(&self.edge_pixels, 0),
@@ -236,6 +246,7 @@ impl EdgeSeeds {
                 list: Bind::Buffer(self.tiles.buffer()),
                 BlockGroups: Bind::Buffer(&self.block_groups),
                 QuadGroups: Bind::Buffer(&self.quad_groups),
+                Coarse: Bind::Buffer(&self.coarse),
             },
             push: bytemuck::bytes_of(&MarkedTilesPush { tiles }),
             threads,

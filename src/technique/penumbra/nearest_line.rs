@@ -15,8 +15,12 @@ use std::sync::Arc;
 /// Bytes before the listed blocks: the dispatch arguments and the count.
 const HEADER: u64 = 16;
 
-/// Steps between the neighbours that a block asks, in blocks; a pass each.
-const STEPS: [i32; 2] = [2, 1];
+/// Steps between the neighbours that a block asks, in blocks; a pass each. The first reads the transform's labels and the
+/// last lists blocks. Those between carry labels farther than the transform does; their number is even, so that the
+/// labels lie in the same image whether they run or not.
+const FIRST_STEP: i32 = 2;
+const COARSE_STEPS: [i32; 6] = [64, 32, 16, 8, 4, 2];
+const LAST_STEP: i32 = 1;
 
 bindings! {
     struct BlocksBindings { ..search: SearchBindings, relaxed_labels, pixel_labels, BlockList, MixedList }
@@ -34,8 +38,9 @@ bindings! {
 
 /// The passes with their labels and lists: about a byte a pixel.
 pub struct NearestLine {
-    /// First, middle and last steps over blocks.
+    /// Steps over blocks.
     first: Arc<ComputePipeline>,
+    coarse: Arc<ComputePipeline>,
     last: Arc<ComputePipeline>,
     /// Passes over the quads of plain blocks, and of those with edges on several surfaces.
     quads: [Arc<ComputePipeline>; 2],
@@ -63,6 +68,7 @@ impl NearestLine {
         let list = |name| indirect_list(context.device(), name, HEADER, blocks);
         Ok(Self {
             first: block(true, false)?,
+            coarse: block(false, false)?,
             last: block(false, true)?,
             quads: [quad(false)?, quad(true)?],
             labels: [labels_of_blocks(context, extent, BLOCK)?, labels_of_blocks(context, extent, BLOCK)?],
@@ -94,20 +100,22 @@ impl NearestLine {
         for list in &self.lists {
             frame.update(list, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
         }
-        for (i, &step) in STEPS.iter().enumerate() {
-            let (pipeline, from) = if i == 0 { (&self.first, labels) } else { (&self.last, before) };
+        let coarse = COARSE_STEPS.map(|step| (&self.coarse, step, seeds.coarse_threads()));
+        let first = (&self.first, FIRST_STEP, seeds.block_threads());
+        let last = (&self.last, LAST_STEP, seeds.block_threads());
+        for (i, (pipeline, step, threads)) in [first].into_iter().chain(coarse).chain([last]).enumerate() {
             frame.dispatch(&Pass {
-                name: &format!("nearest line of blocks, step {step}"),
+                name: &format!("nearest line of blocks {}, step {step}", i + 1),
                 pipeline,
                 bind: &BlocksBindings {
-                    search: SearchBindings { labels: Bind::Image(from), ..search },
+                    search: SearchBindings { labels: Bind::Image(if i == 0 { labels } else { before }), ..search },
                     relaxed_labels: Bind::Image(after),
                     pixel_labels: Bind::Image(labels),
                     BlockList: Bind::Buffer(&self.lists[0]),
                     MixedList: Bind::Buffer(&self.lists[1]),
                 },
                 push: bytemuck::bytes_of(&PenumbraPush { step, ..push }),
-                threads: seeds.block_threads(),
+                threads,
             })?;
             (before, after) = (after, before);
         }
