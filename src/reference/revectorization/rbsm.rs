@@ -54,11 +54,6 @@ fn verdict(view: &View<'_>, receiver: MapReceiver, settings: &Settings) -> Verdi
     }
 }
 
-/// Returns the visibility of any point on a surface.
-pub(crate) fn visibility_at(view: &View<'_>, r: &Receiver, settings: &Settings) -> Verdict {
-    verdict(view, receive_point(view, r, settings.normal_offset, settings.depth_bias), settings)
-}
-
 /// Edge of the hard shadow in a texel, for a point in it: [`revectorize::TexelEdge`] and the bound of the value's error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeAt {

@@ -309,6 +309,13 @@ fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, r
     let seed = shifted.iter_mut().find(|s| s.label() == used).unwrap();
     seed.point += seed.normal.any_orthonormal_vector() * 0.01 * f64::from(run.settings.penumbra);
     assert!(with(&run.settings, &shifted).other_distance > 0, "a shifted seed");
+    // All lines, turned by a right angle; and points instead of lines.
+    let turned: Vec<Seed> = run.seeds.iter().map(|s| Seed { along: s.normal.cross(s.along), ..*s }).collect();
+    let points = Settings { lines: false, ..run.settings };
+    for (what, found) in [("turned", with(&run.settings, &turned)), ("points", with(&points, &run.seeds))] {
+        println!("planted in the lines: {what}: {} other distances", found.other_distance);
+        assert!(found.other_distance > right.penumbra / 20, "{what}: {found:?}");
+    }
     // A label that is not a seed's.
     let others: Vec<Seed> = run.seeds.iter().filter(|s| s.label() != used).copied().collect();
     let error = nearest_edge::links(&run.data(), &run.settings, &others, &run.labels).err().unwrap().to_string();
