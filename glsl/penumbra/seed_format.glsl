@@ -17,34 +17,34 @@ struct Seed {
   vec3 along;
 };
 
-// The code of an unknown direction; others are -127 to 127.
-const int NO_DIRECTION = -128;
+// The code of an unknown direction; others are -511 to 511.
+const int NO_DIRECTION = -512;
 
-// 12 bits along each octahedral axis of the normal, then 8 for the direction in the plane perpendicular to it. Of the
+// 11 bits along each octahedral axis of the normal, then 10 for the direction in the plane perpendicular to it. Of the
 // two opposite directions of a line, one has a positive component along the second axis; the code is its component
 // along the first axis if the absolute values of both add up to 1.
 uvec4 packSeed(Seed seed) {
-  ivec2 e = ivec2(round(octahedralEncode(seed.normal) * 2047.0));
+  ivec2 e = ivec2(round(octahedralEncode(seed.normal) * 1023.0));
   vec3 t, b;
-  tangents(octahedralDecode(vec2(e) / 2047.0), t, b);
+  tangents(octahedralDecode(vec2(e) / 1023.0), t, b);
   vec2 d = vec2(dot(seed.along, t), dot(seed.along, b));
   float sum = abs(d.x) + abs(d.y);
-  int code = sum > 0.0 ? int(round(127.0 * (d.y < 0.0 ? -d.x : d.x) / sum)) : NO_DIRECTION;
-  return uvec4(floatBitsToUint(seed.point), uint(e.x & 0xfff) | uint(e.y & 0xfff) << 12 | uint(code) << 24);
+  int code = sum > 0.0 ? int(round(511.0 * (d.y < 0.0 ? -d.x : d.x) / sum)) : NO_DIRECTION;
+  return uvec4(floatBitsToUint(seed.point), uint(e.x & 0x7ff) | uint(e.y & 0x7ff) << 11 | uint(code) << 22);
 }
 
 vec3 seedPoint(uvec4 seed) { return uintBitsToFloat(seed.xyz); }
 vec3 seedNormal(uvec4 seed) {
   int bits = int(seed.w);
-  return octahedralDecode(vec2(bitfieldExtract(bits, 0, 12), bitfieldExtract(bits, 12, 12)) / 2047.0);
+  return octahedralDecode(vec2(bitfieldExtract(bits, 0, 11), bitfieldExtract(bits, 11, 11)) / 1023.0);
 }
 
 Seed unpackSeed(uvec4 seed) {
   Seed s = Seed(seedPoint(seed), seedNormal(seed), vec3(0.0));
   vec3 t, b;
   tangents(s.normal, t, b);
-  int code = int(seed.w) >> 24;
-  float x = float(code) / 127.0;
+  int code = int(seed.w) >> 22;
+  float x = float(code) / 511.0;
   vec2 d = normalize(vec2(x, 1.0 - abs(x)));
   if (code != NO_DIRECTION) s.along = d.x * t + d.y * b;
   return s;

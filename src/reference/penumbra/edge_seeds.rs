@@ -9,14 +9,14 @@ use crate::technique::common::tiles::TILE;
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Largest error of a unit normal stored with 12 bits per octahedral axis. Half a step along both axes moves the
+/// Largest error of a unit normal stored with 11 bits per octahedral axis. Half a step along both axes moves the
 /// vector before normalisation by half a step times the square root of 6, and that vector's length is at least 1 /
 /// sqrt(3).
-const NORMAL_STEP: f64 = 2.13 / 2047.0;
+const NORMAL_STEP: f64 = 2.13 / 1023.0;
 
-/// Largest error of a line's direction in its plane stored with 8 bits. Half a step moves the vector before
+/// Largest error of a line's direction in its plane stored with 10 bits. Half a step moves the vector before
 /// normalisation by half a step times the square root of 2, and that vector's length is at least the square root of 1/2.
-const DIRECTION_STEP: f64 = 1.0 / 127.0;
+const DIRECTION_STEP: f64 = 1.0 / 511.0;
 
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
@@ -256,8 +256,15 @@ impl Path<'_> {
                     doubt = doubt.max(dark - lit);
                 }
                 if lit < c.root && c.root < dark {
-                    let along_error = if doubt > 0.0 { f64::INFINITY } else { c.along_error + DIRECTION_STEP + NORMAL_STEP };
-                    return Traced { share: c.root, error: c.error, doubt, along: c.along.normalize_or_zero(), along_error };
+                    let along_error =
+                        if doubt > 0.0 { f64::INFINITY } else { c.along_error + DIRECTION_STEP + NORMAL_STEP };
+                    return Traced {
+                        share: c.root,
+                        error: c.error,
+                        doubt,
+                        along: c.along.normalize_or_zero(),
+                        along_error,
+                    };
                 }
             }
             *if visibility > 0.5 { &mut lit } else { &mut dark } = middle;

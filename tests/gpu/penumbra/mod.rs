@@ -247,7 +247,7 @@ fn check_skip(r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, run: &Run, what
     assert_same_bits(&run.visibility, &seen, &format!("{what}, skip"));
     let mixed = edge_seeds::mixed_tiles(size.map(|n| n as usize), &run.hard);
     assert_eq!(tiles(&timing, "pixels at an edge") as usize, mixed, "{what}: tiles with an edge");
-    let search = if run.settings.lines { "nearest line of blocks 8" } else { "nearest edge" };
+    let search = if run.settings.lines { "nearest line of blocks 9" } else { "nearest edge" };
     let [near, filtered] = [search, "mean filter, y"].map(|pass| tiles(&timing, pass));
     let all = size.map(|n| n.div_ceil(8)).iter().product::<u32>();
     println!("{what:44} of {all} tiles {mixed} have an edge, {near} are near one, {filtered} filtered");
