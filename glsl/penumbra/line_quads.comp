@@ -93,7 +93,7 @@ void search(inout Quad q) {
     ivec2 inside = clamp(place, ivec2(0), ivec2(view.size) - 1);
     considerForAll(place == inside ? texelFetch(labels, inside, 0).x : NO_SEED, q);
   }
-  for (int step = 4; step > 0; step /= 2) {
+  for (int step = 8; step > 0; step /= 2) {
     Nearest nearest = nothing();
     for (int k = 0; k < 4; ++k) {
       if (q.level[k].squared < nearest.squared) nearest = q.level[k];

@@ -15,10 +15,10 @@ use std::sync::Arc;
 /// Bytes before the listed blocks: the dispatch arguments and the count.
 const HEADER: u64 = 16;
 
-/// Steps between the neighbours that a block asks, in blocks; a pass each. The very first reads the transform's labels and the
-/// last lists blocks. The coarse ones carry labels farther than the transform does; their number is even, so that the
+/// Steps between the neighbours that a block asks, in blocks; a pass each. The first reads the transform's labels and the
+/// last lists blocks. Those between carry labels farther than the transform does; their number is even, so that the
 /// labels lie in the same image whether they run or not.
-const FIRST_STEPS: [i32; 2] = [4, 2];
+const FIRST_STEP: i32 = 2;
 const COARSE_STEPS: [i32; 6] = [64, 32, 16, 8, 4, 2];
 const LAST_STEP: i32 = 1;
 
@@ -101,10 +101,9 @@ impl NearestLine {
             frame.update(list, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
         }
         let coarse = COARSE_STEPS.map(|step| (&self.middle, step, seeds.coarse_threads()));
-        let first = [(&self.first, FIRST_STEPS[0]), (&self.middle, FIRST_STEPS[1])];
-        let first = first.map(|(pipeline, step)| (pipeline, step, seeds.block_threads()));
+        let first = (&self.first, FIRST_STEP, seeds.block_threads());
         let last = (&self.last, LAST_STEP, seeds.block_threads());
-        for (i, (pipeline, step, threads)) in first.into_iter().chain(coarse).chain([last]).enumerate() {
+        for (i, (pipeline, step, threads)) in [first].into_iter().chain(coarse).chain([last]).enumerate() {
             frame.dispatch(&Pass {
                 name: &format!("nearest line of blocks {}, step {step}", i + 1),
                 pipeline,

@@ -247,7 +247,7 @@ fn check_skip(r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, run: &Run, what
     assert_same_bits(&run.visibility, &seen, &format!("{what}, skip"));
     let mixed = edge_seeds::mixed_tiles(size.map(|n| n as usize), &run.hard);
     assert_eq!(tiles(&timing, "pixels at an edge") as usize, mixed, "{what}: tiles with an edge");
-    let search = if run.settings.lines { "nearest line of blocks 9" } else { "nearest edge" };
+    let search = if run.settings.lines { "nearest line of blocks 8" } else { "nearest edge" };
     let [near, filtered] = [search, "mean filter, y"].map(|pass| tiles(&timing, pass));
     let all = size.map(|n| n.div_ceil(8)).iter().product::<u32>();
     println!("{what:44} of {all} tiles {mixed} have an edge, {near} are near one, {filtered} filtered");
@@ -333,7 +333,8 @@ fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, r
     // Distances slightly larger and smaller than the exact ones, and labels of another size.
     let scaled =
         |by: f64| -> Vec<Nearest> { exact.iter().map(|n| Nearest { range: n.range.map(|d| by * d), ..*n }).collect() };
-    assert!(examine(run, &run.settings, &run.seeds, &scaled(1.01)).too_small > right.penumbra / 2, "too small");
+    let found = examine(run, &run.settings, &run.seeds, &scaled(1.01));
+    assert!(found.too_small > right.penumbra / 2, "too small: {} of {}", found.too_small, right.penumbra);
     assert!(examine(run, &run.settings, &run.seeds, &scaled(0.9)).too_large > right.penumbra / 2, "too large");
     let torn = nearest_edge::links(&run.data(), &run.settings, &run.seeds, &run.labels[1..]).is_err();
     assert!(torn, "labels of another size");
