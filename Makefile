@@ -74,7 +74,7 @@ pipelines: setup ## Check the budget of all pipelines on an AMD GPU that need no
 bless-pipelines: setup ## Write the figures of all pipelines on that GPU, into results/
 	$(NAVI21) $(PIPELINES) --write results/pipelines-navi21.md
 
-scenes: ## Make the shipped scenes anew, into assets/
+scenes: ## Make all scenes anew, into assets/ and assets/judging/
 	$(CARGO) run --release --example make_scenes $(CARGO_FLAGS)
 
 bench: setup ## Measure all techniques, into results/

@@ -1,4 +1,5 @@
-//! Checks that the committed scenes equal the generator's output, and that every file is valid glTF.
+//! Checks that the committed scenes, the shipped ones and those for judging, equal the generator's output, and that
+//! every file is valid glTF.
 //!
 //! The files are read without any of the crate's own code: JSON by `serde_json`, the binary chunk by hand.
 #![cfg(feature = "app")]
@@ -6,13 +7,21 @@
 #[path = "../examples/make_scenes/scenes/mod.rs"]
 mod scenes;
 
-use edgeshade::scene::{LightShape, Projection, Scene, load_bytes, shipped};
+use edgeshade::casters::topology::Topology;
+use edgeshade::scene::{LightShape, Mesh, Projection, Scene, load_bytes, shipped};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
 use serde_json::Value;
+use std::path::Path;
 
 /// Scene that the generator makes.
 fn generated(name: &str) -> Scene {
-    scenes::ALL.iter().find(|s| s.0 == name).unwrap().1()
+    scenes::ALL.iter().chain(&scenes::JUDGING).find(|s| s.0 == name).unwrap().1()
+}
+
+/// Names and files of all scenes, those for judging as the generator makes them: the package is without their files.
+fn files() -> impl Iterator<Item = (&'static str, Vec<u8>)> {
+    let shipped = shipped::ALL.iter().map(|s| (s.name, s.bytes.to_vec()));
+    shipped.chain(scenes::JUDGING.iter().map(|&(name, stage)| (name, scenes::encode(&stage()))))
 }
 
 #[test]
@@ -26,6 +35,72 @@ fn committed_files_are_what_the_generator_makes() {
         total += fresh.len();
     }
     assert!(total < 8_000_000, "the scenes take {total} bytes");
+}
+
+#[test]
+fn committed_files_for_judging_are_what_the_generator_makes() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // Cargo puts this file into packages only.
+    if root.join("Cargo.toml.orig").exists() {
+        println!("skipped: the package is without the scenes for judging");
+        return;
+    }
+    let folder = root.join("assets/judging");
+    for (name, stage) in scenes::JUDGING {
+        let path = folder.join(name).with_extension("glb");
+        let committed = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let fresh = scenes::encode(&stage());
+        assert!(committed == fresh, "{} is not what the generator makes: run `make scenes`", path.display());
+        assert!(fresh == scenes::encode(&stage()), "{name}: two runs differ");
+        assert!(fresh.len() <= 1_000_000, "{name} takes {} bytes", fresh.len());
+    }
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), scenes::JUDGING.len());
+}
+
+/// Suites measure the shipped scenes, and rules are chosen on them: no scene for judging is among them.
+#[test]
+fn scenes_for_judging_are_not_shipped() {
+    for (name, _) in scenes::JUDGING {
+        assert!(shipped::find(name).is_none() && scenes::ALL.iter().all(|s| s.0 != name), "{name}");
+    }
+}
+
+#[test]
+fn meshes_of_scenes_for_judging_are_closed() {
+    let mut open = Vec::new();
+    for (name, stage) in scenes::JUDGING {
+        let scene = stage();
+        println!("{name}: {} triangles", scene.triangles());
+        assert!(scene.triangles() <= 60_000, "{name} has {} triangles", scene.triangles());
+        let lowest = lowest_point(&scene);
+        for mesh in &scene.meshes {
+            // Only the ground may be open: it is flat, nothing lies below it, and it shadows nothing.
+            let ground = mesh.bounds.min.y == mesh.bounds.max.y && mesh.bounds.max.y <= lowest;
+            if !ground && !outward(mesh) {
+                open.push(format!("{name}: {}", mesh.name));
+            }
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    // The check itself can fail.
+    let mut mesh = generated("stones").meshes.pop().unwrap();
+    assert!(outward(&mesh));
+    mesh.indices.truncate(mesh.indices.len() - 3);
+    assert!(!outward(&mesh));
+}
+
+/// Height of the lowest vertex.
+fn lowest_point(scene: &Scene) -> f64 {
+    let heights = scene.instances.iter().flat_map(|i| {
+        let points = scene.meshes[i.mesh].positions.iter();
+        points.map(|&p| i.world_from_object.transform_point3(Vec3::from(p).as_dvec3()).y)
+    });
+    heights.fold(f64::INFINITY, f64::min)
+}
+
+/// Returns whether a mesh is closed and winds counter-clockwise as seen from outside.
+fn outward(mesh: &Mesh) -> bool {
+    Topology::new(&mesh.positions, &mesh.indices).unwrap().outward
 }
 
 #[test]
@@ -56,9 +131,9 @@ fn write_all_makes_a_folder_of_files() {
 
 #[test]
 fn every_file_is_sound() {
-    for scene in shipped::ALL {
-        if let Err(problem) = check(scene.name, scene.bytes) {
-            panic!("{}: {problem}", scene.name);
+    for (name, bytes) in files() {
+        if let Err(problem) = check(name, &bytes) {
+            panic!("{name}: {problem}");
         }
     }
 }
@@ -335,10 +410,9 @@ fn transform(node: &Value) -> DAffine3 {
 /// Checks that the crate's own loader reads back the scene that the generator made.
 #[test]
 fn the_loader_reads_what_the_generator_meant() {
-    for shipped in shipped::ALL {
-        let (read, meant) = (load_bytes(shipped.name, shipped.bytes).unwrap(), generated(shipped.name));
-        assert!(read.warnings.is_empty(), "{}: {:?}", shipped.name, read.warnings);
-        let name = shipped.name;
+    for (name, bytes) in files() {
+        let (read, meant) = (load_bytes(name, &bytes).unwrap(), generated(name));
+        assert!(read.warnings.is_empty(), "{name}: {:?}", read.warnings);
         assert_eq!(read.instances.len(), meant.instances.len(), "{name}");
         assert_eq!(read.textures.len(), meant.textures.len(), "{name}");
         assert_eq!(read.materials.len(), meant.materials.len(), "{name}");
@@ -367,14 +441,14 @@ fn the_loader_reads_what_the_generator_meant() {
 
 #[test]
 fn every_light_rakes_and_every_mesh_stands_somewhere() {
-    for shipped in shipped::ALL {
-        let scene = generated(shipped.name);
-        assert_eq!((scene.cameras.len(), scene.lights.len()), (1, 1), "{}", shipped.name);
+    for (name, stage) in scenes::ALL.into_iter().chain(scenes::JUDGING) {
+        let scene = stage();
+        assert_eq!((scene.cameras.len(), scene.lights.len()), (1, 1), "{name}");
         let m: DMat3 = scene.lights[0].world_from_light.matrix3;
         let elevation = m.z_axis.y.asin().to_degrees();
-        assert!((20.0..=60.0).contains(&elevation), "{}: the light stands at {elevation} degrees", shipped.name);
+        assert!((20.0..=60.0).contains(&elevation), "{name}: the light stands at {elevation} degrees");
         for (mesh, index) in scene.meshes.iter().zip(0..) {
-            assert!(scene.instances.iter().any(|i| i.mesh == index), "{}: {} stands nowhere", shipped.name, mesh.name);
+            assert!(scene.instances.iter().any(|i| i.mesh == index), "{name}: {} stands nowhere", mesh.name);
             assert!(mesh.normals.iter().all(|&n| (Vec3::from(n).length() - 1.0).abs() < 1e-5), "{}", mesh.name);
             assert!(mesh.colors.is_empty() && mesh.uvs.len() == mesh.positions.len(), "{}", mesh.name);
         }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Times `edgeshade edt` against exact distance transforms on the CPU, in one run, and checks that all agree.
 
-Needs: pip install numpy scipy opencv-python-headless edt, and a release build of edgeshade.
+Needs: pip install numpy scipy opencv-python-headless edt diplib, and a release build of edgeshade.
 
     tools/edt_peers.py [--edgeshade target/release/edgeshade] [--rounds 5] [-o results] [--method auto]
 
@@ -22,6 +22,7 @@ import tempfile
 import time
 
 import cv2
+import diplib
 import edt
 import numpy as np
 from scipy import ndimage
@@ -69,12 +70,17 @@ def edtsq(away, threads):
     return edt.edtsq(away, black_border=False, parallel=threads)
 
 
+def dip(away, threads):
+    diplib.SetNumberOfThreads(threads)
+    return np.asarray(diplib.EuclideanDistanceTransform(away > 0, border="object", method="separable"))
+
+
 def scipy(away, _):
     return ndimage.distance_transform_edt(away, return_distances=False, return_indices=True)
 
 
-def squared_opencv(distances, truth):
-    # OpenCV returns only roots, in single precision. A root counts as exact if it is as near to the true root as single
+def squared_root(distances, truth):
+    # OpenCV and DIPlib return only roots, in single precision. A root counts as exact if it is as near to the true root as single
     # precision allows. No two integers below 2^22 share such a root.
     roots = np.sqrt(truth.astype(np.float64))
     near = np.abs(distances - roots) <= np.spacing(roots.astype(np.float32))
@@ -91,8 +97,9 @@ def squared_scipy(indices, _=None):
 
 
 LIBRARIES = {
-    "opencv": (opencv, squared_opencv, f"OpenCV {cv2.__version__} DIST_MASK_PRECISE"),
+    "opencv": (opencv, squared_root, f"OpenCV {cv2.__version__} DIST_MASK_PRECISE"),
     "edtsq": (edtsq, squared_edtsq, "edt.edtsq"),
+    "diplib": (dip, squared_root, f"DIPlib {diplib.__version__} separable"),
     "scipy": (scipy, squared_scipy, "SciPy distance_transform_edt with indices"),
 }
 

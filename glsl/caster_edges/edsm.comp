@@ -1,9 +1,10 @@
 #version 460
 // Edge distance shadow mapping: between texels with different tests, the interpolated distance to the edge decides.
 // Kenzel, "Edge Distance Shadow Mapping" (2013), section 3.3; soft borders by kernels as in section 6.1.
-// Departures: texels are tested on the receiver's plane. The distance is interpolated in single precision instead of a
-// sampler's 8 bits. Where no edge is known, the nearest texel decides: where receiver and occluder meet, or where the
-// occluder's texture has holes.
+// Departures, unless FIXED and EIGHT_BITS: texels are tested on the receiver's plane, and the distance is interpolated
+// in single precision instead of a sampler's 8 bits. In any form: four gathered tests take the place of the comparison
+// sampler, which is asked only whether they agree; where no edge is known, the nearest texel decides: where receiver
+// and occluder meet, or where the occluder's texture has holes (the paper does not say what its map holds there).
 #extension GL_GOOGLE_include_directive : require
 #include "common/receiver.glsl"
 #include "common/rbsm_receiver.glsl"
@@ -12,6 +13,7 @@
 layout(constant_id = 1) const bool PICTURE = false; // draw the distances over the visibility
 layout(constant_id = 2) const uint BORDER_BITS = 0; // half width of the border, texels, as the bits of a float; 0: hard
 layout(constant_id = 3) const int KERNEL = BOX;
+layout(constant_id = 4) const bool EIGHT_BITS = false; // interpolate in steps of 1/256 of a texel
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -42,8 +44,9 @@ float lit(ShadowPoint p, out float d) {
       if (four[i] == 0.0) four[i] = outside ? -half_border - 1.0 : half_border + 1.0;
     }
   }
-  precise float upper = mix(four.x, four.y, q.x), lower = mix(four.z, four.w, q.x);
-  precise float between = mix(upper, lower, q.y);
+  vec2 weight = EIGHT_BITS ? round(q * 256.0) / 256.0 : q;
+  precise float upper = mix(four.x, four.y, weight.x), lower = mix(four.z, four.w, weight.x);
+  precise float between = mix(upper, lower, weight.y);
   d = between;
   if (none) {
     uint nearest = (q.x >= 0.5 ? 1u : 0u) + (q.y >= 0.5 ? 2u : 0u);

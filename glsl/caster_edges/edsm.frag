@@ -4,8 +4,9 @@
 #include "drawn_edge.glsl"
 #include "edsm_distance.glsl"
 
-layout(constant_id = 0) const bool COSINE = false;
-layout(constant_id = 1) const bool KILL = true; // leave out edges that the light does not see
+layout(constant_id = 0) const bool PRINTED = false; // eq. 3.3 as printed
+layout(constant_id = 1) const int PRIORITY = SEGMENT;
+layout(constant_id = 2) const bool KILL = true; // leave out edges that the light does not see
 
 layout(binding = 0, scalar) readonly buffer Segments { EdgeSegment segments[]; };
 layout(binding = 1) uniform sampler2DArray shadow_map;
@@ -20,7 +21,7 @@ layout(location = 0) out float signed_distance;
 
 void main() {
   EdgeSegment e = segments[edge_index];
-  EdgeDistance r = edgeDistance(e, gl_FragCoord.xy, push.half_width, COSINE);
+  EdgeDistance r = edgeDistance(e, gl_FragCoord.xy, push.half_width, PRINTED, PRIORITY);
   vec2 foot = mix(e.a, e.b, r.along);
   if (KILL && isHidden(shadow_map, ivec2(push.map_size), e, foot, segmentDepth(e, r.along))) discard;
   signed_distance = r.signed_distance;

@@ -37,14 +37,9 @@ void windowRange(SoftReceiver r, vec2 half_width, float margin, out ivec2 first,
   last = ivec2(high);
 }
 
-// Classifies a window: HSM_LIT or HSM_UMBRA if all texels that taps within `half_width` (uv) can touch, and those up to
-// `margin` texels around them, are certainly lit or certainly shadowed; otherwise HSM_PENUMBRA. Every texel is compared
-// with the receiver's plane at its centre. If the window holds all texels that a technique reads, the class decides the
-// technique's result: 1 or 0.
-int classify(sampler2D hsm, SoftReceiver r, vec2 half_width, float margin) {
-  ivec2 first, last;
-  windowRange(r, half_width, margin, first, last);
-  vec2 bounds = hsmBounds(hsm, first, last);
+// Classifies the texels `first` to `last` by the bounds of their depths: HSM_LIT or HSM_UMBRA if all of them are certainly
+// lit or certainly shadowed; otherwise HSM_PENUMBRA. Every texel is compared with the receiver's plane at its centre.
+int classifyBounds(SoftReceiver r, vec2 bounds, ivec2 first, ivec2 last) {
   // The receiver's plane over the window: its depth in the middle, and its rise from there to a corner.
   vec2 middle = 0.5 * vec2(first + last) + 0.5 - r.at, reach = 0.5 * vec2(last - first);
   float depth = r.map.depth + dot(r.slope, middle);
@@ -56,21 +51,30 @@ int classify(sampler2D hsm, SoftReceiver r, vec2 half_width, float margin) {
   return bounds.y < 1.0 && depth - rise - rounding > bounds.y ? HSM_UMBRA : HSM_PENUMBRA;
 }
 
-// Classifies with the depth bounds of blocks (depth_bounds.comp) as well. Their slopes decide tilted receivers, whose
-// own depth varies too much over the window for a plain minimum and maximum.
-int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, float margin) {
-  int found = classify(hsm, r, half_width, margin);
+// Classifies a window by the depth bounds of blocks (depth_bounds.comp), whose slopes decide tilted receivers: their own
+// depth varies too much over the window for a plain minimum and maximum. The window holds all texels that taps within
+// `half_width` (uv) can touch, and those up to `margin` texels around them.
+int classifyBlocks(sampler2D blocks, SoftReceiver r, vec2 half_width, float margin) {
   ivec2 first, last;
   windowRange(r, half_width, margin, first, last);
   ivec2 size = last - first;
   int wider = max(size.x, size.y);
   bool inside = all(greaterThanEqual(first, ivec2(0))) && all(lessThan(last, ivec2(view.map_size)));
   // The window touches at most 4 x 4 blocks. Wider windows stay undecided.
-  if (found != HSM_PENUMBRA || !inside || wider >= 192) return found;
+  if (!inside || wider >= 192) return HSM_PENUMBRA;
   int level = wider < 24 ? 0 : wider < 48 ? 1 : wider < 96 ? 2 : 3;
   vec2 away = vec2(first) + 0.5 - r.at;
   float rounding = 2.5e-7 + 5e-7 * dot(abs(r.slope), abs(away) + vec2(size));
   return decideBlocks(blocks, level, first, last, r.map.depth + dot(r.slope, away), r.slope, 0.0, rounding);
+}
+
+// Classifies a window by the pyramid, and by blocks if that does not decide it. If the window holds all texels that a
+// technique reads, the class decides the technique's result: 1 or 0.
+int classify(sampler2D hsm, sampler2D blocks, SoftReceiver r, vec2 half_width, float margin) {
+  ivec2 first, last;
+  windowRange(r, half_width, margin, first, last);
+  int found = classifyBounds(r, hsmBounds(hsm, first, last), first, last);
+  return found != HSM_PENUMBRA ? found : classifyBlocks(blocks, r, half_width, margin);
 }
 
 // Half-width (uv) of the window to search for blockers. The papers' window reaches up to the near plane. With

@@ -38,36 +38,23 @@ bool isUniform(ShadowPoint p, out float v) {
   return any_ones == 0u || all_ones == 15u;
 }
 
-// Stores the tests of the kernel and its ring as bits.
+// Stores the tests of the kernel and its ring.
 void testKernel(ShadowPoint p) {
   ivec2 first = p.texel - WIDTH / 2 - 1;
-  uint left = 0u, right = 0u;
-  for (int j = 0; j < WIDTH + 2; j += 2) {
+  clearWindow();
+  [[dont_unroll]] for (int j = 0; j < WIDTH + 2; j += 2) {
     // Bit i is the ring's column i. Column 32, the last one of the widest kernel's ring, is kept apart.
-    uint upper = 0u, lower = 0u;
-    uvec2 last = uvec2(0u);
-    for (int i = 0; i < WIDTH + 2; i += 2) {
+    uint upper = 0u, lower = 0u, last = 0u;
+    [[dont_unroll]] for (int i = 0; i < WIDTH + 2; i += 2) {
       uint tests = shadowTest2x2(p, first + ivec2(i, j));
-      if (i < 32) {
-        upper |= (tests & 3u) << i;
-        lower |= tests >> 2 << i;
-      } else {
-        last = uvec2(tests, tests >> 2) & 1u;
-      }
+      upper |= i < 32 ? (tests & 3u) << i : 0u;
+      lower |= i < 32 ? tests >> 2 << i : 0u;
+      last = tests;
     }
-    if (WIDTH < 31) last = uvec2(upper >> (WIDTH + 1), lower >> (WIDTH + 1)) & 1u;
-    for (int k = 0; k < 2 && j + k < WIDTH + 2; ++k) {
-      uint bits = k == 0 ? upper : lower, row = bits >> 1 & lineBits(WIDTH);
-      window_rows[j + k] = row;
-      int at = j + k - 1;
-      if (at >= 0 && at < WIDTH) {
-        left |= (bits & 1u) << at;
-        right |= (k == 0 ? last.x : last.y) << at;
-      }
-    }
+    // The ring's last column is the left one of its two texels, because the width with the ring is odd.
+    setWindowRow(j - 1, ivec2(WIDTH), upper >> 1 & lineBits(WIDTH), bitAt(upper, 0), bitAt(last, 0));
+    setWindowRow(j, ivec2(WIDTH), lower >> 1 & lineBits(WIDTH), bitAt(lower, 0), bitAt(last, 2));
   }
-  window_columns[0] = left;
-  window_columns[WIDTH + 1] = right;
 }
 
 bool decide(ShadowPoint p, out float v) {
@@ -84,11 +71,6 @@ bool decide(ShadowPoint p, out float v) {
 
 float workOut(ShadowPoint p) {
   testKernel(p);
-  for (int i = 0; i < WIDTH; ++i) {
-    uint column = 0u;
-    for (int j = 0; j < WIDTH; ++j) column |= (window_rows[j + 1] >> i & 1u) << j;
-    window_columns[i + 1] = column;
-  }
   return rpcfMean(p, FUNCTION);
 }
 

@@ -19,6 +19,7 @@
 #include "common/hsm.glsl"
 #include "soft_filter.glsl"
 #include "common/pixel_steps.glsl"
+#include "common/quad_classes.glsl"
 
 layout(constant_id = 0) const int SEARCH_TAPS = 9;      // along each axis
 layout(constant_id = 1) const int FILTER_TAPS = 15;     // along each axis
@@ -46,21 +47,25 @@ float filterAny(SoftReceiver r, vec2 half_texels) {
   return v;
 }
 
+// Returns true if the pixel needs no window; its visibility, 0 or 1, is then `v`. `least` is the least half-width (uv) of
+// its search window.
+bool needsNoWindow(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
+  least = NARROWEST_SEARCH / vec2(view.map_size);
+  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  if (FIXED) r.slope = vec2(0.0);
+  return false;
+}
+
 bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
-  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
-  if (FIXED) r.slope = vec2(0.0);
+  vec2 least;
+  if (needsNoWindow(pixel, a, r, least, v)) return true;
   if (STEP == MEASURED) {
     v = filterAny(r, texelFetch(half_widths, pixel, 0).xy);
     return true;
   }
-  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), NARROWEST_SEARCH / vec2(view.map_size));
-  if (STEP == LIST) {
-    int found = classify(hsm, blocks, r, search, 0.5);
-    v = float(found);
-    return found != HSM_PENUMBRA;
-  }
+  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least);
   Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH);
   v = 1.0;
   if (b.count > 0) v = filterAny(r, softHalfTexels(r, a, b.z, search));
@@ -77,9 +82,20 @@ void main() {
     }
     return;
   }
+  if (STEP == LIST) {
+    ivec2 corner = quadCorner();
+    AreaLight a = areaLight();
+    Quad q;
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      ivec2 pixel = quadPixel(corner, i);
+      v = 1.0;
+      bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
+      q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+    }
+    finishQuad(corner, classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 0.5));
+    return;
+  }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   bool inside = all(lessThan(pixel, ivec2(view.size)));
-  bool decided = inside && visibilityAt(pixel, v);
-  if (decided) imageStore(visibility, pixel, vec4(v));
-  listPixel(pixel, inside && !decided);
+  if (inside && visibilityAt(pixel, v)) imageStore(visibility, pixel, vec4(v));
 }

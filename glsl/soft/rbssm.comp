@@ -20,11 +20,12 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #include "common/pcf_bounds.glsl"
 #include "common/hsm.glsl"
 #include "lib/rbsm_star.glsl"
-// A window of bits and the ring around it are 32 texels wide.
-#define WINDOW_MOST 30
+// Wider windows of bits would take too many registers.
+#define WINDOW_MOST 16
 #include "lib/texel_window.glsl"
 #include "revectorized_filter.glsl"
 #include "common/pixel_steps.glsl"
+#include "common/quad_classes.glsl"
 
 layout(constant_id = 2) const int SEARCH_TAPS = 9;         // along each axis
 layout(constant_id = 6) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
@@ -34,6 +35,16 @@ layout(constant_id = 10) const bool MEAN_DEPTH = false;    // average the blocke
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or STEP is LIST
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if STEP is LIST
 layout(binding = 8) uniform sampler2D half_widths; // soft_auto.comp; of the filter, texels; read if STEP is MEASURED
+
+// Returns true if the pixel needs no window; its visibility, 0 or 1, is then `v`. `least` is the least half-width (uv) of
+// its search window.
+bool needsNoWindow(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
+  least = vec2(0.0);
+  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  if (FIXED) r.slope = vec2(0.0);
+  least = leastHalfTexels(r, a, LEAST_WIDTH) / vec2(view.map_size);
+  return false;
+}
 
 bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
@@ -47,12 +58,6 @@ bool visibilityAt(ivec2 pixel, out float v) {
   }
   precise vec2 least = leastHalfTexels(r, a, LEAST_WIDTH);
   precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
-  if (STEP == LIST) {
-    // The margin is the ring around the window, which reveals edges at its border.
-    int found = classify(hsm, blocks, r, search, 1.0);
-    v = float(found);
-    return found != HSM_PENUMBRA;
-  }
   Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH);
   if (b.count == 0) b = neighbouringBlockers(p, a, MEAN_DEPTH);
   v = 1.0;
@@ -70,9 +75,21 @@ void main() {
     }
     return;
   }
+  if (STEP == LIST) {
+    ivec2 corner = quadCorner();
+    // The margin is the ring around the window, which reveals edges at its border.
+    AreaLight a = areaLight();
+    Quad q;
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      ivec2 pixel = quadPixel(corner, i);
+      v = 1.0;
+      bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
+      q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+    }
+    finishQuad(corner, classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0));
+    return;
+  }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   bool inside = all(lessThan(pixel, ivec2(view.size)));
-  bool decided = inside && visibilityAt(pixel, v);
-  if (decided) imageStore(visibility, pixel, vec4(v));
-  listPixel(pixel, inside && !decided);
+  if (inside && visibilityAt(pixel, v)) imageStore(visibility, pixel, vec4(v));
 }

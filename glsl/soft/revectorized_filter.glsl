@@ -91,10 +91,6 @@ float filterAsPrinted(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
   return lit;
 }
 
-int lowestBit(uvec2 bits) { return bits.x != 0u ? findLSB(bits.x) : 32 + findLSB(bits.y); }
-uvec2 withoutLowest(uvec2 bits) { return bits.x != 0u ? uvec2(bits.x & bits.x - 1u, bits.y) : uvec2(0u, bits.y & bits.y - 1u); }
-uvec2 oneBit(int i) { return i < 32 ? uvec2(1u << i, 0u) : uvec2(0u, 1u << (i - 32)); }
-
 // A run along a kernel row, seen from one of its texels.
 struct RowRun {
   ivec2 texel;
@@ -115,143 +111,156 @@ bool sameRun(RowRun run, ivec2 texel, vec3 d, out vec2 t) {
   return on.y == 0 && on.x >= 0 && d.yz == run.d.yz && abs(run.t.y) <= float(MAXDIST) && abs(run.t.y) - by >= 1.0;
 }
 
-// Counts lit taps in a window too wide for bits. It tests all taps first and then follows the edges, so that all
+// Counts lit taps in a window too wide for bits. It tests many taps first and then follows their edges, so that all
 // threads of a subgroup walk together. A run that a tap shares with the tap before it is not followed again.
 float followTaps(ShadowPoint p, SoftReceiver r, vec2 half_texels) {
+  const int TAPS = FILTER_TAPS * FILTER_TAPS, AT_ONCE = 128;
   float lit = 0.0;
-  // Taps at edges: a bit per column, and a bit for each row that has any.
-  uvec2 open[FILTER_TAPS];
-  uvec2 open_rows = uvec2(0u);
-  for (int j = 0; j < FILTER_TAPS; ++j) {
-    uvec2 row = uvec2(0u);
-    for (int i = 0; i < FILTER_TAPS; ++i) {
+  RowRun run = RowRun(ivec2(-0x10000), vec3(0.0), vec2(0.0));
+  [[dont_unroll]] for (int first = 0; first < TAPS; first += AT_ONCE) {
+    // Taps at edges, one bit each.
+    uvec4 open = uvec4(0u);
+    [[dont_unroll]] for (int k = 0; k < min(AT_ONCE, TAPS - first); ++k) {
+      int tap = first + k;
       float s;
       vec3 d;
-      tapPoint(p, tapPlace(r, half_texels, ivec2(i, j)), s, d);
-      if (hasEdge(s, d)) row |= oneBit(i);
+      tapPoint(p, tapPlace(r, half_texels, ivec2(tap % FILTER_TAPS, tap / FILTER_TAPS)), s, d);
+      if (hasEdge(s, d)) open |= mix(uvec4(0u), uvec4(1u << (k & 31)), equal(ivec4(k >> 5), ivec4(0, 1, 2, 3)));
       else lit += s;
     }
-    open[j] = row;
-    if (row != uvec2(0u)) open_rows |= oneBit(j);
-  }
-  RowRun run = RowRun(ivec2(-0x10000), vec3(0.0), vec2(0.0));
-  while (open_rows != uvec2(0u)) {
-    int j = lowestBit(open_rows), i = lowestBit(open[j]);
-    open[j] = withoutLowest(open[j]);
-    if (open[j] == uvec2(0u)) open_rows = withoutLowest(open_rows);
-    float s;
-    vec3 d;
-    ShadowPoint q = tapPoint(p, tapPlace(r, half_texels, ivec2(i, j)), s, d);
-    vec4 t;
-    bool same = sameRun(run, q.texel, d, t.xy);
-    for (int k = same ? 2 : 0; k < 4; ++k) t[k] = traverseShadowSilhouette(q, d, SIDES[k]);
-    run = RowRun(q.texel, d, t.xy);
-    lit += edgeVisibility(d, t, q.fraction);
+    [[dont_unroll]] while (open != uvec4(0u)) {
+      int word = open.x != 0u ? 0 : open.y != 0u ? 1 : open.z != 0u ? 2 : 3;
+      uint bits = word == 0 ? open.x : word == 1 ? open.y : word == 2 ? open.z : open.w;
+      int tap = first + 32 * word + findLSB(bits);
+      open = mix(open, uvec4(bits & bits - 1u), equal(ivec4(word), ivec4(0, 1, 2, 3)));
+      float s;
+      vec3 d;
+      ShadowPoint q = tapPoint(p, tapPlace(r, half_texels, ivec2(tap % FILTER_TAPS, tap / FILTER_TAPS)), s, d);
+      vec4 t;
+      bool same = sameRun(run, q.texel, d, t.xy);
+      [[dont_unroll]] for (int k = same ? 2 : 0; k < 4; ++k) t[k] = traverseShadowSilhouette(q, d, SIDES[k]);
+      run = RowRun(q.texel, d, t.xy);
+      lit += edgeVisibility(d, t, q.fraction);
+    }
   }
   return lit;
 }
 
-// First tap in each column and row of a window, plus COUNT_UNIT times the number of taps there.
-int column_taps[WINDOW_MOST], row_taps[WINDOW_MOST];
-const int COUNT_UNIT = 64;
+// Number of taps in each column and row of a window: bit x of word b is bit b of the number in column or row x.
+const int COUNT_BITS = FILTER_TAPS < 4 ? 2 : FILTER_TAPS < 16 ? 4 : 6;
+uint column_taps[COUNT_BITS], row_taps[COUNT_BITS];
 
-// Assigns the taps to the columns and rows of a window that starts at `first`. Returns bits of the columns and of the
-// rows that have taps.
-uvec2 assignTaps(SoftReceiver r, vec2 half_texels, ivec2 first) {
-  ivec2 before = ivec2(-1);
-  uvec2 tapped = uvec2(0u);
-  for (int i = 0; i < FILTER_TAPS; ++i) {
-    ivec2 at = ivec2(floor(tapPlace(r, half_texels, ivec2(i)))) - first;
-    column_taps[at.x] = at.x == before.x ? column_taps[at.x] + COUNT_UNIT : i + COUNT_UNIT;
-    row_taps[at.y] = at.y == before.y ? row_taps[at.y] + COUNT_UNIT : i + COUNT_UNIT;
-    tapped |= uvec2(1u) << uvec2(at);
-    before = at;
+// Assigns the taps to the columns and rows of a window that starts at `first`.
+void assignTaps(SoftReceiver r, vec2 half_texels, ivec2 first) {
+  [[unroll]] for (int b = 0; b < COUNT_BITS; ++b) column_taps[b] = row_taps[b] = 0u;
+  [[dont_unroll]] for (int i = 0; i < FILTER_TAPS; ++i) {
+    // Adds one to both numbers.
+    uvec2 carry = uvec2(1u) << uvec2(ivec2(floor(tapPlace(r, half_texels, ivec2(i)))) - first);
+    [[unroll]] for (int b = 0; b < COUNT_BITS; ++b) {
+      uvec2 sum = uvec2(column_taps[b], row_taps[b]) ^ carry;
+      carry &= uvec2(column_taps[b], row_taps[b]);
+      column_taps[b] = sum.x;
+      row_taps[b] = sum.y;
+    }
   }
-  return tapped;
 }
 
-// Stores the tests of the window and its ring as bits.
+// Number of taps in the columns, or rows, of a set.
+int tapsInColumns(uint columns) {
+  int n = 0;
+  [[unroll]] for (int b = 0; b < COUNT_BITS; ++b) n += bitCount(column_taps[b] & columns) << b;
+  return n;
+}
+
+int tapsInRows(uint rows) {
+  int n = 0;
+  [[unroll]] for (int b = 0; b < COUNT_BITS; ++b) n += bitCount(row_taps[b] & rows) << b;
+  return n;
+}
+
+// Tests the window and the ring around it.
 void testWindow(ShadowPoint p, ivec2 first, ivec2 size) {
-  for (int i = 0; i < size.x + 2; ++i) window_columns[i] = 0u;
-  for (int j = 0; j < size.y + 2; j += 2) {
+  clearWindow();
+  [[dont_unroll]] for (int j = 0; j < size.y + 2; j += 2) {
     // Bit i is the ring's column i.
     uint upper = 0u, lower = 0u;
-    for (int i = 0; i < size.x + 2; i += 2) {
+    [[dont_unroll]] for (int i = 0; i < size.x + 2; i += 2) {
       uint tests = shadowTest2x2(p, first - 1 + ivec2(i, j));
       upper |= (tests & 3u) << i;
       lower |= tests >> 2 << i;
-      window_columns[i] |= (tests & 1u | tests >> 1 & 2u) << j;
-      window_columns[i + 1] |= (tests >> 1 & 1u | tests >> 2 & 2u) << j;
     }
-    window_rows[j] = upper >> 1 & lineBits(size.x);
-    window_rows[j + 1] = lower >> 1 & lineBits(size.x);
+    setWindowRow(j - 1, size, upper >> 1 & lineBits(size.x), bitAt(upper, 0), bitAt(upper, size.x + 1));
+    setWindowRow(j, size, lower >> 1 & lineBits(size.x), bitAt(lower, 0), bitAt(lower, size.x + 1));
   }
-  for (int i = 0; i < size.x + 2; ++i) window_columns[i] = window_columns[i] >> 1 & lineBits(size.y);
 }
 
 // Counts lit taps in a texel at an edge.
 float tapsInTexel(SoftReceiver r, vec2 half_texels, ivec2 texel, vec3 d, vec4 t) {
-  int columns = column_taps[texel.x], rows = row_taps[texel.y];
-  ivec2 from = ivec2(columns, rows) & (COUNT_UNIT - 1), count = ivec2(columns, rows) / COUNT_UNIT;
+  ivec2 from = ivec2(tapsInColumns(lineBits(texel.x)), tapsInRows(lineBits(texel.y)));
+  ivec2 count = ivec2(tapsInColumns(1u << texel.x), tapsInRows(1u << texel.y));
   float lit = 0.0;
   ivec2 tap = ivec2(0);
-  for (int k = count.x * count.y; k > 0; --k) {
+  [[dont_unroll]] for (int k = count.x * count.y; k > 0; --k) {
     lit += edgeVisibility(d, t, fractionOf(tapPlace(r, half_texels, from + tap)));
     tap = tap.x + 1 == count.x ? ivec2(0, tap.y + 1) : ivec2(tap.x + 1, tap.y);
   }
   return lit;
 }
 
+// Texels of a row that have an edge to follow and taps.
+uint openTexels(TexelLine row, int j, ivec2 size, uint tapped) {
+  return edgeBits(row, j, size) & tapped & (STAR ? ~0u : row.tests);
+}
+
 // Counts lit taps in a window that starts at `first`; follows the edges of each texel once.
 float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first, ivec2 size) {
-  uvec2 tapped = assignTaps(r, half_texels, first);
   testWindow(p, first, size);
   followBeyond(p, first, size);
+  assignTaps(r, half_texels, first);
+  // Columns with taps, and rows with texels to follow.
+  uint tapped = 0u, open_rows = 0u;
+  [[unroll]] for (int b = 0; b < COUNT_BITS; ++b) tapped |= column_taps[b];
   float lit = 0.0;
-  // Texels that have an edge and taps: a bit per column, and a bit for each row that has any.
-  uint open[WINDOW_MOST], later[WINDOW_MOST];
-  uint open_rows = 0u, later_rows = 0u;
-  for (uint rows = tapped.y; rows != 0u; rows &= rows - 1u) {
-    int y = findLSB(rows);
-    uint left, right, tests = window_rows[y + 1], edges = edgeBits(y, size, left, right);
-    int uniform_lit = 0;
-    for (uint columns = tests & ~edges & tapped.x; columns != 0u; columns &= columns - 1u) {
-      uniform_lit += column_taps[findLSB(columns)] / COUNT_UNIT;
-    }
-    lit += float(uniform_lit * (row_taps[y] / COUNT_UNIT));
-    open[y] = edges & tapped.x & (STAR ? ~0u : tests);
-    later[y] = 0u;
-    if (open[y] != 0u) open_rows |= 1u << y;
+  [[dont_unroll]] for (int j = 0; j < size.y; ++j) {
+    TexelLine row = windowRow(j);
+    int rows = tapsInRows(1u << j);
+    lit += float(tapsInColumns(row.tests & ~edgeBits(row, j, size)) * rows);
+    if (rows > 0 && openTexels(row, j, size, tapped) != 0u) open_rows |= 1u << j;
   }
-  while (open_rows != 0u) {
-    ivec2 texel;
-    texel.y = findLSB(open_rows);
-    uint columns = open[texel.y];
-    texel.x = findLSB(columns);
-    open[texel.y] = columns & columns - 1u;
-    if ((columns & columns - 1u) == 0u) open_rows &= open_rows - 1u;
+  // Rows with texels that are left for the last loop.
+  uint left_rows = 0u, done = 0u; // done: columns of the row
+  [[dont_unroll]] while (open_rows != 0u) {
+    int j = findLSB(open_rows);
+    TexelLine row = windowRow(j);
+    uint open = openTexels(row, j, size, tapped) & ~done;
+    ivec2 texel = ivec2(findLSB(open), j);
+    open &= open - 1u;
+    done = open == 0u ? 0u : ~open;
+    if (open == 0u) open_rows &= open_rows - 1u;
     vec3 d;
     vec4 t;
-    if (traverseInWindow(texel, size, d, t)) {
-      lit += tapsInTexel(r, half_texels, texel, d, t);
-    } else {
-      later[texel.y] |= 1u << texel.x;
-      later_rows |= 1u << texel.y;
-    }
+    if (traverseInWindow(row, texel, size, d, t) == 0u) lit += tapsInTexel(r, half_texels, texel, d, t);
+    else left_rows |= 1u << j;
   }
-  // Only a few texels are left, and each is followed for itself. They have a loop of their own, because a loop nested
-  // in the one above would run in all of its rounds.
-  while (later_rows != 0u) {
-    ivec2 texel;
-    texel.y = findLSB(later_rows);
-    uint columns = later[texel.y];
-    texel.x = findLSB(columns);
-    later[texel.y] = columns & columns - 1u;
-    if ((columns & columns - 1u) == 0u) later_rows &= later_rows - 1u;
-    float s;
+  // Texels with runs of their own have a loop of their own, because a loop nested in the one above would run in all of
+  // its rounds.
+  [[dont_unroll]] while (left_rows != 0u) {
+    ivec2 texel = ivec2(-1, findLSB(left_rows));
+    TexelLine row = windowRow(texel.y);
+    uint open = openTexels(row, texel.y, size, tapped) & ~done, own = 0u;
     vec3 d;
-    ShadowPoint q = tapPoint(p, vec2(first + texel) + 0.5, s, d);
-    lit += tapsInTexel(r, half_texels, texel, d, traverseAll(q, d));
+    vec4 t;
+    [[dont_unroll]] while (texel.x < 0 && open != 0u) {
+      int i = findLSB(open);
+      open &= open - 1u;
+      own = traverseInWindow(row, ivec2(i, texel.y), size, d, t);
+      if (own != 0u) texel.x = i;
+    }
+    done = open == 0u ? 0u : ~open;
+    if (open == 0u) left_rows &= left_rows - 1u;
+    if (texel.x < 0) continue;
+    followOwn(p, first, size, texel, d, own, t);
+    lit += tapsInTexel(r, half_texels, texel, d, t);
   }
   return lit;
 }

@@ -4,9 +4,7 @@
 // own.
 //
 // The blocker search gives the width of the filter, as in rbssm.comp. If the filter's own window turns out to be lit or
-// in shadow, the visibility is known. Each other pixel goes onto one of three lists:
-// * hard: the filter is narrower than HARD_PIXELS on the screen. The pixel is revectorized without a filter
-//   (rbsm.comp).
+// in shadow, the visibility is known. Each other pixel goes onto one of two lists:
 // * kernel: the filter is narrower than KERNEL_TEXELS in the map, and no bar or gap one texel wide is near. Every tap
 //   is revectorized (rbssm.comp).
 // * wide: all others. Texels are tested as they are (pcss.comp). Revectorization cannot improve bars and gaps one texel
@@ -24,31 +22,25 @@
 #include "common/hsm.glsl"
 #include "soft_filter.glsl"
 #include "common/pixel_steps.glsl"
+#include "common/quad_classes.glsl"
 
 layout(constant_id = 1) const int SEARCH_TAPS = 9;         // along each axis
 layout(constant_id = 2) const bool CLASSIFY = true;        // decide windows that are entirely lit or in shadow
 layout(constant_id = 3) const bool NEAREST_BLOCKER = true; // search only as far as the nearest blocker requires
 layout(constant_id = 5) const float LEAST_WIDTH = 1.0;     // of the filter, texels
-layout(constant_id = 6) const float HARD_PIXELS = 0.5;
-layout(constant_id = 7) const float KERNEL_TEXELS = 2.0;
-layout(constant_id = 8) const float THIN_DISTANCE = 16.0;
+layout(constant_id = 6) const float KERNEL_TEXELS = 2.0;
+layout(constant_id = 7) const float THIN_DISTANCE = 16.0;
 
 layout(binding = 6) uniform sampler2D hsm;    // hsm.comp; read if NEAREST_BLOCKER or CLASSIFY
 layout(binding = 7) uniform sampler2D blocks; // depth_bounds.comp; read if CLASSIFY
 layout(binding = 8) writeonly uniform image2D half_widths; // of the listed pixels' filters, texels
-layout(binding = 9, scalar) buffer HardList {
-  uint groups[3];
-  uint count;
-  uint tiles;
-  uint pixels[];
-} hard;
-layout(binding = 10, scalar) buffer KernelList {
+layout(binding = 9, scalar) buffer KernelList {
   uint groups[3];
   uint count;
   uint tiles;
   uint pixels[];
 } kernel;
-layout(binding = 11, scalar) buffer WideList {
+layout(binding = 10, scalar) buffer WideList {
   uint groups[3];
   uint count;
   uint tiles;
@@ -63,23 +55,8 @@ layout(binding = 11, scalar) buffer WideList {
     if (index % 64 == 0 && index / 64 < MAX_TILE_GROUPS) atomicAdd(to.groups[0], 1); \
   }
 
-// Cosines of light angles are clamped to at least this.
-const float GRAZING = 0.05;
 // If false, all texels are tested as they are, and the windows are those of pcss.comp.
-bool isRevectorized() { return HARD_PIXELS > 0.0 || KERNEL_TEXELS > 0.0; }
-
-// Full width of the filter on the receiver's plane, pixels; an upper bound over all directions.
-float widthOnScreen(ivec2 pixel, SoftReceiver r, AreaLight a, vec2 half_texels) {
-  if (a.world == 0.0) return 0.0;
-  Receiver s = receiverAt(pixel);
-  // World units per unit of uv.
-  precise vec2 map_width = a.world / a.uv * (a.depth_scale > 0.0 ? r.z : 1.0);
-  precise vec2 width = 2.0 * half_texels / vec2(view.map_size) * map_width;
-  precise float facing = max(dot(s.normal, towardsLight(s.position, 0)), GRAZING);
-  precise float pixel_width = view.pixel_size.x * abs(s.position.z) + view.pixel_size.y;
-  precise float pixels = max(width.x, width.y) / (facing * pixel_width);
-  return pixels;
-}
+bool isRevectorized() { return KERNEL_TEXELS > 0.0; }
 
 // Tests whether any of the point's texel and its eight neighbours is part of a thin bar or gap: the texels on both
 // sides of it, along either axis, differ from it.
@@ -109,19 +86,28 @@ float blockerDistance(SoftReceiver r, AreaLight a, float z_blocker) {
   return texels;
 }
 
+// Least half-width of search and filter, texels.
+vec2 leastTexels(SoftReceiver r, AreaLight a) {
+  return isRevectorized() ? leastHalfTexels(r, a, LEAST_WIDTH) : vec2(NARROWEST_SEARCH);
+}
+
+// Returns true if the pixel needs no window; its visibility, 0 or 1, is then `v`. `least` is the least half-width (uv) of
+// its search window.
+bool needsNoWindow(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least, out float v) {
+  least = vec2(0.0);
+  if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
+  least = leastTexels(r, a) / vec2(view.map_size);
+  return false;
+}
+
 bool visibilityAt(ivec2 pixel, out float v) {
   AreaLight a = areaLight();
   SoftReceiver r;
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
-  precise vec2 least = isRevectorized() ? leastHalfTexels(r, a, LEAST_WIDTH) : vec2(NARROWEST_SEARCH);
+  if (STEP == LIST) return false;
+  vec2 least = leastTexels(r, a);
   precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
   int found = HSM_PENUMBRA;
-  if (STEP == LIST) {
-    // The margin is the ring around the window, which reveals edges at its border.
-    if (CLASSIFY) found = classify(hsm, blocks, r, search, 1.0);
-    v = float(found);
-    return found != HSM_PENUMBRA;
-  }
   Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, false);
   ShadowPoint p = shadowPoint(r.at, r.map.depth, r.slope, 0.0);
   if (isRevectorized() && b.count == 0) b = neighbouringBlockers(p, a, false);
@@ -135,8 +121,7 @@ bool visibilityAt(ivec2 pixel, out float v) {
   v = float(found);
   if (found != HSM_PENUMBRA) return true;
   imageStore(half_widths, pixel, vec4(half_texels, 0.0, 0.0));
-  if (HARD_PIXELS > 0.0 && widthOnScreen(pixel, r, a, narrow) < HARD_PIXELS) APPEND(hard, pixel)
-  else if (is_kernel) APPEND(kernel, pixel)
+  if (is_kernel) APPEND(kernel, pixel)
   else APPEND(wide, pixel)
   return true;
 }
@@ -149,6 +134,20 @@ void main() {
       visibilityAt(pixel, v);
       imageStore(visibility, pixel, vec4(v));
     }
+    return;
+  }
+  if (CLASSIFY) {
+    // The margin is the ring around the window, which reveals edges at its border.
+    ivec2 corner = quadCorner();
+    AreaLight a = areaLight();
+    Quad q;
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+      ivec2 pixel = quadPixel(corner, i);
+      v = 1.0;
+      bool is_open = all(lessThan(pixel, ivec2(view.size))) && !needsNoWindow(pixel, a, q.r[i], q.least[i], v);
+      q.found[i] = is_open ? HSM_PENUMBRA : int(v);
+    }
+    finishQuad(corner, classifyQuad(hsm, blocks, q, a, NEAREST_BLOCKER, 1.0));
     return;
   }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -12,6 +12,7 @@ mod pcf;
 mod penumbra;
 mod penumbrae;
 mod plot;
+mod prefiltered;
 mod record;
 mod revectorization;
 mod shapes;
@@ -97,7 +98,7 @@ struct All<'a> {
 }
 
 /// All suites, in the order in which they run.
-static SUITES: [&Suite; 14] = [
+static SUITES: [&Suite; 15] = [
     &techniques::TECHNIQUES,
     &techniques::MAP_SIZES,
     &revectorization::SUITE,
@@ -111,6 +112,7 @@ static SUITES: [&Suite; 14] = [
     &motion::SUITE,
     &penumbra::SUITE,
     &soft::SUITE,
+    &prefiltered::SUITE,
     &shapes::SUITE,
 ];
 

@@ -27,6 +27,8 @@ const GOLDEN: &[Golden] = &[
     ("robot", "rbssm", &[]),
     ("jenga", "ssabss", &[]),
     ("knot", "ssrbssm", &[]),
+    ("drum", "vssm", &[]),
+    ("fence", "mssm", &[]),
     ("robot", "shadow-volumes", &[]),
     ("jenga", "sssm", &[]),
     ("jenga", "edsm", &[("border", "3")]),

@@ -346,6 +346,46 @@ pub(super) fn rod(a: DVec3, b: DVec3, radius: f64, sides: usize) -> MeshBuilder 
     tube(&[a, b], |_| radius, sides)
 }
 
+/// A box of the full size `x`, `y`, `z` around the origin with sharp edges.
+pub(super) fn sharp_box(x: f64, y: f64, z: f64) -> MeshBuilder {
+    let (w, h) = (0.5 * x, 0.5 * y);
+    plate(&[dvec2(-w, -h), dvec2(w, -h), dvec2(w, h), dvec2(-w, h)], z, 0.0)
+}
+
+/// A straight bar from `a` to `b` with sharp edges, `width` across and `height` as upright as its direction allows.
+pub(super) fn beam(a: DVec3, b: DVec3, width: f64, height: f64) -> MeshBuilder {
+    let along = (b - a).normalize();
+    let side = if along.y.abs() < 0.999 { DVec3::Y.cross(along).normalize() } else { DVec3::X };
+    let frame = DMat3::from_cols(side, along.cross(side), along);
+    let place = DAffine3 { matrix3: frame, translation: 0.5 * (a + b) };
+    sharp_box(width, height, (b - a).length()).moved(place)
+}
+
+/// A closed piece of ground: [`surface`] on top, upright sides, and a flat underside at the height `base`.
+pub(super) fn ground(nu: usize, nv: usize, base: f64, point: impl Fn(f64, f64) -> DVec3) -> MeshBuilder {
+    let mut out = surface(nu, nv, point);
+    let row = nu + 1;
+    let corner = |i: usize, j: usize| j * row + i;
+    // Once around the border, counter-clockwise as seen from above.
+    let mut border: Vec<usize> = (0..nu).map(|i| corner(i, 0)).collect();
+    border.extend((0..nv).map(|j| corner(nu, j)));
+    border.extend((0..nu).map(|i| corner(nu - i, nv)));
+    border.extend((0..nv).map(|j| corner(0, nv - j)));
+    let top: Vec<DVec3> = border.iter().map(|&i| out.positions[i]).collect();
+    let foot = |p: DVec3| dvec3(p.x, base, p.z);
+    let middle = foot(top.iter().sum::<DVec3>() / top.len() as f64);
+    let center = out.vertex(middle, DVec3::NEG_Y, DVec2::ZERO);
+    for (i, &a) in top.iter().enumerate() {
+        let b = top[(i + 1) % top.len()];
+        let normal = (foot(b) - foot(a)).cross(DVec3::Y).normalize();
+        let side = [foot(a), foot(b), b, a].map(|p| out.vertex(p, normal, DVec2::ZERO));
+        out.quad(side[0], side[1], side[2], side[3]);
+        let under = [foot(b), foot(a)].map(|p| out.vertex(p, DVec3::NEG_Y, DVec2::ZERO));
+        out.triangle(center, under[0], under[1]);
+    }
+    out
+}
+
 type Frame = (DVec3, DVec3);
 
 fn carry(frame: Frame, from: DVec3, to: DVec3) -> Frame {
@@ -540,6 +580,9 @@ mod tests {
             ("sphere", sphere(1.0, 128, 64), 4.0 / 3.0 * PI),
             ("torus", torus(2.0, 0.5, 128, 64), 2.0 * PI * PI * 2.0 * 0.25),
             ("rod", rod(DVec3::ZERO, dvec3(1.0, 2.0, 2.0), 0.1, 64), 3.0 * 0.01 * PI),
+            ("beam", beam(dvec3(1.0, 0.0, 2.0), dvec3(2.0, 2.0, 4.0), 0.2, 0.5), 0.3),
+            ("upright beam", beam(DVec3::ZERO, DVec3::Y, 0.2, 0.5), 0.1),
+            ("ground", ground(8, 8, -1.0, |u, v| dvec3(2.0 * u, 0.5 * u * v, -3.0 * v)), 6.75),
             ("plate", plate(&square, 0.5, 0.001), 2.0),
             ("gate", plate(&gate, 1.0, 0.001), 12.0 - 0.5 * PI),
             (

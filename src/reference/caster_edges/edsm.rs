@@ -6,13 +6,13 @@ use crate::Result;
 use crate::reference::common::map_receiver::{MapReceiver, receive};
 use crate::reference::common::rbsm_receiver::{ReceiverSettings, Tests};
 use crate::reference::common::view::{Decision, FrameData, Mirror, View};
-use crate::technique::caster_edges::edsm::{BorderKernel, DistanceConfig};
+use crate::technique::caster_edges::edsm::{BorderKernel, DistanceConfig, Priority};
 use glam::{DVec2, dvec2};
 
 /// Values that an edge writes at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeDistance {
-    /// Distance from the edge's line, texels; positive on the occluder's side.
+    /// Distance from the edge's line, positive on the occluder's side; in texels, or as printed in edge lengths.
     pub distance: f64,
     /// Priority; the edge with the smallest one is kept.
     pub priority: f64,
@@ -20,20 +20,26 @@ pub struct EdgeDistance {
     pub along: f64,
 }
 
-/// Returns the values of edge `e` at `p`, for a quad with this half width in texels.
-pub fn edge_distance(e: &Segment, p: DVec2, half_width: f64, cosine: bool) -> EdgeDistance {
+/// Returns the values of edge `e` at `p`.
+pub fn edge_distance(e: &Segment, p: DVec2, config: &DistanceConfig) -> EdgeDistance {
+    let half_width = f64::from(config.half_width);
     let (d, away) = (e.along(), p - e.ends[0]);
     let length = d.length();
     let t = away.dot(d) / (length * length);
-    let distance = e.line_distance(p);
+    let off = e.line_distance(p);
+    let distance = if config.printed { (off / length).clamp(-6e4, 6e4) } else { off };
     let beyond = !(0.0..=1.0).contains(&t);
     let from_corner = if t <= 0.0 { away } else { p - e.ends[1] };
-    let priority = if cosine {
-        let corner = if beyond { from_corner.dot(d).abs() / (from_corner.length() * length) } else { 0.0 };
-        0.9999 * (distance.abs() / half_width).max(corner).min(1.0)
-    } else {
-        let off = if beyond { from_corner.length() } else { distance.abs() };
-        (off - 1e-4 * distance.abs()) / (1.4143 * half_width)
+    let priority = match config.priority {
+        Priority::Segment => {
+            let near = if beyond { from_corner.length() } else { off.abs() };
+            (near - 1e-4 * off.abs()) / (1.4143 * half_width)
+        }
+        Priority::Cosine => {
+            let corner = if beyond { from_corner.dot(d).abs() / (from_corner.length() * length) } else { 0.0 };
+            0.9999 * (off.abs() / half_width).max(corner).min(1.0)
+        }
+        Priority::Printed => distance.abs() / (1.0 + distance.abs()),
     };
     EdgeDistance { distance, priority, along: t.clamp(0.0, 1.0) }
 }
@@ -42,6 +48,10 @@ pub fn edge_distance(e: &Segment, p: DVec2, half_width: f64, cosine: bool) -> Ed
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
     what: EdgeDistance,
+    /// A texel in the units of the distance.
+    texel: f64,
+    /// Largest error of the priority.
+    slack: f64,
     /// `true` if neither rasterisation nor the hidden-edge test can change whether the edge counts.
     sure: bool,
 }
@@ -74,7 +84,7 @@ pub fn candidates(
                 if inside < -SNAPPING {
                     continue;
                 }
-                let what = edge_distance(e, p, r, config.cosine);
+                let what = edge_distance(e, p, config);
                 let foot = e.ends[0].lerp(e.ends[1], what.along);
                 let hidden = if config.kill {
                     e.is_hidden(shadow_map, map_size, foot, e.depth(what.along))
@@ -83,7 +93,14 @@ pub fn candidates(
                 };
                 if hidden != Decision::Yes {
                     let sure = inside > SNAPPING && hidden == Decision::No;
-                    texels[(y * w + x) as usize].push(Candidate { what, sure });
+                    let texel = if config.printed { 1.0 / e.along().length() } else { 1.0 };
+                    // At a corner the cosine changes quickly.
+                    let slack = match config.priority {
+                        Priority::Segment => PLACE_ERROR,
+                        Priority::Cosine => 1e-2,
+                        Priority::Printed => PLACE_ERROR * texel / (1.0 + what.distance.abs()),
+                    };
+                    texels[(y * w + x) as usize].push(Candidate { what, texel, slack, sure });
                 }
             }
         }
@@ -92,18 +109,16 @@ pub fn candidates(
 }
 
 /// Returns whether a texel may hold the distance `value`.
-pub fn explains(candidates: &[Candidate], value: f32, config: &DistanceConfig) -> bool {
-    let best = candidates.iter().filter(|c| c.sure).map(|c| c.what.priority).fold(f64::INFINITY, f64::min);
+pub fn explains(candidates: &[Candidate], value: f32) -> bool {
+    let best = candidates.iter().filter(|c| c.sure).map(|c| c.what.priority + c.slack).fold(f64::INFINITY, f64::min);
     if value == 0.0 && best == f64::INFINITY {
         return true;
     }
-    // A priority is a distance divided by a few texels; at a corner the cosine changes quickly.
-    let slack = if config.cosine { 2e-2 } else { 2.0 * PLACE_ERROR };
     let near = |c: &Candidate| {
         // The map has half precision. The line has single precision, and a short edge's line turns with its ends.
-        (c.what.distance - f64::from(value)).abs() <= 2e-3 * (1.0 + c.what.distance.abs())
+        (c.what.distance - f64::from(value)).abs() <= 2e-3 * (c.texel + c.what.distance.abs())
     };
-    candidates.iter().any(|c| c.what.priority <= best + slack && near(c))
+    candidates.iter().any(|c| c.what.priority - c.slack <= best && near(c))
 }
 
 /// Returns the visibility across a soft border; `x` is the distance in half widths, positive in shadow.
@@ -137,7 +152,18 @@ fn differs_beyond(
     lit([beyond.x.floor() as i64, beyond.y.floor() as i64]) != verdict
 }
 
-/// Computes the visibility of every pixel from the GPU's own map of distances. `width` is the border's width, texels.
+/// Settings of the lookup.
+#[derive(Clone, Copy, Debug)]
+pub struct Lookup {
+    /// Width of soft borders, texels; 0: hard.
+    pub border: f64,
+    /// Profile of a soft border.
+    pub kernel: BorderKernel,
+    /// True to weigh the four distances in steps of 1/256.
+    pub eight_bits: bool,
+}
+
+/// Computes the visibility of every pixel from the GPU's own map of distances.
 ///
 /// # Errors
 /// Fails if the images do not fit the constants.
@@ -145,8 +171,7 @@ pub fn visibility(
     data: &FrameData<'_>,
     settings: &ReceiverSettings,
     distances: &[f32],
-    width: f64,
-    kernel: BorderKernel,
+    lookup: Lookup,
 ) -> Result<Mirror> {
     let view = View::new(data)?;
     let [w, h] = view.map_size.map(|n| n as i64);
@@ -154,7 +179,7 @@ pub fn visibility(
         let inside = (0..w).contains(&x) && (0..h).contains(&y);
         if inside { f64::from(distances[(y * w + x) as usize]) } else { 0.0 }
     };
-    let half = 0.5 * width;
+    let half = 0.5 * lookup.border;
     let look_up = |place: DVec2, lit: &dyn Fn([i64; 2]) -> bool| {
         let first = (place - 0.5).floor();
         let q = place - 0.5 - first;
@@ -175,14 +200,15 @@ pub fn visibility(
             }
         }
         let mix = |a: f64, b: f64, t: f64| a * (1.0 - t) + b * t;
-        let d = mix(mix(four[0], four[1], q.x), mix(four[2], four[3], q.x), q.y);
+        let weight = if lookup.eight_bits { (256.0 * q).round() / 256.0 } else { q };
+        let d = mix(mix(four[0], four[1], weight.x), mix(four[2], four[3], weight.x), weight.y);
         match (half > 0.0, all) {
             (false, true) => value(tests[0]),
             (false, false) => value(d <= 0.0),
             (true, true) if tests[0] == (d > 0.0) || !differs_beyond(four, q, d, place, tests[0], lit) => {
                 value(tests[0])
             }
-            (true, _) => border(d / half, kernel),
+            (true, _) => border(d / half, lookup.kernel),
         }
     };
     Ok(Mirror::collect(view.every_pixel(|p| match receive(&view, p, settings.normal_offset, settings.depth_bias) {
@@ -195,14 +221,21 @@ pub fn visibility(
 mod tests {
     use super::*;
 
+    const MAP: DistanceConfig =
+        DistanceConfig { printed: false, priority: Priority::Segment, kill: true, half_width: 1.5 };
+
     #[test]
     fn distances_are_in_texels_and_signed() {
         let e = Segment { ends: [dvec2(2.0, 2.0), dvec2(5.0, 6.0)], depths: [0.1; 2], own: [true; 2], third: None };
         // A 3-4-5 triangle: the point lies one texel to the right of the edge's direction (y down).
         let p = dvec2(2.0, 2.0) + 0.5 * dvec2(3.0, 4.0) + dvec2(-0.8, 0.6);
-        let r = edge_distance(&e, p, 1.5, false);
+        let r = edge_distance(&e, p, &MAP);
         assert!((r.distance - 1.0).abs() < 1e-12 && (r.along - 0.5).abs() < 1e-12, "{r:?}");
-        assert!(edge_distance(&e, p + dvec2(1.6, -1.2), 1.5, true).distance < 0.0);
+        assert!(edge_distance(&e, p + dvec2(1.6, -1.2), &MAP).distance < 0.0);
+        // The edge is 5 texels long. As printed, its distance is that share of its length.
+        let printed = DistanceConfig { printed: true, priority: Priority::Printed, ..MAP };
+        let r = edge_distance(&e, p, &printed);
+        assert!((r.distance - 0.2).abs() < 1e-12 && (r.priority - 0.2 / 1.2).abs() < 1e-12, "{r:?}");
     }
 
     /// Beyond a shared end, two edges are equally near. The edge whose line is farther away is right: a point outside
@@ -214,7 +247,7 @@ mod tests {
         let upper = Segment { ends: [dvec2(0.0, 9.0), tip], depths: [0.1; 2], own: [true; 2], third: None };
         let lower = Segment { ends: [tip, dvec2(0.0, 11.0)], depths: [0.1; 2], own: [true; 2], third: None };
         for p in [dvec2(10.8, 10.3), dvec2(10.5, 9.6), dvec2(10.9, 10.01)] {
-            let found = [&upper, &lower].map(|e| edge_distance(e, p, 1.5, false));
+            let found = [&upper, &lower].map(|e| edge_distance(e, p, &MAP));
             let nearest = if found[0].priority < found[1].priority { found[0] } else { found[1] };
             assert!(nearest.distance < 0.0, "{p}: {found:?}");
             assert!(

@@ -3,6 +3,9 @@
 //! Positions, widths and distances carry a bound on what rounding may have changed in them. If a tap's position or
 //! test is in doubt, it may or may not have found a blocker. Then the mean distance lies in an interval, and so does
 //! the width of the filter.
+//!
+//! `quad_classes.glsl` decides four pixels by one window around theirs. `SoftReceiver::classify_texels` tells which of
+//! its decisions are right.
 
 use super::area_light::AreaLight;
 use super::depth_bounds;
@@ -22,6 +25,15 @@ pub enum Class {
     Lit,
     /// Undecided.
     Penumbra,
+}
+
+/// Way to classify a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClassBy {
+    /// Depth bounds of the map under the window, as the shaders do.
+    Bounds,
+    /// Tests of all texels in the window.
+    Texels,
 }
 
 /// Class of a pixel, with the other classes that rounding may lead to.
@@ -259,6 +271,29 @@ impl SoftReceiver {
             let Some(ranges) = self.ranges(texels(view, *window), margin) else { return Classified::OPEN };
             for range in ranges {
                 let class = self.classify_range(view, map, range);
+                found = Some(found.map_or(class, |f| f.or(class)));
+            }
+        }
+        found.unwrap_or(Classified::OPEN)
+    }
+
+    /// Classifies by the tests of all texels in the windows: the class that no bounds can improve.
+    pub fn classify_texels(&self, view: &View<'_>, windows: &[Bounded<DVec2>], margin: f64) -> Classified {
+        let mut found: Option<Classified> = None;
+        for window in windows {
+            let Some(ranges) = self.ranges(texels(view, *window), margin) else { return Classified::OPEN };
+            for [first, last] in ranges {
+                let (mut lit, mut dark) = (Decision::Yes, Decision::Yes);
+                for y in first[1]..=last[1] {
+                    for x in first[0]..=last[0] {
+                        let test = self.test(view, [x, y]);
+                        (lit, dark) = (lit.and(test), dark.and(test.opposite()));
+                    }
+                    if (lit, dark) == (Decision::No, Decision::No) {
+                        break;
+                    }
+                }
+                let class = Classified::first_of([(lit, Class::Lit), (dark, Class::Umbra)]);
                 found = Some(found.map_or(class, |f| f.or(class)));
             }
         }

@@ -4,7 +4,7 @@ use super::soft_filter;
 use crate::Result;
 use crate::reference::common::area_light::AreaLight;
 use crate::reference::common::blockers::{self, Bounded, SoftReceiver};
-pub use crate::reference::common::blockers::{Class, Classified, MapClasses, SearchForm};
+pub use crate::reference::common::blockers::{Class, ClassBy, Classified, MapClasses, SearchForm};
 use crate::reference::common::hsm::Hsm;
 use crate::reference::common::map_receiver::{MapReceiver, receive};
 use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Verdict, View};
@@ -61,11 +61,12 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     Ok(Mirror::collect(pixels))
 }
 
-/// Returns the class of every pixel by the map's depth bounds.
+/// Returns the class of every pixel by its own window. The shader looks at one window for 2 x 2 pixels: it may leave pixels
+/// open that the bounds under their own windows decide, or decide some by the slopes of coarser blocks.
 ///
 /// # Errors
 /// Fails if the images do not fit the constants.
-pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> Result<Vec<Classified>> {
+pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses, by: ClassBy) -> Result<Vec<Classified>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
     let hsm = (settings.window == SearchWindow::Blockers).then_some(&map.hsm);
@@ -78,7 +79,10 @@ pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> R
                 Some(windows) if !open.is_doubtful() => {
                     let windows: Vec<_> =
                         windows.into_iter().map(|w| Bounded { value: w.value.max(least), ..w }).collect();
-                    r.classify(&view, map, &windows, 0.5)
+                    match by {
+                        ClassBy::Bounds => r.classify(&view, map, &windows, 0.5),
+                        ClassBy::Texels => r.classify_texels(&view, &windows, 0.5),
+                    }
                 }
                 _ => Classified::OPEN,
             }

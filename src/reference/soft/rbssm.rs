@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::reference::common::area_light::AreaLight;
 use crate::reference::common::blockers::{self, Bounded, SoftReceiver, floors};
-pub use crate::reference::common::blockers::{Class, Classified, MapClasses, SearchForm};
+pub use crate::reference::common::blockers::{Class, ClassBy, Classified, MapClasses, SearchForm};
 use crate::reference::common::hsm::Hsm;
 use crate::reference::common::map_receiver::{MapReceiver, OpenReceiver, receive};
 use crate::reference::common::rbsm_receiver::{PLACE_ROUNDING, Tests};
@@ -77,11 +77,12 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
     Ok(Mirror::collect(pixels))
 }
 
-/// Returns the class of every pixel by the map's depth bounds.
+/// Returns the class of every pixel by its own window. The shader looks at one window for 2 x 2 pixels: it may leave pixels
+/// open that the bounds under their own windows decide, or decide some by the slopes of coarser blocks.
 ///
 /// # Errors
 /// Fails if the images do not fit the constants.
-pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> Result<Vec<Classified>> {
+pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses, by: ClassBy) -> Result<Vec<Classified>> {
     let view = View::new(data)?;
     let light = AreaLight::of(data.constants, 0);
     let hsm = (settings.window == SearchWindow::Blockers).then_some(&map.hsm);
@@ -93,7 +94,10 @@ pub fn classes(data: &FrameData<'_>, settings: &Settings, map: &MapClasses) -> R
                 Some(windows) if !open.is_doubtful() => {
                     let windows: Vec<_> = windows.into_iter().map(|w| pixel.at_least(w)).collect();
                     // Includes the ring of texels around the window, which discontinuities depend on.
-                    pixel.soft.classify(&view, map, &windows, 1.0)
+                    match by {
+                        ClassBy::Bounds => pixel.soft.classify(&view, map, &windows, 1.0),
+                        ClassBy::Texels => pixel.soft.classify_texels(&view, &windows, 1.0),
+                    }
                 }
                 _ => Classified::OPEN,
             }

@@ -9,14 +9,11 @@ use crate::reference::common::area_light::AreaLight;
 use crate::reference::common::blockers::{self, Bounded};
 use crate::reference::common::hsm::Hsm;
 use crate::reference::common::map_receiver::{MapReceiver, receive};
-use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Receiver, Verdict, View};
-use crate::reference::revectorization::rbsm;
+use crate::reference::common::view::{Decision, FrameData, Mirror, ROUNDING, Verdict, View};
 use glam::DVec2;
 
 /// `NARROWEST_SEARCH` of the shader, texels.
 const NARROWEST: f64 = 1.0;
-/// `GRAZING` of the shader.
-const GRAZING: f64 = 0.05;
 
 /// Settings of the technique.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +22,6 @@ pub struct Settings {
     pub kernel: rbssm::Settings,
     /// Number of taps per axis of the filter of wide penumbrae.
     pub filter_taps: u32,
-    /// Width on the screen, pixels, below which the filter is skipped and shadows are hard.
-    pub hard_pixels: f32,
     /// Width in the map, texels, below which the filter averages revectorized visibility.
     pub kernel_texels: f32,
     /// Distance from the receiver, in texel widths, above which revectorized visibility is not used beside bars and
@@ -36,7 +31,7 @@ pub struct Settings {
 
 impl Settings {
     fn is_revectorized(&self) -> bool {
-        self.hard_pixels > 0.0 || self.kernel_texels > 0.0
+        self.kernel_texels > 0.0
     }
 
     fn wide(&self) -> pcss::Settings {
@@ -66,9 +61,8 @@ pub fn visibility(data: &FrameData<'_>, settings: &Settings) -> Result<Mirror> {
             MapReceiver::Decided(verdict) => return verdict,
             MapReceiver::Open(open) => open,
         };
-        let Some(receiver) = view.receiver(p) else { return Verdict::ANYTHING };
         let narrow = rbssm::Pixel::new(&view, &light, &open, &settings.kernel);
-        let pixel = Pixel { view: &view, light: &light, settings, receiver, texel_depth: open.texel_depth, narrow };
+        let pixel = Pixel { view: &view, light: &light, settings, texel_depth: open.texel_depth, narrow };
         let Some(windows) = pixel.narrow.soft.search_windows(&light, &view, hsm.as_ref(), 1.0) else {
             return open.with_doubts(Verdict::ANYTHING);
         };
@@ -82,7 +76,6 @@ struct Pixel<'a> {
     view: &'a View<'a>,
     light: &'a AreaLight,
     settings: &'a Settings,
-    receiver: Receiver,
     /// Change of depth over a texel's world size.
     texel_depth: f64,
     narrow: rbssm::Pixel<'a>,
@@ -146,10 +139,7 @@ impl Pixel<'_> {
             pcss::filter_for(self.view, self.light, &self.narrow.soft, window, (z, range), &settings)
         };
         let kernel = || self.narrow.filter_for(window, z, range);
-        // The pass for hard shadows treats everything outside the map as lit.
-        let tests = self.narrow.tests.clone().with_map_going_on(false);
-        let hard = || rbsm::look_up(&tests, &self.settings.kernel.hard());
-        either(self.is_hard(width), hard, || either(self.is_kernel(width, z_any), kernel, wide))
+        either(self.is_kernel(width, z_any), kernel, wide)
     }
 
     fn is_kernel(&self, half: Bounded<DVec2>, z_blocker: Bounded<f64>) -> Decision {
@@ -204,29 +194,5 @@ impl Pixel<'_> {
             [first, ..] => first,
             [] => Decision::Doubtful(true),
         }
-    }
-
-    /// Decides by `widthOnScreen` whether the shadow is hard.
-    fn is_hard(&self, half: Bounded<DVec2>) -> Decision {
-        let (light, r, z) = (self.light, &self.receiver, self.narrow.soft.z);
-        let most = f64::from(self.settings.hard_pixels);
-        if most == 0.0 {
-            return Decision::No;
-        }
-        if light.world == 0.0 {
-            return Decision::Yes;
-        }
-        let (towards, towards_error) = self.view.towards_light(r.position, r.position_error);
-        let facing = r.normal.dot(towards);
-        let (pixel, pixel_error) = self.view.pixel_width(r.position, r.position_error);
-        let map_width = light.world / light.uv / self.view.map_extent();
-        // All errors go in one direction.
-        let pixels = |sign: f64| {
-            let z = if light.depth_scale > 0.0 { z.value + sign * z.error } else { 1.0 };
-            let facing = (facing - sign * (r.normal_error + towards_error)).max(GRAZING);
-            let width = 2.0 * (half.value + sign * half.error) * map_width * z;
-            width.max_element() / (facing * (pixel - sign * pixel_error)) * (1.0 + sign * 8.0 * ROUNDING)
-        };
-        Decision::positive(most - pixels(0.0), (pixels(1.0) - pixels(0.0)).max(pixels(0.0) - pixels(-1.0)))
     }
 }

@@ -94,9 +94,9 @@ pub(super) struct MapLookup {
 }
 
 impl MapLookup {
-    /// Makes the pipeline. This pass does not use `FIXED` of `glsl/common/rbsm_receiver.glsl`.
-    pub(super) fn new(context: &Context, held: Held, constants: &[Constant]) -> Result<Self> {
-        let constants = &[&[("FIXED", 0)], constants].concat();
+    /// Makes the pipeline. With `fixed`, all texels are compared with the point's own depth instead of its plane.
+    pub(super) fn new(context: &Context, held: Held, fixed: bool, constants: &[Constant]) -> Result<Self> {
+        let constants = &[&[("FIXED", fixed.into())], constants].concat();
         let pipeline = match held {
             Held::Distances => context.pipeline::<DistanceBindings, RbsmPush>("caster_edges/edsm.comp", constants)?,
             Held::Points => context.pipeline::<PointBindings, RbsmPush>("caster_edges/sssm.comp", constants)?,

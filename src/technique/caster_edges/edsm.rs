@@ -7,8 +7,9 @@ use crate::casters::Casters;
 use crate::frame::{Bound, RasterPass, Target};
 use crate::gpu::{DepthState, Image, ImageDesc, RasterPipeline, RasterState, shader_struct};
 use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK};
+use crate::technique::common::receiver::{self, RECEIVER};
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
-use crate::{Bind, Context, Frame, Inputs, Need, Result};
+use crate::{Bind, Context, Error, Frame, Inputs, Need, Result};
 use ash::vk;
 use std::sync::Arc;
 
@@ -20,12 +21,25 @@ pub const INFO: Info = Info {
     summary: "Where the tests of a shadow map's texels differ, the distance to the casters' edges decides; borders can be soft.",
     params: &[
         Param::choice(
-            "priority",
-            &["segment", "cosine"],
+            "distance",
+            &["texels", "printed"],
             0,
-            "edge that a texel keeps out of several: the nearest, or the one that wins by the cosine at the corner (two readings of eq. 3.8)",
+            "what the map stores: signed distances from the edges' lines, or eq. 3.3 as printed, which divides them by the edges' lengths",
+        ),
+        Param::choice(
+            "priority",
+            &["segment", "cosine", "printed"],
+            0,
+            "edge that a texel keeps out of several: the nearest, or the one that wins by the cosine at the corner (two readings of eq. 3.8), or the one whose line is nearest (eq. 3.8 as printed)",
         ),
         KILL,
+        Param::choice(
+            "interpolation",
+            &["float", "8-bit"],
+            0,
+            "weights of the four distances around a point: in single precision, or in steps of 1/256 as texture units have them",
+        ),
+        RECEIVER,
         Param::float("border", 0.0, 16.0, 0.0, "texels", "width of the shadow's border; 0 = hard"),
         Param::choice(
             "kernel",
@@ -37,7 +51,13 @@ pub const INFO: Info = Info {
         DEPTH_BIAS,
         SLACK,
     ],
-    published: &[],
+    published: &[
+        ("distance", "printed"),
+        ("priority", "printed"),
+        ("interpolation", "8-bit"),
+        ("receiver", "fixed"),
+        ("depth_bias", "1.5"),
+    ],
     needs: &[Need::Casters, Need::DynamicRendering],
     kind: Kind::RealTime(prepare),
 };
@@ -54,12 +74,25 @@ pub(super) fn border_kernel(params: &Params) -> BorderKernel {
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let (border, kernel) = (p.float("border"), border_kernel(p));
+    let printed = p.word("distance") == "printed";
+    if printed && border > 0.0 {
+        let problem =
+            "edsm: border is a width in texels, which distance=printed does not store: set border=0 or distance=texels";
+        return Err(Error::Parameter(problem.into()));
+    }
     // All four corners of a cell that the border reaches must know the edge. They lie up to a cell's diagonal beyond
     // the border.
     let half_width = 0.5 * border + 1.5;
-    let config = DistanceConfig { cosine: p.word("priority") == "cosine", kill: p.on("kill"), half_width };
+    let priority = match p.word("priority") {
+        "segment" => Priority::Segment,
+        "cosine" => Priority::Cosine,
+        _ => Priority::Printed,
+    };
+    let config = DistanceConfig { printed, priority, kill: p.on("kill"), half_width };
+    let settings =
+        LookupSettings { border, kernel, eight_bits: p.word("interpolation") == "8-bit", fixed: receiver::is_fixed(p) };
     let distances = EdgeDistances::new(context, INFO.id, setup.casters(INFO.id)?, setup.map_size, config)?;
-    let lookup = |picture| lookup(context, picture, border, kernel);
+    let lookup = |picture| lookup(context, picture, settings);
     edge_lookup::prepare(context, setup, Box::new(distances), lookup)
 }
 
@@ -71,11 +104,24 @@ shader_struct! {
     }
 }
 
+/// How a texel of the map chooses among several edges (eq. 3.8).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Priority {
+    /// By the distance from the edge itself.
+    Segment,
+    /// By the distance from the edge's line; beyond an end also by the cosine at the corner.
+    Cosine,
+    /// By the stored distance alone. Read literally, the two cases of eq. 3.8 are the same.
+    Printed,
+}
+
 /// Settings of a map of distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceConfig {
-    /// True to choose among several edges by the cosine at the corner instead of by the distance.
-    pub cosine: bool,
+    /// True to store eq. 3.3 as printed: distances in texels, divided by the length of the edge in texels.
+    pub printed: bool,
+    /// How a texel chooses among several edges.
+    pub priority: Priority,
     /// True to leave out edges that the light does not see.
     pub kill: bool,
     /// Largest distance from an edge that the map stores, in texels; above 0.
@@ -113,7 +159,11 @@ impl EdgeDistances {
                 fragment: Some("caster_edges/edsm.frag"),
                 colors: &[format],
                 depth: Some(DepthState::new(depth, vk::CompareOp::LESS)),
-                constants: &[("COSINE", config.cosine.into()), ("KILL", config.kill.into())],
+                constants: &[
+                    ("PRINTED", config.printed.into()),
+                    ("PRIORITY", config.priority as u32),
+                    ("KILL", config.kill.into()),
+                ],
                 ..RasterState::default()
             })?,
             distances: target("edge distances", format)?,
@@ -152,8 +202,8 @@ impl EdgeDistances {
         })
     }
 
-    /// Signed distance in texels from each texel's centre to the edge that the texel keeps, positive on the occluder's
-    /// side; 0 if no edge is near.
+    /// Signed distance from each texel's centre to the line of the edge that the texel keeps, positive on the occluder's
+    /// side; 0 if no edge is near. In texels, or with [`DistanceConfig::printed`] in edge lengths.
     pub fn distances(&self) -> &Image {
         &self.distances
     }
@@ -198,9 +248,25 @@ pub enum BorderKernel {
     Disc,
 }
 
-/// Makes the lookup of the visibility, or with `picture` of a picture of the distances over the visibility. `border` is
-/// the width of soft borders in texels; 0 makes them hard.
-pub(super) fn lookup(context: &Context, picture: bool, border: f32, kernel: BorderKernel) -> Result<MapLookup> {
-    let constants = [("PICTURE", picture.into()), ("BORDER_BITS", (0.5 * border).to_bits()), ("KERNEL", kernel as u32)];
-    MapLookup::new(context, Held::Distances, &constants)
+/// Settings of the lookup.
+#[derive(Clone, Copy)]
+pub(super) struct LookupSettings {
+    /// Width of soft borders, texels; 0 makes them hard.
+    pub border: f32,
+    pub kernel: BorderKernel,
+    /// True to weigh the four distances in steps of 1/256.
+    pub eight_bits: bool,
+    /// True to compare all texels with the point's own depth.
+    pub fixed: bool,
+}
+
+/// Makes the lookup of the visibility, or with `picture` of a picture of the distances over the visibility.
+pub(super) fn lookup(context: &Context, picture: bool, settings: LookupSettings) -> Result<MapLookup> {
+    let constants = [
+        ("PICTURE", picture.into()),
+        ("BORDER_BITS", (0.5 * settings.border).to_bits()),
+        ("KERNEL", settings.kernel as u32),
+        ("EIGHT_BITS", settings.eight_bits.into()),
+    ];
+    MapLookup::new(context, Held::Distances, settings.fixed, &constants)
 }

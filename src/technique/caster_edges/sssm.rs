@@ -231,5 +231,5 @@ impl HeldMap for SilhouettePoints {
 
 /// Makes the lookup of the visibility, or with `picture` of a picture of the points over the visibility.
 pub(super) fn lookup(context: &Context, picture: bool) -> Result<MapLookup> {
-    MapLookup::new(context, Held::Points, &[("PICTURE", picture.into())])
+    MapLookup::new(context, Held::Points, false, &[("PICTURE", picture.into())])
 }

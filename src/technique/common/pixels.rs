@@ -37,6 +37,8 @@ pub struct PixelPass {
     listed: Option<Arc<ComputePipeline>>,
     list: Buffer,
     tiles_total: u32,
+    /// A thread of the dispatch that lists works on 2 x 2 pixels.
+    by_quads: bool,
 }
 
 /// Pixels that one pass lists for another: `PixelList` of `glsl/common/pixel_steps.glsl`, 4 bytes per pixel.
@@ -124,7 +126,13 @@ impl PixelPass {
         };
         // Without a list, the shader's binding still needs a buffer.
         let list = indirect_list(context.device(), name, HEADER, if listed { entries } else { 0 })?;
-        Ok(Self { pixels, listed: edges, list, tiles_total: tiles(extent) })
+        Ok(Self { pixels, listed: edges, list, tiles_total: tiles(extent), by_quads: false })
+    }
+
+    /// Gives each thread of the dispatch that lists 2 x 2 pixels, for shaders that decide these together
+    /// (`glsl/common/quad_classes.glsl`). A dispatch without a list keeps one thread for each pixel.
+    pub(crate) fn by_quads(self) -> Self {
+        Self { by_quads: true, ..self }
     }
 
     /// Bytes of device memory that the list holds.
@@ -157,9 +165,12 @@ impl PixelPass {
         push: &[u8],
         output: &Image,
     ) -> Result<()> {
-        let [width, height] = output.extent();
+        let [mut width, mut height] = output.extent();
         if self.listed.is_some() {
             clear(frame, &self.list);
+            if self.by_quads {
+                [width, height] = [width.div_ceil(2), height.div_ceil(2)];
+            }
         }
         let threads = Threads::Count([width, height, 1]);
         frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads })

@@ -86,7 +86,7 @@ impl<P: ShaderStruct> Classified<P> {
         push: P,
         pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
     ) -> Result<Self> {
-        let pass = PixelPass::new(context, &format!("{id} pixels"), setup.extent, listed, pipeline)?;
+        let pass = PixelPass::new(context, &format!("{id} pixels"), setup.extent, listed, pipeline)?.by_quads();
         Ok(Self {
             names: [format!("{id} classes"), format!("{id} classify"), id.into()],
             classes: MapClasses::new(context, setup.map_size, window, listed)?,

@@ -2,14 +2,13 @@
 
 use super::classified::{MapClasses, MeasuredFilter, SearchBindings};
 use super::pcss::{self, PcssConfig};
-use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, RbssmVisibility, VISIBILITY};
+use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, VISIBILITY};
 use crate::gpu::{Buffer, Image, ImageDesc, bindings};
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::{SEARCH, SEARCH_TAPS, SearchWindow};
 use crate::technique::common::pixels::{PixelList, PixelPass, no_list};
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::receiver::{self, ReceiverPush};
-use crate::technique::revectorization::rbsm_pass::{RbsmConfig, RbsmOfList, Revectorization};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Result};
@@ -20,7 +19,7 @@ pub const INFO: Info = Info {
     id: "soft-auto",
     title: "Hybrid of soft shadows",
     paper: "this project; named as future work by Macedo, Apolinário, Agüero 2019",
-    summary: "One blocker search, then what each penumbra is worth: hard edges, revectorized visibility under every tap, or percentage-closer filtering.",
+    summary: "One blocker search, then what each penumbra is worth: revectorized visibility under every tap, or percentage-closer filtering.",
     params: &[
         SEARCH_TAPS,
         Param::odd(
@@ -41,14 +40,6 @@ pub const INFO: Info = Info {
         ),
         SEARCH,
         Param::float(
-            "hard_pixels",
-            0.0,
-            64.0,
-            0.5,
-            "pixels",
-            "penumbrae that are narrower on the screen are hard edges; 0 = none",
-        ),
-        Param::float(
             "kernel_texels",
             0.0,
             1e6,
@@ -67,7 +58,7 @@ pub const INFO: Info = Info {
         VISIBILITY,
         LEAST_WIDTH,
         MAX_DISTANCE,
-        NORMAL_OFFSET,
+        Param { default: 0.3, ..NORMAL_OFFSET },
         DEPTH_BIAS,
         Param::choice(
             "skip",
@@ -82,15 +73,14 @@ pub const INFO: Info = Info {
 };
 
 bindings! {
-    struct EstimateBindings { ..search: SearchBindings, hard, kernel, wide }
+    struct EstimateBindings { ..search: SearchBindings, kernel, wide }
 }
 
-/// The technique with its lists: 24 bytes a pixel, less 4 for each kind of filter that the thresholds rule out.
+/// The technique with its lists: 20 bytes a pixel, less 4 if the threshold rules out the filter of narrow penumbrae.
 struct SoftAuto {
     classes: MapClasses,
     estimate: PixelPass,
     half_widths: Image,
-    hard: Option<(RbsmOfList, PixelList)>,
     kernel: Option<(MeasuredFilter, PixelList)>,
     wide: (MeasuredFilter, PixelList),
     /// Stands in for the list of a filter that is ruled out.
@@ -101,27 +91,17 @@ struct SoftAuto {
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let (p, extent) = (&setup.params, setup.extent);
-    let [hard_pixels, kernel_texels] = ["hard_pixels", "kernel_texels"].map(|name| p.float(name));
+    let kernel_texels = p.float("kernel_texels");
     let classify = p.word("skip") == "auto";
     let kernel = RbssmConfig::new(p, p.int("kernel_taps"));
-    let RbssmConfig { search_taps, window, max_distance, .. } = kernel;
+    let RbssmConfig { search_taps, window, .. } = kernel;
     let filter_taps = p.int("filter_taps");
     let (mean_depth, fixed_depth) = (false, false);
     let wide =
         PcssConfig { search_taps, filter_taps, window, mean_depth, fixed_depth, bilinear: true, exact_box: true };
-    let revectorization = match kernel.visibility {
-        RbssmVisibility::Recovery => Revectorization::Silhouette,
-        RbssmVisibility::Improved => Revectorization::Star,
-    };
-    let hard = RbsmConfig { revectorization, filter_width: 0.0, fixed_depth: false, max_distance, listed: true };
-
     let list = |name: &str| PixelList::new(context, name, extent);
     // Made first: it rejects an image with too many pixels to list, where the pass would work without a list.
     let wide = (pcss::measured_filter(context, wide)?, list("pixels in wide penumbrae")?);
-    let hard = match hard_pixels > 0.0 {
-        true => Some((RbsmOfList::new(context, hard)?, list("pixels at hard edges")?)),
-        false => None,
-    };
     let estimate = PixelPass::new(context, "pixels in penumbrae", extent, true, |step| {
         let constants = [
             // Declared by `glsl/common/rbsm_receiver.glsl`: texels are tested on the receiver's plane.
@@ -131,12 +111,12 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
             ("NEAREST_BLOCKER", (window == SearchWindow::Blockers).into()),
             ("STEP", step as u32),
             ("LEAST_WIDTH", kernel.least_width.to_bits()),
-            ("HARD_PIXELS", hard_pixels.to_bits()),
             ("KERNEL_TEXELS", kernel_texels.to_bits()),
             ("THIN_DISTANCE", p.float("thin_distance").to_bits()),
         ];
         context.pipeline::<EstimateBindings, RbsmPush>("soft/soft_auto.comp", &constants)
     })?;
+    let estimate = if classify { estimate.by_quads() } else { estimate };
     let kernel = match kernel_texels > 0.0 {
         true => Some((rbssm::measured_filter(context, kernel)?, list("pixels in narrow penumbrae")?)),
         false => None,
@@ -146,7 +126,6 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         classes: MapClasses::new(context, setup.map_size, window, classify)?,
         estimate,
         half_widths: Image::new(context.device(), &widths)?,
-        hard,
         kernel,
         wide,
         unlisted: no_list(context)?,
@@ -156,8 +135,8 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
 }
 
 impl SoftAuto {
-    fn lists(&self) -> [Option<&PixelList>; 3] {
-        [self.hard.as_ref().map(|h| &h.1), self.kernel.as_ref().map(|k| &k.1), Some(&self.wide.1)]
+    fn lists(&self) -> [Option<&PixelList>; 2] {
+        [self.kernel.as_ref().map(|k| &k.1), Some(&self.wide.1)]
     }
 }
 
@@ -168,17 +147,13 @@ impl Passes for SoftAuto {
             list.clear(frame);
         }
         let [hsm, blocks] = self.classes.bind(inputs);
-        let [hard, kernel, wide] = self.lists().map(|l| l.map_or(Bind::Buffer(&self.unlisted), PixelList::bind));
+        let [kernel, wide] = self.lists().map(|l| l.map_or(Bind::Buffer(&self.unlisted), PixelList::bind));
         let pixels = PixelBindings::borderless(view, inputs, visibility, self.estimate.list());
         let search = SearchBindings { pixels, hsm, blocks, half_widths: Bind::Image(&self.half_widths) };
-        let bind = &EstimateBindings { search, hard, kernel, wide };
+        let bind = &EstimateBindings { search, kernel, wide };
         let names = ["classify penumbrae", "search blockers"];
         let edge_push = bytemuck::bytes_of(&self.edge_push);
         self.estimate.record(frame, names, bind, edge_push, visibility)?;
-        if let Some((pass, list)) = &self.hard {
-            pass.record(frame, view, inputs, self.edge_push, (list.bind(), list.threads()), visibility)?;
-            list.count(frame);
-        }
         if let Some((pass, list)) = &self.kernel {
             pass.record(frame, view, inputs, edge_push, (list, &self.half_widths), visibility)?;
         }

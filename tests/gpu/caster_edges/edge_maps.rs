@@ -11,7 +11,7 @@ use edgeshade::host::Host;
 use edgeshade::reference::caster_edges::edge_segments::{Segment, StoredSegment};
 use edgeshade::reference::common::rbsm_receiver::ReceiverSettings;
 use edgeshade::scene::Renderer;
-use edgeshade::technique::caster_edges::edsm::{BorderKernel, DistanceConfig, EdgeDistances};
+use edgeshade::technique::caster_edges::edsm::{BorderKernel, DistanceConfig, EdgeDistances, Priority};
 use edgeshade::technique::caster_edges::kept_segments::KeptSegments;
 use edgeshade::technique::caster_edges::sssm::{PointsBy, SilhouettePoints};
 use edgeshade::technique::{Params, find};
@@ -25,14 +25,20 @@ const KERNELS: [(&str, BorderKernel); 3] =
 /// Maps of a scene, read back.
 struct Maps {
     edges: Vec<Segment>,
+    /// The same silhouettes, cut off at another distance from the map.
+    distance_edges: Vec<Segment>,
     points: Vec<u32>,
     drawn_points: Vec<u32>,
-    /// Distances with priority by distance and by cosine.
-    distances: [Vec<f32>; 2],
+    /// Distances with each of [`FORMS`].
+    distances: [Vec<f32>; 4],
 }
 
-fn config(cosine: bool, kill: bool) -> DistanceConfig {
-    DistanceConfig { cosine, kill, half_width: 1.5 }
+/// Forms of the map of distances: whether eq. 3.3 is as printed, and the priority.
+const FORMS: [(bool, Priority); 4] =
+    [(false, Priority::Segment), (false, Priority::Cosine), (false, Priority::Printed), (true, Priority::Printed)];
+
+fn config((printed, priority): (bool, Priority), kill: bool) -> DistanceConfig {
+    DistanceConfig { printed, priority, kill, half_width: 1.5 }
 }
 
 /// Makes the maps of the renderer's last frame.
@@ -48,15 +54,20 @@ fn maps(host: &Host, r: &Renderer<'_>, kill: bool) -> Maps {
         edges: edges(host, walked.edges()),
         points: host.read_image(walked.points()).unwrap(),
         drawn_points: host.read_image(drawn.points()).unwrap(),
-        distances: [false, true].map(|cosine| distances(host, r, config(cosine, kill))),
+        distance_edges: edges(host, distance_map(host, r, config(FORMS[0], kill)).edges()),
+        distances: FORMS.map(|form| distances(host, r, config(form, kill))),
     }
 }
 
-fn distances(host: &Host, r: &Renderer<'_>, config: DistanceConfig) -> Vec<f32> {
+fn distance_map(host: &Host, r: &Renderer<'_>, config: DistanceConfig) -> EdgeDistances {
     let size = r.shadow_map().extent();
     let mut map = EdgeDistances::new(host.context(), "test", casters(r), size, config).unwrap();
     record(host, r, |frame, inputs| map.record(frame, inputs));
-    host.read_values(map.distances()).unwrap()
+    map
+}
+
+fn distances(host: &Host, r: &Renderer<'_>, config: DistanceConfig) -> Vec<f32> {
+    host.read_values(distance_map(host, r, config).distances()).unwrap()
 }
 
 fn casters<'a>(r: &'a Renderer<'_>) -> &'a Arc<Casters> {
