@@ -1,22 +1,24 @@
 //! Mirror of `glsl/penumbra/edge_tiles.comp`, `edge_seeds.comp`, `edge_line.comp` and `marked_tiles.comp`: the shadow edges in an
 //! image of hard shadows, and the tiles in their reach.
 
-use crate::reference::common::surface::{Apart, CREASE_COSINE, near_plane, same_depth};
-use crate::reference::common::view::{Decision, FrameData, ROUNDING, Receiver, View};
+use crate::reference::common::surface::{Apart, CREASE_COSINE, Normal, near_plane, same_depth};
+use crate::reference::common::view::{Decision, FrameData, ROUNDING, Receiver, View, octahedral_decode};
 use crate::reference::revectorization::rbsm;
 use crate::technique::common::surface::SurfaceTest;
 use crate::technique::common::tiles::TILE;
 use crate::{Error, Result};
-use glam::DVec3;
+use glam::{DVec3, dvec2, dvec3};
 
 /// Largest error of a unit normal stored with 11 bits per octahedral axis. Half a step along both axes moves the
 /// vector before normalisation by half a step times the square root of 6, and that vector's length is at least 1 /
 /// sqrt(3).
-const NORMAL_STEP: f64 = 2.13 / 1023.0;
+const NORMAL_STEP: f64 = 2.13 / NORMAL_CODES;
+const NORMAL_CODES: f64 = 1023.0;
 
 /// Largest error of a line's direction in its plane stored with 10 bits. Half a step moves the vector before
 /// normalisation by half a step times the square root of 2, and that vector's length is at least the square root of 1/2.
-const DIRECTION_STEP: f64 = 1.0 / 511.0;
+const DIRECTION_STEP: f64 = 1.0 / DIRECTION_CODES;
+const DIRECTION_CODES: f64 = 511.0;
 
 /// Settings of the pass.
 #[derive(Clone, Copy, Debug)]
@@ -205,8 +207,54 @@ fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Op
     }
     // At the pixel's centre, it only matters whether any neighbour counts.
     let sure = sure || (s.points.at_pixels() && pairs.iter().any(|pair| pair.1 == Decision::Yes));
-    let normal_error = p.normal_error + NORMAL_STEP;
-    Some(Seed { pixel, point, error, doubt, along, along_error, normal: p.normal, normal_error, sure })
+    let normal = stored_normal((p.normal, p.normal_error));
+    let (along, along_error) = stored_direction((along, along_error), normal);
+    Some(Seed { pixel, point, error, doubt, along, along_error, normal: normal.0, normal_error: normal.1, sure })
+}
+
+/// Rounds a code to a whole number; `None` if its error may change the result.
+fn rounded(code: f64, error: f64) -> Option<f64> {
+    let nearest = code.round();
+    ((code - nearest).abs() + error < 0.5).then_some(nearest)
+}
+
+/// Mirror of `packSeed` and `seedNormal` of `glsl/penumbra/seed_format.glsl`: the normal as a seed holds it, and its error.
+fn stored_normal((normal, error): Normal) -> Normal {
+    // The encoding of vectors towards the viewer; few normals are others.
+    let e = normal.truncate() / normal.abs().element_sum();
+    // The sum of a unit vector's components is at least 1.
+    let off = NORMAL_CODES * (3.0 * error + 2.0 * ROUNDING);
+    match [e.x, e.y].map(|x| rounded(NORMAL_CODES * x, off)) {
+        [Some(x), Some(y)] if normal.z > error => (octahedral_decode(dvec2(x, y) / NORMAL_CODES), ROUNDING),
+        _ => (normal, error + NORMAL_STEP),
+    }
+}
+
+/// Mirror of `packSeed` and `unpackSeed`: a line's direction as a seed with this normal holds it, and its error.
+fn stored_direction((along, error): (DVec3, f64), (normal, normal_error): Normal) -> (DVec3, f64) {
+    if along == DVec3::ZERO || !error.is_finite() {
+        return (along, error);
+    }
+    let inexact = (along, error + DIRECTION_STEP + NORMAL_STEP);
+    if normal_error >= NORMAL_STEP {
+        return inexact;
+    }
+    let (t, b) = tangents(normal);
+    let d = dvec2(along.dot(t), along.dot(b));
+    let sum = d.x.abs() + d.y.abs();
+    let code = DIRECTION_CODES * if d.y < 0.0 { -d.x } else { d.x } / sum;
+    let Some(code) = rounded(code, DIRECTION_CODES * (2.0 * error + 4.0 * ROUNDING) / sum) else { return inexact };
+    let x = code / DIRECTION_CODES;
+    let d = dvec2(x, 1.0 - x.abs()).normalize();
+    (d.x * t + d.y * b, 4.0 * ROUNDING)
+}
+
+/// Mirror of `tangents`.
+fn tangents(n: DVec3) -> (DVec3, DVec3) {
+    let s = if n.z < 0.0 { -1.0 } else { 1.0 };
+    let a = -1.0 / (s + n.z);
+    let c = n.x * n.y * a;
+    (dvec3(1.0 + s * n.x * n.x * a, s * c, -s * n.x), dvec3(c, s + n.y * n.y * a, -n.y))
 }
 
 /// Path from a lit pixel to the middle of its neighbours in shadow.
@@ -256,8 +304,7 @@ impl Path<'_> {
                     doubt = doubt.max(dark - lit);
                 }
                 if lit < c.root && c.root < dark {
-                    let along_error =
-                        if doubt > 0.0 { f64::INFINITY } else { c.along_error + DIRECTION_STEP + NORMAL_STEP };
+                    let along_error = if doubt > 0.0 { f64::INFINITY } else { c.along_error };
                     return Traced {
                         share: c.root,
                         error: c.error,

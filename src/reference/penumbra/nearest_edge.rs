@@ -75,8 +75,8 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Re
         let mut found = NOTHING;
         for seed in seeds {
             // Most seeds are clearly too far away.
-            let half_line = if settings.lines { half_line(&view, seed) } else { 0.0 };
-            let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.off() + half_line);
+            let (half_line, line_error) = if settings.lines { half_line(&view, seed) } else { (0.0, 0.0) };
+            let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.off() + half_line + line_error);
             if p.position.distance_squared(seed.point) > limit * limit {
                 continue;
             }
@@ -157,10 +157,13 @@ pub fn intensity(hard: f64, distance: f64, penumbra: f64) -> f64 {
 /// `HALF_LINE` of `glsl/penumbra/nearest_line.glsl`.
 const HALF_LINE: f64 = 0.5;
 
-/// Mirror of `halfLine`: half of the length of a seed's line, world units.
-fn half_line(view: &View<'_>, seed: &Seed) -> f64 {
-    let facing = seed.along.dot(view.ray(seed.point));
-    HALF_LINE * view.pixel_width(seed.point, DVec3::ZERO).0 / (1.0 - facing * facing).max(0.01).sqrt()
+/// Mirror of `halfLine`: half of the length of a seed's line, world units, and the bound of its error.
+fn half_line(view: &View<'_>, seed: &Seed) -> (f64, f64) {
+    let facing = seed.along.dot(view.ray(seed.point)).abs();
+    let width = HALF_LINE * view.pixel_width(seed.point, DVec3::ZERO).0;
+    let length = |facing: f64| width / (1.0 - facing * facing).max(0.01).sqrt();
+    let change = length((facing + seed.along_error).min(1.0)) - length((facing - seed.along_error).max(0.0));
+    (length(facing), change)
 }
 
 /// Returns the distance from a point to a seed, and the bound of its error.
@@ -170,11 +173,11 @@ fn distance(view: &View<'_>, s: &Settings, p: &Receiver, seed: &Seed) -> (f64, f
     if !s.lines {
         return (apart.length(), error);
     }
-    let half_line = half_line(view, seed);
+    let (half_line, line_error) = half_line(view, seed);
     let distance = (apart - apart.dot(seed.along).clamp(-half_line, half_line) * seed.along).length();
     // A line of unknown direction, or a point, ends half its length off.
     let off = half_line * if seed.along_error < 1.0 { seed.along_error } else { 2.0 };
-    (distance, error + off)
+    (distance, error + off + line_error)
 }
 
 fn consider(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, seed: &Seed, found: &mut Nearest) {
