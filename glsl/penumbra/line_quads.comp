@@ -10,16 +10,18 @@
 
 layout(constant_id = 1) const bool ASIDE = false;    // consider labels aside too, past what stands in front
 layout(constant_id = 2) const bool VIEWED = false;   // write seeds, labels and distances as well
+layout(constant_id = 6) const bool TURNED = false;   // work on the quads that the other passes have left
 layout(constant_id = 7) const bool FILTERED = false; // write intensities for a filter; false: write the visibility
 
 layout(local_size_x = 64) in;
 
 layout(binding = 4) uniform usampler2D labels;       // of the distance transform
 layout(binding = 5) uniform usampler2D block_labels; // of line_blocks.comp
-layout(binding = 6, scalar) readonly buffer BlockList {
+// Blocks, or if TURNED quads.
+layout(binding = 6, scalar) readonly buffer List {
   uint groups[3];
   uint count;
-  uint blocks[];
+  uint places[];
 } list;
 layout(binding = 7) uniform sampler2D hard;
 layout(binding = 8) writeonly uniform image2D intensity;
@@ -28,7 +30,20 @@ layout(binding = 11) writeonly uniform uimage2D nearest_labels;
 layout(binding = 12) writeonly uniform image2D seed_mask;  // 1 at a seed
 layout(binding = 15) writeonly uniform image2D visibility; // unless FILTERED; may be `hard`, of which a quad reads its own
 
+// Quads for which an edge counts only if the surface bends evenly on the way to it.
+layout(binding = 16, scalar) buffer TurnedList {
+  uint turned_groups[3];
+  uint turned_count;
+  uint turned_quads[];
+};
+
 const uint OUT_OF_REACH = 0x8000u; // bit of a listed block's x
+
+// Steps along the edge, at most.
+const int WALK = 4;
+
+// Largest squared share of the distance by which a line may end before the pixel's foot.
+const float END_SHARE = 0.02;
 
 const ivec2 CORNERS[4] = ivec2[](ivec2(0, 1), ivec2(1, 1), ivec2(1, 0), ivec2(0, 0)); // in gather order
 
@@ -41,6 +56,8 @@ struct Quad {
   Nearest turned[4];
   float beyond[4]; // of the latter only those farther than this count, squared
   bool off;        // some candidate lies on another surface
+  // How far along its line the nearest one ends beside the pixel, world units; 0 where it does not.
+  float ahead[4];
 };
 
 void considerForAll(uint candidate, inout Quad q) {
@@ -51,7 +68,9 @@ void considerForAll(uint candidate, inout Quad q) {
   for (int k = 0; k < 4; ++k) {
     Receiver p = q.corners[k];
     vec3 apart = seed.point - p.position;
-    float squared = lineDistanceSquared(apart, seed.along, half_length);
+    float foot = -dot(apart, seed.along), on_line = clamp(foot, -half_length, half_length);
+    vec3 closest = apart + on_line * seed.along;
+    float squared = dot(closest, closest);
     bool on_surface, turned = false;
     if (PLANES) {
       // As onSurface, but for one width.
@@ -65,7 +84,11 @@ void considerForAll(uint candidate, inout Quad q) {
     }
     q.off = q.off || (is_label && !on_surface);
     bool good = is_label && on_surface;
-    if (good && !turned && squared < q.level[k].squared) q.level[k] = Nearest(squared, candidate);
+    if (good && !turned && squared < q.level[k].squared) {
+      q.level[k] = Nearest(squared, candidate);
+      float beyond = foot - on_line;
+      q.ahead[k] = beyond * beyond > END_SHARE * squared ? foot : 0.0;
+    }
     if (good && turned && squared < q.turned[k].squared && squared > q.beyond[k]) q.turned[k] = Nearest(squared, candidate);
   }
 }
@@ -93,27 +116,34 @@ void search(inout Quad q) {
     ivec2 inside = clamp(place, ivec2(0), ivec2(view.size) - 1);
     considerForAll(place == inside ? texelFetch(labels, inside, 0).x : NO_SEED, q);
   }
-  for (int step = 8; step > 0; step /= 2) {
+  // Where the nearest line ends before the pixel's foot, the edge goes on: asks for the seed there, for one pixel after
+  // the other.
+  for (int i = 0; i < WALK; ++i) {
     Nearest nearest = nothing();
+    float ahead = 0.0;
+    for (int k = 3; k >= 0; --k) {
+      if (q.ahead[k] == 0.0) continue;
+      nearest = q.level[k];
+      ahead = q.ahead[k];
+    }
+    if (ahead == 0.0) break;
+    Seed seed = unpackSeed(texelFetch(seeds, ivec2(nearest.label & 0xffffu, nearest.label >> 16), 0));
+    ivec2 place = pixelOf(seed.point + ahead * seed.along);
     for (int k = 0; k < 4; ++k) {
-      if (q.level[k].squared < nearest.squared) nearest = q.level[k];
+      if (q.ahead[k] == ahead) q.ahead[k] = 0.0;
     }
-    bool found = nearest.label != NO_SEED;
-    ivec2 seed = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
-    for (int i = 0; i < 8; ++i) {
-      // Skips the middle point, which is known.
-      int j = i + int(i > 3), row = int(j > 2) + int(j > 5);
-      ivec2 beside = seed + step * (ivec2(j - 3 * row, row) - 1);
-      uint label = texelFetch(labels, clamp(beside, ivec2(0), ivec2(view.size) - 1), 0).x;
-      considerForAll(found ? label : NO_SEED, q);
-    }
+    considerForAll(texelFetch(labels, clamp(place, ivec2(0), ivec2(view.size) - 1), 0).x, q);
   }
 }
 
 // Largest number of further searches.
 const int ROUNDS = 3;
 
-void workOn(ivec2 pixel, bool in_reach) {
+// A quad's place in units of quads; OUT_OF_REACH if no edge reaches its block.
+void workOn(uint place) {
+  bool in_reach = (place & OUT_OF_REACH) == 0;
+  ivec2 pixel = QUAD * unpackTile(place & ~OUT_OF_REACH);
+  if (any(greaterThanEqual(pixel, ivec2(view.size)))) return;
   vec2 size = vec2(view.size), middle = vec2(pixel + 1) / size;
   vec4 depths = textureGather(camera_depth, middle);
   Quad q;
@@ -131,23 +161,33 @@ void workOn(ivec2 pixel, bool in_reach) {
     q.level[k] = nothing();
     q.turned[k] = nothing();
     q.beyond[k] = -1.0;
+    q.ahead[k] = 0.0;
   }
-  search(q);
-  // If a crease lies on the way to a turned edge, the search is repeated for edges that are farther.
   bool open = true;
   for (int round = 0; open; ++round) {
+    search(q);
     open = false;
     for (int k = 0; k < 4; ++k) {
       bool turned = q.corners[k].surface && q.turned[k].squared < q.level[k].squared;
+      if (!TURNED) {
+        open = open || turned;
+        continue;
+      }
       bool even = true;
       for (int once = 0; turned && once < 1; ++once) even = bendsEvenly(placeAt(pixel + CORNERS[k], q.corners[k]), q.turned[k]);
       if (even) continue;
+      // A crease lies on the way to the edge: the search is repeated for edges that are farther.
       q.beyond[k] = q.turned[k].squared;
       q.turned[k] = nothing();
       open = true;
     }
+    if (!TURNED && open) {
+      uint index = atomicAdd(turned_count, 1);
+      atomicMax(turned_groups[0], min(index / 64 + 1, MAX_TILE_GROUPS));
+      turned_quads[index] = place;
+      return;
+    }
     open = open && round < ROUNDS;
-    if (open) search(q);
   }
   vec4 hards = textureGather(hard, middle);
   for (int k = 0; k < 4; ++k) {
@@ -172,11 +212,14 @@ void workOn(ivec2 pixel, bool in_reach) {
 }
 
 void main() {
-  uint threads = 64 * gl_NumWorkGroups.x, total = 4 * list.count;
+  uint threads = 64 * gl_NumWorkGroups.x, total = (TURNED ? 1 : 4) * list.count;
   for (uint i = gl_GlobalInvocationID.x; i < total; i += threads) {
-    uint block = list.blocks[i / 4];
-    bool in_reach = (block & OUT_OF_REACH) == 0;
-    ivec2 pixel = BLOCK * unpackTile(block & ~OUT_OF_REACH) + 2 * ivec2(i & 1, i >> 1 & 1);
-    if (all(lessThan(pixel, ivec2(view.size)))) workOn(pixel, in_reach);
+    if (TURNED) {
+      workOn(list.places[i]);
+      continue;
+    }
+    uint block = list.places[i / 4];
+    ivec2 quad = 2 * unpackTile(block & ~OUT_OF_REACH) + ivec2(i & 1, i >> 1 & 1);
+    workOn(packTile(uvec2(quad)) | block & OUT_OF_REACH);
   }
 }

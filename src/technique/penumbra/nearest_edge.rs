@@ -26,7 +26,7 @@ pub enum Nearest {
 
 /// Sides of the blocks of pixels that the search visits first: `BLOCK` and `QUAD` of `glsl/penumbra/nearest_edge.glsl`.
 pub(super) const BLOCK: u32 = 4;
-const QUAD: u32 = 2;
+pub(super) const QUAD: u32 = 2;
 /// Steps between the neighbours that a block asks, in blocks; a pass each.
 const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
 

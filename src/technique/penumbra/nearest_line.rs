@@ -2,7 +2,7 @@
 //! lines along the edge, so that few of them tell the distance.
 
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
-use super::nearest_edge::{BLOCK, EdgeImages, SearchBindings, labels_of_blocks};
+use super::nearest_edge::{BLOCK, EdgeImages, QUAD, SearchBindings, labels_of_blocks};
 use super::seed_width::WidthConfig;
 use super::shared::PenumbraPush;
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
@@ -33,6 +33,7 @@ bindings! {
         nearest_labels,
         seed_mask,
         visibility,
+        TurnedList,
     }
 }
 
@@ -42,10 +43,12 @@ pub struct NearestLine {
     first: Arc<ComputePipeline>,
     middle: Arc<ComputePipeline>,
     last: Arc<ComputePipeline>,
-    /// Passes over the quads of plain blocks, and of those with edges on several surfaces.
-    quads: [Arc<ComputePipeline>; 2],
+    /// Passes over the quads of plain blocks, over those with edges on several surfaces, and over quads where the normal
+    /// turns by more than at a crease on the way to an edge.
+    quads: [Arc<ComputePipeline>; 3],
     labels: [Image; 2],
-    lists: [Buffer; 2],
+    /// Work of these passes.
+    lists: [Buffer; 3],
 }
 
 impl NearestLine {
@@ -59,20 +62,27 @@ impl NearestLine {
             let constants = [planes, first, last, all, soft, meet, metric, filter];
             context.pipeline::<BlocksBindings, PenumbraPush>("penumbra/line_blocks.comp", &constants)
         };
-        let quad = |aside: bool| {
+        let quad = |aside: bool, turned: bool| {
+            let [aside, turned] = [("ASIDE", aside.into()), ("TURNED", turned.into())];
             let [viewed, filtered] = [("VIEWED", viewed.into()), ("FILTERED", config.filtered.into())];
-            let constants = [planes, ("ASIDE", aside.into()), viewed, filtered, soft, meet, metric, filter];
+            let constants = [planes, aside, turned, viewed, filtered, soft, meet, metric, filter];
             context.pipeline::<QuadsBindings, PenumbraPush>("penumbra/line_quads.comp", &constants)
         };
-        let blocks = extent.iter().map(|n| u64::from(n.div_ceil(BLOCK))).product();
-        let list = |name| indirect_list(context.device(), name, HEADER, blocks);
+        let list = |name, side| {
+            let entries = extent.iter().map(|n| u64::from(n.div_ceil(side))).product();
+            indirect_list(context.device(), name, HEADER, entries)
+        };
         Ok(Self {
             first: block(true, false)?,
             middle: block(false, false)?,
             last: block(false, true)?,
-            quads: [quad(false)?, quad(true)?],
+            quads: [quad(false, false)?, quad(true, false)?, quad(true, true)?],
             labels: [labels_of_blocks(context, extent, BLOCK)?, labels_of_blocks(context, extent, BLOCK)?],
-            lists: [list("blocks near an edge")?, list("blocks near edges of several surfaces")?],
+            lists: [
+                list("blocks near an edge", BLOCK)?,
+                list("blocks near edges of several surfaces", BLOCK)?,
+                list("quads near an edge round a bend", QUAD)?,
+            ],
         })
     }
 
@@ -123,6 +133,7 @@ impl NearestLine {
         for (name, pipeline, list) in [
             ("nearest line", &self.quads[0], &self.lists[0]),
             ("nearest line, several surfaces", &self.quads[1], &self.lists[1]),
+            ("nearest line, round bends", &self.quads[2], &self.lists[2]),
         ] {
             frame.dispatch(&Pass {
                 name,
@@ -136,6 +147,7 @@ impl NearestLine {
                     nearest_labels: Bind::Image(&images.labels),
                     seed_mask: Bind::Image(&images.seed_mask),
                     visibility: Bind::Image(hard),
+                    TurnedList: Bind::Buffer(&self.lists[2]),
                 },
                 push: bytemuck::bytes_of(&push),
                 threads: Threads::Indirect(list, 0),
