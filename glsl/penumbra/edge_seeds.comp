@@ -24,13 +24,12 @@ layout(binding = 5) writeonly uniform uimage2D seeds;
 layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; }; // one word per column and 32 rows, bit y % 32
 
 layout(binding = 8, scalar) buffer Coarse {
-  uint coarse_groups[3];
-  uint wide; // 1 if a penumbra reaches farther than the labels of the distance transform
+  uint coarse_groups[3][3];
+  int farthest; // reach of the widest penumbra, pixels
 };
 
 // A block of pixels around one whose edge's line is in reach: 2 pixels from seed to line, 2 in the block, 1 for rounding.
 const int AROUND_LINE = 5;
-const int TRANSFORM_REACH = 32;
 
 bool isSurface(ivec2 pixel) {
   return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, ivec2(view.size))) && depthAt(pixel) != view.far_depth;
@@ -81,7 +80,7 @@ void workOn(ivec2 pixel) {
   // The filter reads half its width beyond the pixels that it changes.
   ivec2 first, last;
   int reach = tilesInReach(pixel, penumbraReach() + 0.5 * push.filter_width, nearest_depth, AROUND_LINE, first, last);
-  if (reach > TRANSFORM_REACH && wide == 0) atomicOr(wide, 1);
+  if (reach > farthest) atomicMax(farthest, reach);
   mark(first, last);
 }
 

@@ -41,10 +41,6 @@ const uint OUT_OF_REACH = 0x8000u; // bit of a listed block's x
 // What is to be done about a block.
 const uint NOTHING = 0, PLAIN = 1, MIXED = 2;
 
-// Blocks to list of a workgroup, and their first places: plain, then mixed.
-shared uint open[2];
-shared uint first[2];
-
 struct Search {
   Place at;
   Nearest nearest;
@@ -55,10 +51,13 @@ struct Search {
 bool considerLine(uint candidate, inout Search search) {
   bool is_label = candidate != NO_SEED;
   ivec2 pixel = is_label ? ivec2(candidate & 0xffffu, candidate >> 16) : ivec2(0);
-  Seed seed = unpackSeed(texelFetch(seeds, pixel, 0));
+  uvec4 bits = texelFetch(seeds, pixel, 0);
+  // The steps before the last carry labels: points are enough for them.
+  Seed seed = Seed(seedPoint(bits), seedNormal(bits), vec3(0.0));
+  if (LAST) seed = unpackSeed(bits);
   bool reaches = is_label && mayReach(pixel, eyeDepth(seed.point), search.at.pixel);
   vec3 apart = seed.point - search.at.p.position;
-  float squared = lineDistanceSquared(apart, seed.along, halfLine(seed));
+  float squared = LAST ? lineDistanceSquared(apart, seed.along, halfLine(seed)) : dot(apart, apart);
   bool on_surface = onSurface(search.at, apart, seed.normal, pixel);
   search.off = search.off || (reaches && !on_surface);
   bool nearer = reaches && on_surface && squared < search.nearest.squared;
@@ -97,37 +96,25 @@ uint workOn(ivec2 block) {
 
 void main() {
   uint threads = 64 * gl_NumWorkGroups.x, total = BLOCKS * list.count;
-  for (uint from = 64 * gl_WorkGroupID.x; from < total; from += threads) {
-    uint i = from + gl_LocalInvocationIndex;
-    ivec2 block = ivec2(0);
-    uint work = NOTHING;
-    bool inside = false;
-    if (i < total) {
-      block = 2 * unpackTile(list.tiles[i / BLOCKS]) + ivec2(i & 1, i >> 1 & 1);
-      inside = all(lessThan(block, blockCount(BLOCK)));
-      if (inside) work = workOn(block);
-    }
+  for (uint i = gl_GlobalInvocationID.x; i < total; i += threads) {
+    ivec2 block = 2 * unpackTile(list.tiles[i / BLOCKS]) + ivec2(i & 1, i >> 1 & 1);
+    if (any(greaterThanEqual(block, blockCount(BLOCK)))) continue;
+    uint work = workOn(block);
     if (!LAST) continue;
-    if (ALL && inside && work == NOTHING) {
+    if (ALL && work == NOTHING) {
       work = PLAIN;
       block.x |= int(OUT_OF_REACH);
     }
-    uint kind = work == MIXED ? 1 : 0, index = 0;
-    if (gl_LocalInvocationIndex < 2) open[gl_LocalInvocationIndex] = 0;
-    barrier();
-    if (work != NOTHING) index = atomicAdd(open[kind], 1);
-    barrier();
-    if (gl_LocalInvocationIndex == 0 && open[0] > 0) {
-      first[0] = atomicAdd(block_count, open[0]);
-      atomicMax(block_groups[0], min((first[0] + open[0] + 15) / 16, MAX_TILE_GROUPS));
+    // A driver may turn the additions of a subgroup into one.
+    if (work == PLAIN) {
+      uint index = atomicAdd(block_count, 1);
+      atomicMax(block_groups[0], min(index / 16 + 1, MAX_TILE_GROUPS));
+      blocks[index] = packTile(uvec2(block));
     }
-    if (gl_LocalInvocationIndex == 1 && open[1] > 0) {
-      first[1] = atomicAdd(mixed_count, open[1]);
-      atomicMax(mixed_groups[0], min((first[1] + open[1] + 15) / 16, MAX_TILE_GROUPS));
+    if (work == MIXED) {
+      uint index = atomicAdd(mixed_count, 1);
+      atomicMax(mixed_groups[0], min(index / 16 + 1, MAX_TILE_GROUPS));
+      mixed_blocks[index] = packTile(uvec2(block));
     }
-    barrier();
-    if (work == PLAIN) blocks[first[0] + index] = packTile(uvec2(block));
-    if (work == MIXED) mixed_blocks[first[1] + index] = packTile(uvec2(block));
-    barrier();
   }
 }

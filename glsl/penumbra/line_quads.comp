@@ -39,6 +39,9 @@ layout(binding = 16, scalar) buffer TurnedList {
 
 const uint OUT_OF_REACH = 0x8000u; // bit of a listed block's x
 
+// Distance of the labels around the seed found, pixels.
+const int AROUND = 4;
+
 // Steps along the edge, at most.
 const int WALK = 4;
 
@@ -116,6 +119,21 @@ void search(inout Quad q) {
     ivec2 inside = clamp(place, ivec2(0), ivec2(view.size) - 1);
     considerForAll(place == inside ? texelFetch(labels, inside, 0).x : NO_SEED, q);
   }
+  // Where edges lie on several surfaces, the seed nearest in the image may hide the nearest edge: considers the labels
+  // around the seed found.
+  Nearest found = nothing();
+  for (int k = 0; k < 4; ++k) {
+    if (q.level[k].squared < found.squared) found = q.level[k];
+  }
+  bool is_found = found.label != NO_SEED;
+  ivec2 seed = is_found ? ivec2(found.label & 0xffffu, found.label >> 16) : ivec2(0);
+  for (int i = 0; i < (ASIDE ? 8 : 0); ++i) {
+    // Skips the middle point, which is known.
+    int n = i + int(i > 3), row = int(n > 2) + int(n > 5);
+    ivec2 beside = seed + AROUND * (ivec2(n - 3 * row, row) - 1);
+    uint label = texelFetch(labels, clamp(beside, ivec2(0), ivec2(view.size) - 1), 0).x;
+    considerForAll(is_found ? label : NO_SEED, q);
+  }
   // Where the nearest line ends before the pixel's foot, the edge goes on: asks for the seed there, for one pixel after
   // the other.
   for (int i = 0; i < WALK; ++i) {
@@ -137,7 +155,7 @@ void search(inout Quad q) {
 }
 
 // Largest number of further searches.
-const int ROUNDS = 3;
+const int ROUNDS = 1;
 
 // A quad's place in units of quads; OUT_OF_REACH if no edge reaches its block.
 void workOn(uint place) {

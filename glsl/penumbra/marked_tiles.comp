@@ -19,11 +19,15 @@ layout(binding = 1, scalar) buffer TileList {
 layout(binding = 2, scalar) buffer BlockGroups { uint block_groups[3]; };
 layout(binding = 3, scalar) buffer QuadGroups { uint quad_groups[3]; };
 
-// That of the blocks again, for steps that only wide penumbrae need.
+// Those of the blocks again, for pairs of steps that only wide penumbrae need.
 layout(binding = 4, scalar) buffer Coarse {
-  uint coarse_groups[3];
-  uint wide;
+  uint coarse_groups[3][3];
+  int farthest; // reach of the widest penumbra, pixels
 };
+
+// Reach, in pixels, up to which a pair is not needed: that of the distance transform's labels, of the first and the last
+// step, and of the finer pairs.
+const int REACH_WITHOUT[3] = int[](44 + 4 * (16 + 8 + 4 + 2), 44 + 4 * (4 + 2), 44);
 
 layout(push_constant, scalar) uniform Push {
   uvec2 tiles; // number along both axes
@@ -48,7 +52,9 @@ void main() {
     atomicMax(list.groups[0], min(first + open, MAX_TILE_GROUPS));
     uint groups = min((first + open + 15) / 16, MAX_TILE_GROUPS);
     atomicMax(block_groups[0], groups);
-    if (wide != 0) atomicMax(coarse_groups[0], groups);
+    for (int i = 0; i < 3; ++i) {
+      if (farthest > REACH_WITHOUT[i]) atomicMax(coarse_groups[i][0], groups);
+    }
     atomicMax(quad_groups[0], min((first + open + 3) / 4, MAX_TILE_GROUPS));
   }
   barrier();

@@ -5,7 +5,7 @@
 #define EDGESHADE_NEAREST_LINE
 
 // Half of a line's length in the image, pixels.
-const float HALF_LINE = 0.5;
+const float HALF_LINE = 0.25;
 
 // Largest distance in pixels of a seed's line, or of a block's pixel, from the pixel that stands for it. The tiles that
 // edge_seeds.comp marks allow for both (AROUND_LINE).

@@ -155,7 +155,7 @@ pub fn intensity(hard: f64, distance: f64, penumbra: f64) -> f64 {
 }
 
 /// `HALF_LINE` of `glsl/penumbra/nearest_line.glsl`.
-const HALF_LINE: f64 = 0.5;
+const HALF_LINE: f64 = 0.25;
 
 /// Mirror of `halfLine`: half of the length of a seed's line, world units, and the bound of its error.
 fn half_line(view: &View<'_>, seed: &Seed) -> (f64, f64) {

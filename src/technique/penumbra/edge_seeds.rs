@@ -19,6 +19,9 @@ const PIXEL_HEADER: u64 = 16;
 /// Tiles along the side of a block of marks.
 const MARKS: u32 = 8;
 
+/// Pairs of coarse steps that only wide penumbrae need.
+pub const COARSE_PAIRS: usize = 3;
+
 shader_struct! {
     /// Push constants of `glsl/penumbra/marked_tiles.comp`.
     pub struct MarkedTilesPush {
@@ -132,7 +135,7 @@ impl EdgeSeeds {
             tiles: TileList::new(device, "tiles near an edge", extent)?,
             block_groups: indirect_list(device, "groups of blocks near an edge", 12, 0)?,
             quad_groups: indirect_list(device, "groups of quads near an edge", 12, 0)?,
-            coarse: indirect_list(device, "groups of blocks near a wide penumbra", 16, 0)?,
+            coarse: indirect_list(device, "groups of blocks near a wide penumbra", 12 * COARSE_PAIRS as u64 + 4, 0)?,
         })
     }
 
@@ -164,10 +167,11 @@ impl EdgeSeeds {
         Threads::Indirect(&self.block_groups, 0)
     }
 
-    /// Returns the same threads if any penumbra of one width reaches farther than the labels of the distance transform, and
-    /// otherwise none.
-    pub fn coarse_threads(&self) -> Threads<'_> {
-        Threads::Indirect(&self.coarse, 0)
+    /// Returns the same threads for each of three pairs of coarse steps of a search if a penumbra of one width reaches
+    /// farther than the distance transform's labels and the finer pairs do, and otherwise none. The coarsest pair comes
+    /// first.
+    pub fn coarse_threads(&self) -> [Threads<'_>; COARSE_PAIRS] {
+        [0, 1, 2].map(|pair| Threads::Indirect(&self.coarse, 12 * pair))
     }
 
     /// Returns a thread for every quad of 2 x 2 pixels of these tiles, in groups of 64.
@@ -207,7 +211,7 @@ impl EdgeSeeds {
         self.edges.count(frame);
         frame.fill("clear marks", &self.marks, 0);
         frame.fill("clear seeds", seed_bits, 0);
-        frame.update(&self.coarse, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
+        frame.update(&self.coarse, bytemuck::bytes_of(&[0u32, 1, 1, 0, 1, 1, 0, 1, 1, 0]));
         frame.dispatch(&Pass {
             name: "shadow-edge seeds",
             pipeline: &self.find,

@@ -1,7 +1,7 @@
 //! Every pixel's distance to the nearest line of a shadow edge, and the intensity of the penumbra by it: seeds are short
 //! lines along the edge, so that few of them tell the distance.
 
-use super::edge_seeds::{EdgeConfig, EdgeSeeds};
+use super::edge_seeds::{COARSE_PAIRS, EdgeConfig, EdgeSeeds};
 use super::nearest_edge::{BLOCK, EdgeImages, QUAD, SearchBindings, labels_of_blocks};
 use super::seed_width::WidthConfig;
 use super::shared::PenumbraPush;
@@ -16,10 +16,10 @@ use std::sync::Arc;
 const HEADER: u64 = 16;
 
 /// Steps between the neighbours that a block asks, in blocks; a pass each. The first reads the transform's labels and the
-/// last lists blocks. Those between carry labels farther than the transform does; their number is even, so that the
-/// labels lie in the same image whether they run or not.
+/// last lists blocks. Those between carry labels farther than the transform does. They run in pairs, so that the labels
+/// lie in the same image whether a pair runs or not.
 const FIRST_STEP: i32 = 2;
-const COARSE_STEPS: [i32; 6] = [64, 32, 16, 8, 4, 2];
+const COARSE_STEPS: [[i32; 2]; COARSE_PAIRS] = [[64, 32], [16, 8], [4, 2]];
 const LAST_STEP: i32 = 1;
 
 bindings! {
@@ -110,7 +110,8 @@ impl NearestLine {
         for list in &self.lists {
             frame.update(list, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
         }
-        let coarse = COARSE_STEPS.map(|step| (&self.middle, step, seeds.coarse_threads()));
+        let pairs = COARSE_STEPS.iter().zip(seeds.coarse_threads());
+        let coarse = pairs.flat_map(|(pair, threads)| pair.map(|step| (&self.middle, step, threads)));
         let first = (&self.first, FIRST_STEP, seeds.block_threads());
         let last = (&self.last, LAST_STEP, seeds.block_threads());
         for (i, (pipeline, step, threads)) in [first].into_iter().chain(coarse).chain([last]).enumerate() {
