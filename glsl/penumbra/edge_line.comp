@@ -25,7 +25,7 @@ layout(binding = 4, scalar) readonly buffer PixelList {
   uint count;
   uint pixels[];
 } list;
-layout(binding = 5, rgba32ui) uniform uimage2D seeds;
+layout(binding = 5, scalar) buffer Seeds { uvec3 seeds[]; };
 layout(binding = 6, scalar) readonly buffer SeedBits { uint seed_bits[]; }; // one word per column and 32 rows, bit y % 32
 
 // The hard shadow at a point, and the edge that its texel holds, if any: a function that is linear in the texel, 0 at
@@ -89,7 +89,7 @@ vec3 viewGradient(vec3 position, vec2 gradient) {
 void workOn(ivec2 pixel) {
   if ((seed_bits[pixel.x + view.size.x * (pixel.y / 32)] >> (pixel.y & 31) & 1u) == 0) return;
   Receiver r = receiverAt(pixel);
-  Seed seed = Seed(seedPoint(imageLoad(seeds, pixel)), r.normal, vec3(0.0));
+  Seed seed = Seed(seedPoint(pixel, seeds[seedIndex(pixel)]), r.normal, vec3(0.0));
   // On the way from the lit pixel to the middle of its neighbours in shadow.
   vec3 start = r.position, across = 2.0 * (seed.point - start);
   float lit = 0.0, dark = 1.0, at = 0.5;
@@ -115,7 +115,7 @@ void workOn(ivec2 pixel) {
   // Around corners of the shadow the end of the way may be lit; then the point stays where it is.
   if (open && dark < 1.0) at = 0.5 * (lit + dark);
   seed.point = start + at * across;
-  imageStore(seeds, pixel, packSeed(seed));
+  seeds[seedIndex(pixel)] = packSeed(pixel, seed);
 }
 
 void main() {

@@ -20,7 +20,7 @@ layout(binding = 4, scalar) readonly buffer PixelList {
   uint count;
   uint pixels[];
 } list;
-layout(binding = 5) writeonly uniform uimage2D seeds;
+layout(binding = 5, scalar) writeonly buffer Seeds { uvec3 seeds[]; };
 layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; }; // one word per column and 32 rows, bit y % 32
 
 layout(binding = 8, scalar) buffer Coarse {
@@ -74,7 +74,7 @@ void workOn(ivec2 pixel) {
   vec3 point, normal;
   float nearest_depth;
   if (!findSeed(pixel, point, normal, nearest_depth)) return;
-  imageStore(seeds, pixel, packSeed(Seed(point, normal, vec3(0.0))));
+  seeds[seedIndex(pixel)] = packSeed(pixel, Seed(point, normal, vec3(0.0)));
   atomicOr(seed_bits[pixel.x + view.size.x * (pixel.y / 32)], 1u << (pixel.y & 31));
   if (SOFT) return;
   // The filter reads half its width beyond the pixels that it changes.

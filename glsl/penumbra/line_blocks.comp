@@ -51,10 +51,10 @@ struct Search {
 bool considerLine(uint candidate, inout Search search) {
   bool is_label = candidate != NO_SEED;
   ivec2 pixel = is_label ? ivec2(candidate & 0xffffu, candidate >> 16) : ivec2(0);
-  uvec4 bits = texelFetch(seeds, pixel, 0);
+  uvec3 bits = seedAt(pixel);
   // The steps before the last carry labels: points are enough for them.
-  Seed seed = Seed(seedPoint(bits), seedNormal(bits), vec3(0.0));
-  if (LAST) seed = unpackSeed(bits);
+  Seed seed = Seed(seedPoint(pixel, bits), seedNormal(bits), vec3(0.0));
+  if (LAST) seed = unpackSeed(pixel, bits);
   bool reaches = is_label && mayReach(pixel, eyeDepth(seed.point), search.at.pixel);
   vec3 apart = seed.point - search.at.p.position;
   float squared = LAST ? lineDistanceSquared(apart, seed.along, halfLine(seed)) : dot(apart, apart);

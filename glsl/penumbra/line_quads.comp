@@ -66,7 +66,7 @@ struct Quad {
 void considerForAll(uint candidate, inout Quad q) {
   bool is_label = candidate != NO_SEED;
   ivec2 pixel = is_label ? ivec2(candidate & 0xffffu, candidate >> 16) : ivec2(0);
-  Seed seed = unpackSeed(texelFetch(seeds, pixel, 0));
+  Seed seed = unpackSeed(pixel, seedAt(pixel));
   float half_length = halfLine(seed), tolerance = 2.0 * push.tolerance * q.width;
   for (int k = 0; k < 4; ++k) {
     Receiver p = q.corners[k];
@@ -145,8 +145,9 @@ void search(inout Quad q) {
       ahead = q.ahead[k];
     }
     if (ahead == 0.0) break;
-    Seed seed = unpackSeed(texelFetch(seeds, ivec2(nearest.label & 0xffffu, nearest.label >> 16), 0));
-    ivec2 place = pixelOf(seed.point + ahead * seed.along);
+    ivec2 from = ivec2(nearest.label & 0xffffu, nearest.label >> 16);
+    Seed seed = unpackSeed(from, seedAt(from));
+    ivec2 place = from + ivec2(round(clamp(pixelsFrom(from, seed.point + ahead * seed.along), -65536.0, 65536.0)));
     for (int k = 0; k < 4; ++k) {
       if (q.ahead[k] == ahead) q.ahead[k] = 0.0;
     }

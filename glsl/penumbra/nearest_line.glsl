@@ -24,14 +24,6 @@ float lineDistanceSquared(vec3 apart, vec3 along, float half_length) {
   return dot(closest, closest);
 }
 
-// The pixel that shows a point.
-ivec2 pixelOf(vec3 p) {
-  mat4 m = view.view_from_clip;
-  float scale = m[2][3] == 0.0 ? m[3].w : m[3].z / p.z;
-  vec2 ndc = inverse(mat2(m[0].xy, m[1].xy)) * (scale * p.xy - m[3].xy);
-  return ivec2(floor(0.5 * (ndc + 1.0) * vec2(view.size)));
-}
-
 // Whether a penumbra around the seed's line may reach a pixel of the block. All such blocks lie in the tiles that
 // edge_seeds.comp marks for the seed.
 bool mayReach(ivec2 seed_pixel, float depth, ivec2 pixel) {

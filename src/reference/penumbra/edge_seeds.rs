@@ -207,9 +207,18 @@ fn seed_at(view: &View<'_>, hard: &[f32], s: &Settings, pixel: [usize; 2]) -> Op
     }
     // At the pixel's centre, it only matters whether any neighbour counts.
     let sure = sure || (s.points.at_pixels() && pairs.iter().any(|pair| pair.1 == Decision::Yes));
+    error += stored_point_error(view, point, matches!(s.points, Points::Traced { .. }));
     let normal = stored_normal((p.normal, p.normal_error));
     let (along, along_error) = stored_direction((along, along_error), normal);
     Some(Seed { pixel, point, error, doubt, along, along_error, normal: normal.0, normal_error: normal.1, sure })
+}
+
+/// Bound of the error of a point that is stored as its offset from the pixel, in 2 x 16 bits, and its depth. Where the
+/// point is traced, the other end of the path is stored before, twice as far away.
+fn stored_point_error(view: &View<'_>, point: DVec3, traced: bool) -> f64 {
+    let pixel = view.pixel_width(point, DVec3::ZERO).0;
+    let once = 4.0 * ROUNDING * point.length() + 2.0 * pixel / 32767.0;
+    if traced { 3.0 * once } else { once }
 }
 
 /// Rounds a code to a whole number; `None` if its error may change the result.

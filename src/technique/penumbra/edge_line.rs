@@ -1,6 +1,6 @@
 //! Search for the line along which a hard shadow ends between two pixels.
 
-use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::gpu::{Buffer, ComputePipeline, bindings};
 use crate::technique::common::bindings::ReceiverBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::revectorization::rbsm_pass::RbsmConfig;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub const STEPS: u32 = 3;
 
 bindings! {
-    struct LineBindings { ..receiver: ReceiverBindings, list, seeds, SeedBits }
+    struct LineBindings { ..receiver: ReceiverBindings, list, Seeds, SeedBits }
 }
 
 /// The pass: it evaluates the function of the hard shadows again, at points between pixels.
@@ -35,7 +35,7 @@ impl EdgeLine {
         view: &Buffer,
         inputs: &Inputs<'_>,
         push: RbsmPush,
-        (pixels, seeds, bits): (&Buffer, &Image, &Buffer),
+        (pixels, seeds, bits): (&Buffer, &Buffer, &Buffer),
     ) -> Result<()> {
         frame.dispatch(&Pass {
             name: "lines of edges",
@@ -43,7 +43,7 @@ impl EdgeLine {
             bind: &LineBindings {
                 receiver: ReceiverBindings::new(view, inputs),
                 list: Bind::Buffer(pixels),
-                seeds: Bind::Image(seeds),
+                Seeds: Bind::Buffer(seeds),
                 SeedBits: Bind::Buffer(bits),
             },
             push: bytemuck::bytes_of(&push),

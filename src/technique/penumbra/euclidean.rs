@@ -6,7 +6,7 @@ use super::fixed_width::penumbra_width;
 use super::mean_filter::MeanFilter;
 use super::nearest_edge::{Nearest, NearestEdge, Viewed};
 use super::seed_width::{Meet, Metric, WidthConfig};
-use super::shared::PenumbraPush;
+use super::shared::{PenumbraPush, pixel_list};
 use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search;
 use crate::technique::common::rbsm_receiver::RbsmPush;
@@ -17,6 +17,7 @@ use crate::technique::revectorization::rbsm_pass::{Rbsm, Revectorization};
 use crate::technique::revectorization::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use crate::technique::{PENUMBRA, Param, Passes, Setup};
 use crate::{Context, Frame, Inputs, Result};
+use std::sync::Arc;
 
 /// The filter is off by default, since it blurs penumbrae of one width more than it smooths them: without it their error
 /// against traced penumbrae is smaller on nearly all scenes.
@@ -170,6 +171,8 @@ struct Euclidean {
     nearest: NearestEdge,
     /// Absent if neither the filter has a width nor penumbrae have widths of their own.
     filter: Option<MeanFilter>,
+    /// List that the passes use in turn.
+    pixels: Arc<Buffer>,
     push: RbsmPush,
     penumbrae: Penumbrae,
     /// Width of the filter as a share of the penumbra's.
@@ -240,11 +243,13 @@ fn prepare_either(
         },
         ..EdtConfig::default()
     };
+    let pixels = pixel_list(context, extent)?;
     Ok(Box::new(Euclidean {
-        hard: Rbsm::new(context, extent, hard)?,
-        seeds: EdgeSeeds::new(context, extent, setup.map_size, edges)?,
-        edt: Edt::new(context, extent, edt)?,
-        nearest: NearestEdge::new(context, extent, edges, nearest, setup.intermediates)?,
+        hard: Rbsm::sharing(context, extent, hard, Some(&pixels))?,
+        seeds: EdgeSeeds::new(context, extent, setup.map_size, edges, &pixels)?,
+        edt: Edt::sharing(context, extent, edt, Some(&pixels))?,
+        nearest: NearestEdge::new(context, extent, edges, nearest, setup.intermediates, &pixels)?,
+        pixels,
         filter: if filtered { Some(MeanFilter::new(context, extent, edges, p.int("filter_taps"))?) } else { None },
         push: revectorized::push(setup),
         penumbrae,
@@ -288,7 +293,7 @@ impl Passes for Euclidean {
 
     fn memory_bytes(&self) -> u64 {
         let passes = [
-            self.hard.memory_bytes(),
+            self.pixels.size(),
             self.seeds.memory_bytes(),
             self.edt.memory_bytes(),
             self.nearest.memory_bytes(),

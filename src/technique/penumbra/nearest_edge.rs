@@ -26,13 +26,13 @@ pub enum Nearest {
 
 /// Sides of the blocks of pixels that the search visits first: `BLOCK` and `QUAD` of `glsl/penumbra/nearest_edge.glsl`.
 pub(super) const BLOCK: u32 = 4;
-pub(super) const QUAD: u32 = 2;
+const QUAD: u32 = 2;
 /// Steps between the neighbours that a block asks, in blocks; a pass each.
 const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
 
 bindings! {
     /// Images and lists that a search for the nearest edge works on.
-    pub(super) struct SearchBindings { ..camera: CameraBindings, seeds, labels, list, widths }
+    pub(super) struct SearchBindings { ..camera: CameraBindings, Seeds, labels, list, widths }
     struct BlockBindings { ..search: SearchBindings, relaxed_labels }
     struct QuadBindings { ..search: SearchBindings, block_labels, quad_labels }
     struct EdgeBindings {
@@ -54,7 +54,7 @@ impl<'a> SearchBindings<'a> {
     pub(super) fn new(view: &'a Buffer, inputs: &'a Inputs<'_>, seeds: &'a EdgeSeeds, labels: &'a Image) -> Self {
         Self {
             camera: CameraBindings::new(view, inputs),
-            seeds: Bind::Image(seeds.seeds()),
+            Seeds: Bind::Buffer(seeds.seeds()),
             labels: Bind::Image(labels),
             list: Bind::Buffer(seeds.tiles().buffer()),
             widths: Bind::Image(seeds.widths()),
@@ -257,17 +257,19 @@ impl Points {
 }
 
 impl NearestEdge {
-    /// Allocates for a camera image; `viewed`: keeps the images of [`Viewed`].
+    /// Allocates for a camera image; `viewed`: keeps the images of [`Viewed`]. `pixels` is a list of pixels that this and
+    /// earlier passes use in turn.
     pub fn new(
         context: &Context,
         extent: [u32; 2],
         config: EdgeConfig,
         nearest: Nearest,
         viewed: bool,
+        pixels: &Arc<Buffer>,
     ) -> Result<Self> {
         Ok(Self {
             search: match nearest {
-                Nearest::WorldLine => Search::Lines(NearestLine::new(context, extent, config, viewed)?),
+                Nearest::WorldLine => Search::Lines(NearestLine::new(context, extent, config, viewed, pixels)?),
                 _ => Search::Points(Points::new(context, extent, config, nearest == Nearest::World, viewed)?),
             },
             images: EdgeImages::new(context, extent, config, viewed)?,

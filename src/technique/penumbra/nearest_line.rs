@@ -2,7 +2,7 @@
 //! lines along the edge, so that few of them tell the distance.
 
 use super::edge_seeds::{COARSE_PAIRS, EdgeConfig, EdgeSeeds};
-use super::nearest_edge::{BLOCK, EdgeImages, QUAD, SearchBindings, labels_of_blocks};
+use super::nearest_edge::{BLOCK, EdgeImages, SearchBindings, labels_of_blocks};
 use super::seed_width::WidthConfig;
 use super::shared::PenumbraPush;
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
@@ -47,13 +47,20 @@ pub struct NearestLine {
     /// turns by more than at a crease on the way to an edge.
     quads: [Arc<ComputePipeline>; 3],
     labels: [Image; 2],
-    /// Work of these passes.
-    lists: [Buffer; 3],
+    /// Work of these passes; the last is shared.
+    lists: [Buffer; 2],
+    turned: Arc<Buffer>,
 }
 
 impl NearestLine {
-    /// Allocates for a camera image; `viewed`: the images of [`super::nearest_edge::Viewed`] are wanted.
-    pub fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, viewed: bool) -> Result<Self> {
+    /// Allocates for a camera image, `turned` being a list with room for every quad; `viewed`: the images of [`super::nearest_edge::Viewed`] are wanted.
+    pub fn new(
+        context: &Context,
+        extent: [u32; 2],
+        config: EdgeConfig,
+        viewed: bool,
+        turned: &Arc<Buffer>,
+    ) -> Result<Self> {
         let planes = ("PLANES", (config.surfaces == SurfaceTest::Planes).into());
         let [soft, meet, metric, filter] = WidthConfig::constants(config.widths);
         let block = |first: bool, last: bool| {
@@ -68,25 +75,20 @@ impl NearestLine {
             let constants = [planes, aside, turned, viewed, filtered, soft, meet, metric, filter];
             context.pipeline::<QuadsBindings, PenumbraPush>("penumbra/line_quads.comp", &constants)
         };
-        let list = |name, side| {
-            let entries = extent.iter().map(|n| u64::from(n.div_ceil(side))).product();
-            indirect_list(context.device(), name, HEADER, entries)
-        };
+        let blocks = extent.iter().map(|n| u64::from(n.div_ceil(BLOCK))).product();
+        let list = |name| indirect_list(context.device(), name, HEADER, blocks);
         Ok(Self {
             first: block(true, false)?,
             middle: block(false, false)?,
             last: block(false, true)?,
             quads: [quad(false, false)?, quad(true, false)?, quad(true, true)?],
             labels: [labels_of_blocks(context, extent, BLOCK)?, labels_of_blocks(context, extent, BLOCK)?],
-            lists: [
-                list("blocks near an edge", BLOCK)?,
-                list("blocks near edges of several surfaces", BLOCK)?,
-                list("quads near an edge round a bend", QUAD)?,
-            ],
+            lists: [list("blocks near an edge")?, list("blocks near edges of several surfaces")?],
+            turned: turned.clone(),
         })
     }
 
-    /// Bytes of images and lists.
+    /// Bytes of images and lists, without the list that is shared.
     pub fn memory_bytes(&self) -> u64 {
         self.labels.iter().map(Image::memory_bytes).chain(self.lists.iter().map(Buffer::size)).sum()
     }
@@ -107,7 +109,7 @@ impl NearestLine {
         for (name, image) in [("clear block labels", a), ("clear other block labels", b)] {
             frame.fill_image(name, image, NO_SEED);
         }
-        for list in &self.lists {
+        for list in self.lists.iter().chain([&*self.turned]) {
             frame.update(list, bytemuck::bytes_of(&[0u32, 1, 1, 0]));
         }
         let pairs = COARSE_STEPS.iter().zip(seeds.coarse_threads());
@@ -134,7 +136,7 @@ impl NearestLine {
         for (name, pipeline, list) in [
             ("nearest line", &self.quads[0], &self.lists[0]),
             ("nearest line, several surfaces", &self.quads[1], &self.lists[1]),
-            ("nearest line, round bends", &self.quads[2], &self.lists[2]),
+            ("nearest line, round bends", &self.quads[2], &self.turned),
         ] {
             frame.dispatch(&Pass {
                 name,
@@ -148,7 +150,7 @@ impl NearestLine {
                     nearest_labels: Bind::Image(&images.labels),
                     seed_mask: Bind::Image(&images.seed_mask),
                     visibility: Bind::Image(hard),
-                    TurnedList: Bind::Buffer(&self.lists[2]),
+                    TurnedList: Bind::Buffer(&self.turned),
                 },
                 push: bytemuck::bytes_of(&push),
                 threads: Threads::Indirect(list, 0),
