@@ -39,15 +39,6 @@ layout(binding = 16, scalar) buffer TurnedList {
 
 const uint OUT_OF_REACH = 0x8000u; // bit of a listed block's x
 
-// Distance of the labels around the seed found, pixels.
-const int AROUND = 4;
-
-// Steps along the edge, at most.
-const int WALK = 4;
-
-// Largest squared share of the distance by which a line may end before the pixel's foot.
-const float END_SHARE = 0.02;
-
 const ivec2 CORNERS[4] = ivec2[](ivec2(0, 1), ivec2(1, 1), ivec2(1, 0), ivec2(0, 0)); // in gather order
 
 struct Quad {
@@ -59,8 +50,6 @@ struct Quad {
   Nearest turned[4];
   float beyond[4]; // of the latter only those farther than this count, squared
   bool off;        // some candidate lies on another surface
-  // How far along its line the nearest one ends beside the pixel, world units; 0 where it does not.
-  float ahead[4];
 };
 
 void considerForAll(uint candidate, inout Quad q) {
@@ -71,9 +60,7 @@ void considerForAll(uint candidate, inout Quad q) {
   for (int k = 0; k < 4; ++k) {
     Receiver p = q.corners[k];
     vec3 apart = seed.point - p.position;
-    float foot = -dot(apart, seed.along), on_line = clamp(foot, -half_length, half_length);
-    vec3 closest = apart + on_line * seed.along;
-    float squared = dot(closest, closest);
+    float squared = lineDistanceSquared(apart, seed.along, half_length);
     bool on_surface, turned = false;
     if (PLANES) {
       // As onSurface, but for one width.
@@ -87,11 +74,7 @@ void considerForAll(uint candidate, inout Quad q) {
     }
     q.off = q.off || (is_label && !on_surface);
     bool good = is_label && on_surface;
-    if (good && !turned && squared < q.level[k].squared) {
-      q.level[k] = Nearest(squared, candidate);
-      float beyond = foot - on_line;
-      q.ahead[k] = beyond * beyond > END_SHARE * squared ? foot : 0.0;
-    }
+    if (good && !turned && squared < q.level[k].squared) q.level[k] = Nearest(squared, candidate);
     if (good && turned && squared < q.turned[k].squared && squared > q.beyond[k]) q.turned[k] = Nearest(squared, candidate);
   }
 }
@@ -119,39 +102,22 @@ void search(inout Quad q) {
     ivec2 inside = clamp(place, ivec2(0), ivec2(view.size) - 1);
     considerForAll(place == inside ? texelFetch(labels, inside, 0).x : NO_SEED, q);
   }
-  // Where edges lie on several surfaces, the seed nearest in the image may hide the nearest edge: considers the labels
-  // around the seed found.
-  Nearest found = nothing();
-  for (int k = 0; k < 4; ++k) {
-    if (q.level[k].squared < found.squared) found = q.level[k];
-  }
-  bool is_found = found.label != NO_SEED;
-  ivec2 seed = is_found ? ivec2(found.label & 0xffffu, found.label >> 16) : ivec2(0);
-  for (int i = 0; i < (ASIDE ? 8 : 0); ++i) {
-    // Skips the middle point, which is known.
-    int n = i + int(i > 3), row = int(n > 2) + int(n > 5);
-    ivec2 beside = seed + AROUND * (ivec2(n - 3 * row, row) - 1);
-    uint label = texelFetch(labels, clamp(beside, ivec2(0), ivec2(view.size) - 1), 0).x;
-    considerForAll(is_found ? label : NO_SEED, q);
-  }
-  // Where the nearest line ends before the pixel's foot, the edge goes on: asks for the seed there, for one pixel after
-  // the other.
-  for (int i = 0; i < WALK; ++i) {
+  // The seed nearest in the image need not be the nearest in the world: considers the labels around the seed found, near
+  // and far.
+  for (int step = 8; step > 0; step /= 2) {
     Nearest nearest = nothing();
-    float ahead = 0.0;
-    for (int k = 3; k >= 0; --k) {
-      if (q.ahead[k] == 0.0) continue;
-      nearest = q.level[k];
-      ahead = q.ahead[k];
-    }
-    if (ahead == 0.0) break;
-    ivec2 from = ivec2(nearest.label & 0xffffu, nearest.label >> 16);
-    Seed seed = unpackSeed(from, seedAt(from));
-    ivec2 place = from + ivec2(round(clamp(pixelsFrom(from, seed.point + ahead * seed.along), -65536.0, 65536.0)));
     for (int k = 0; k < 4; ++k) {
-      if (q.ahead[k] == ahead) q.ahead[k] = 0.0;
+      if (q.level[k].squared < nearest.squared) nearest = q.level[k];
     }
-    considerForAll(texelFetch(labels, clamp(place, ivec2(0), ivec2(view.size) - 1), 0).x, q);
+    bool found = nearest.label != NO_SEED;
+    ivec2 seed = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
+    for (int i = 0; i < 8; ++i) {
+      // Skips the middle point, which is known.
+      int j = i + int(i > 3), row = int(j > 2) + int(j > 5);
+      ivec2 beside = seed + step * (ivec2(j - 3 * row, row) - 1);
+      uint label = texelFetch(labels, clamp(beside, ivec2(0), ivec2(view.size) - 1), 0).x;
+      considerForAll(found ? label : NO_SEED, q);
+    }
   }
 }
 
@@ -180,7 +146,6 @@ void workOn(uint place) {
     q.level[k] = nothing();
     q.turned[k] = nothing();
     q.beyond[k] = -1.0;
-    q.ahead[k] = 0.0;
   }
   bool open = true;
   for (int round = 0; open; ++round) {
