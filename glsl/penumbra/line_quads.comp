@@ -122,7 +122,7 @@ void search(inout Quad q) {
 }
 
 // Largest number of further searches.
-const int ROUNDS = 1;
+const int ROUNDS = 3;
 
 // A quad's place in units of quads; OUT_OF_REACH if no edge reaches its block.
 void workOn(uint place) {
