@@ -1,6 +1,6 @@
 #version 460
 // Finds the seeds among the listed pixels: pixels that differ from a neighbour on the same surface. A seed's point lies
-// half-way to those neighbours; edge_place.comp refines it. Marks all tiles that a penumbra around the seeds may reach.
+// half-way to those neighbours; edge_line.comp refines it. Marks all tiles that a penumbra around the seeds may reach.
 // If seeds have penumbra widths of their own (SOFT), seed_width.comp marks the tiles instead.
 // Macedo, Apolinario (2018), algorithm 1. The paper compares neighbours on any surface (ANY_SURFACE), and takes the
 // centres of the pixels on both sides as the edge (AT_PIXELS), which leaves a plateau two pixels wide.
@@ -20,8 +20,16 @@ layout(binding = 4, scalar) readonly buffer PixelList {
   uint count;
   uint pixels[];
 } list;
-layout(binding = 5) writeonly uniform uimage2D seeds;
+layout(binding = 5, scalar) writeonly buffer Seeds { uvec3 seeds[]; };
 layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; }; // one word per column and 32 rows, bit y % 32
+
+layout(binding = 8, scalar) buffer Coarse {
+  uint coarse_groups[3][3];
+  int farthest; // reach of the widest penumbra, pixels
+};
+
+// A block of pixels around one whose edge's line is in reach: 2 pixels from seed to line, 2 in the block, 1 for rounding.
+const int AROUND_LINE = 5;
 
 bool isSurface(ivec2 pixel) {
   return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, ivec2(view.size))) && depthAt(pixel) != view.far_depth;
@@ -66,12 +74,13 @@ void workOn(ivec2 pixel) {
   vec3 point, normal;
   float nearest_depth;
   if (!findSeed(pixel, point, normal, nearest_depth)) return;
-  imageStore(seeds, pixel, packSeed(point, normal));
+  seeds[seedIndex(pixel)] = packSeed(pixel, Seed(point, normal, vec3(0.0)));
   atomicOr(seed_bits[pixel.x + view.size.x * (pixel.y / 32)], 1u << (pixel.y & 31));
   if (SOFT) return;
   // The filter reads half its width beyond the pixels that it changes.
   ivec2 first, last;
-  tilesInReach(pixel, penumbraReach() + 0.5 * push.filter_width, nearest_depth, first, last);
+  int reach = tilesInReach(pixel, penumbraReach() + 0.5 * push.filter_width, nearest_depth, AROUND_LINE, first, last);
+  if (reach > farthest) atomicMax(farthest, reach);
   mark(first, last);
 }
 

@@ -40,13 +40,13 @@ float filterShare(float width, bool filter_in_world) {
 ivec2 tileCount() { return (ivec2(view.size) + TILE - 1) / TILE; }
 int tileIndex(ivec2 tile) { return tile.y * tileCount().x + tile.x; }
 
-// First and last tile that may hold anything within `radius` of a point. The point has the eye depth `depth` and
-// appears in the given pixel.
-void tilesInReach(ivec2 pixel, float radius, float depth, out ivec2 first, out ivec2 last) {
-  // A point of an edge lies up to a pixel away from the centre of its pixel.
-  int reach = int(ceil(pixelReach(radius, depth, view.pixel_size, view.off_axis))) + 2;
+// First and last tile that may hold anything within `radius` of a point of an edge. The point has the eye depth `depth`
+// and appears at most `around` pixels from the given one. Returns the largest distance in pixels.
+int tilesInReach(ivec2 pixel, float radius, float depth, int around, out ivec2 first, out ivec2 last) {
+  int reach = int(ceil(pixelReach(radius, depth, view.pixel_size, view.off_axis))) + around;
   first = max((pixel - reach) >> 3, 0);
   last = min((pixel + reach) >> 3, tileCount() - 1);
+  return reach;
 }
 
 #endif

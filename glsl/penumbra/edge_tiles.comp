@@ -40,7 +40,8 @@ void main() {
   barrier();
   if (gl_LocalInvocationIndex == 0 && open > 0) {
     first = atomicAdd(list.count, open);
-    atomicMax(list.groups[0], min(first + open, MAX_TILE_GROUPS));
+    // Four tiles for a workgroup of edge_pixels.comp.
+    atomicMax(list.groups[0], min((first + open + 3) / 4, MAX_TILE_GROUPS));
   }
   barrier();
   if (mixed) list.tiles[first + index] = packTile(tile);

@@ -19,6 +19,16 @@ layout(binding = 1, scalar) buffer TileList {
 layout(binding = 2, scalar) buffer BlockGroups { uint block_groups[3]; };
 layout(binding = 3, scalar) buffer QuadGroups { uint quad_groups[3]; };
 
+// Those of the blocks again, for pairs of steps that only wide penumbrae need.
+layout(binding = 4, scalar) buffer Coarse {
+  uint coarse_groups[3][3];
+  int farthest; // reach of the widest penumbra, pixels
+};
+
+// Reach, in pixels, up to which a pair is not needed: that of the distance transform's labels, of the first and the last
+// step, and of the finer pairs.
+const int REACH_WITHOUT[3] = int[](44 + 4 * (16 + 8 + 4 + 2), 44 + 4 * (4 + 2), 44);
+
 layout(push_constant, scalar) uniform Push {
   uvec2 tiles; // number along both axes
 } push;
@@ -40,7 +50,11 @@ void main() {
   if (gl_LocalInvocationIndex == 0 && open > 0) {
     first = atomicAdd(list.count, open);
     atomicMax(list.groups[0], min(first + open, MAX_TILE_GROUPS));
-    atomicMax(block_groups[0], min((first + open + 15) / 16, MAX_TILE_GROUPS));
+    uint groups = min((first + open + 15) / 16, MAX_TILE_GROUPS);
+    atomicMax(block_groups[0], groups);
+    for (int i = 0; i < 3; ++i) {
+      if (farthest > REACH_WITHOUT[i]) atomicMax(coarse_groups[i][0], groups);
+    }
     atomicMax(quad_groups[0], min((first + open + 3) / 4, MAX_TILE_GROUPS));
   }
   barrier();

@@ -133,7 +133,7 @@ void workOn(ivec2 tile) {
     if (SOFT && LINE_TAPS > 0) {
       bool wanted_line = near && D > 0.0;
       ivec2 seed = wanted_line ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
-      vec3 apart = seedPoint(texelFetch(seeds, seed, 0)) - p.position;
+      vec3 apart = seedPoint(seed, seedAt(seed)) - p.position;
       float beyond = beyondEdge(pixel, p, apart, D, own, wanted_line ? LINE_TAPS : 0);
       if (wanted_line) v = clamp(v + beyond, 0.0, 1.0);
     }

@@ -14,8 +14,10 @@ layout(constant_id = 5) const bool ALONG_LIGHT = false; // measure distances alo
 
 layout(constant_id = 8) const bool FILTER_IN_WORLD = false; // if SOFT: the filter's width is in world units, not a share
 
-layout(binding = 3) uniform usampler2D seeds;
+layout(binding = 3, scalar) readonly buffer Seeds { uvec3 seeds[]; };
 layout(binding = 13) uniform sampler2D widths; // of seed_width.comp; read if SOFT
+
+uvec3 seedAt(ivec2 pixel) { return seeds[seedIndex(pixel)]; }
 
 struct Nearest {
   float squared; // distance, world units; a share of the seed's penumbra width if SOFT and not MEET_NEAREST
@@ -116,8 +118,8 @@ bool onSurface(Place at, vec3 apart, vec3 normal, ivec2 pixel) {
 bool bendsEvenly(Place at, Nearest nearest) {
   bool found = nearest.label != NO_SEED;
   ivec2 a = at.pixel, b = found ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
-  uvec4 seed = texelFetch(seeds, b, 0);
-  vec3 from = at.p.position, n = at.p.normal, to = seedPoint(seed), m = seedNormal(seed);
+  uvec3 seed = seedAt(b);
+  vec3 from = at.p.position, n = at.p.normal, to = seedPoint(b, seed), m = seedNormal(seed);
   bool even = true, open = PLANES && found && dot(n, m) < CREASE_COSINE;
   while (open) {
     ivec2 between = abs(b - a), middle = (a + b) / 2;
@@ -147,8 +149,8 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
   ivec2 pixel = ivec2(candidate & 0xffffu, candidate >> 16);
   bool is_label = candidate != NO_SEED;
   if (!is_label) pixel = ivec2(0);
-  uvec4 seed = texelFetch(seeds, pixel, 0);
-  vec3 apart = seedPoint(seed) - at.p.position;
+  uvec3 seed = seedAt(pixel);
+  vec3 apart = seedPoint(pixel, seed) - at.p.position;
   vec2 width = SOFT ? texelFetch(widths, pixel, 0).xy : vec2(1.0);
   float d2 = squaredDistance(at, apart, width.y);
   if (SOFT) {

@@ -32,7 +32,7 @@ layout(binding = 4, scalar) readonly buffer PixelList {
   uint count;
   uint pixels[];
 } list;
-layout(binding = 5) uniform usampler2D seeds;
+layout(binding = 5, scalar) readonly buffer Seeds { uvec3 seeds[]; };
 layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; };
 // Values at seeds: full width in world units, or 0; and the smallest factor by which the measure shortens a length on
 // the surface.
@@ -65,8 +65,8 @@ float widthAt(ivec2 pixel) {
 void workOn(ivec2 pixel) {
   uint word = pixel.x + view.size.x * (pixel.y / 32), bit = 1u << (pixel.y & 31);
   if ((seed_bits[word] & bit) == 0) return;
-  uvec4 seed = texelFetch(seeds, pixel, 0);
-  vec3 point = seedPoint(seed);
+  uvec3 seed = seeds[seedIndex(pixel)];
+  vec3 point = seedPoint(pixel, seed);
   float width = widthAt(pixel);
   if (!(width >= NARROWEST_WIDTH * pixelWidth(point))) width = 0.0;
   float cosine = ALONG_LIGHT ? DIAGONAL * max(dot(seedNormal(seed), towardsLight(point, 0)), LEAST_COSINE) : 1.0;
@@ -79,7 +79,8 @@ void workOn(ivec2 pixel) {
   ivec2 first, last;
   float filter_share = filterShare(width, FILTER_IN_WORLD);
   float reach = (0.5 * (push.penumbra + filter_share) + 0.5 * filter_share) * width / cosine;
-  tilesInReach(pixel, reach, eyeDepth(point), first, last);
+  // A point of an edge lies up to a pixel away from the centre of its pixel.
+  tilesInReach(pixel, reach, eyeDepth(point), 2, first, last);
   mark(first, last);
 }
 

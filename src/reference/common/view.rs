@@ -592,7 +592,7 @@ pub(crate) fn shadow_test(reference: f64, error: f64, stored: f64) -> Decision {
 }
 
 /// Mirror of `octahedralDecode` of `glsl/lib/octahedral.glsl`.
-fn octahedral_decode(e: DVec2) -> DVec3 {
+pub(crate) fn octahedral_decode(e: DVec2) -> DVec3 {
     let mut n = dvec3(e.x, e.y, 1.0 - e.x.abs() - e.y.abs());
     if n.z < 0.0 {
         let sign = |v: f64| if v >= 0.0 { 1.0 } else { -1.0 };

@@ -1,5 +1,5 @@
-//! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`: the nearest edge by
-//! brute force over all seeds, and the intensity of a penumbra of fixed width.
+//! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`, and of `line_blocks.comp` and
+//! `line_quads.comp`: the nearest edge by brute force over all seeds, and the intensity of a penumbra of fixed width.
 
 pub mod soft;
 
@@ -24,6 +24,8 @@ pub struct Settings {
     pub penumbra: f32,
     /// Width of the mean filter, world units.
     pub filter_width: f32,
+    /// Seeds are short lines along the edge, not points.
+    pub lines: bool,
 }
 
 impl Settings {
@@ -73,7 +75,8 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed]) -> Re
         let mut found = NOTHING;
         for seed in seeds {
             // Most seeds are clearly too far away.
-            let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.off());
+            let (half_line, line_error) = if settings.lines { half_line(&view, seed) } else { (0.0, 0.0) };
+            let limit = 1.00001 * (reach.min(found.range[1]) + p_error + seed.off() + half_line + line_error);
             if p.position.distance_squared(seed.point) > limit * limit {
                 continue;
             }
@@ -128,7 +131,7 @@ pub fn links(data: &FrameData<'_>, settings: &Settings, seeds: &[Seed], labels: 
         let Some(p) = view.receiver(pixel) else {
             return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, but no surface")));
         };
-        let (distance, error) = distance(&p, seed);
+        let (distance, error) = distance(&view, settings, &p, seed);
         let on_surface = on_surface(&view, settings, pixel, &p, seed);
         let doubtful = on_surface.is_doubtful() || !seed.sure;
         Ok(Some(Link { distance, error, on_surface: on_surface.is_yes(), doubtful }))
@@ -151,13 +154,34 @@ pub fn intensity(hard: f64, distance: f64, penumbra: f64) -> f64 {
     (0.5 + side * distance / penumbra).clamp(0.0, 1.0)
 }
 
-fn distance(p: &Receiver, seed: &Seed) -> (f64, f64) {
-    let distance = p.position.distance(seed.point);
-    (distance, p.position_error.length() + seed.off() + 2.0 * ROUNDING * distance)
+/// `HALF_LINE` of `glsl/penumbra/nearest_line.glsl`.
+const HALF_LINE: f64 = 0.25;
+
+/// Mirror of `halfLine`: half of the length of a seed's line, world units, and the bound of its error.
+fn half_line(view: &View<'_>, seed: &Seed) -> (f64, f64) {
+    let facing = seed.along.dot(view.ray(seed.point)).abs();
+    let width = HALF_LINE * view.pixel_width(seed.point, DVec3::ZERO).0;
+    let length = |facing: f64| width / (1.0 - facing * facing).max(0.01).sqrt();
+    let change = length((facing + seed.along_error).min(1.0)) - length((facing - seed.along_error).max(0.0));
+    (length(facing), change)
+}
+
+/// Returns the distance from a point to a seed, and the bound of its error.
+fn distance(view: &View<'_>, s: &Settings, p: &Receiver, seed: &Seed) -> (f64, f64) {
+    let apart = seed.point - p.position;
+    let error = p.position_error.length() + seed.off() + 2.0 * ROUNDING * apart.length();
+    if !s.lines {
+        return (apart.length(), error);
+    }
+    let (half_line, line_error) = half_line(view, seed);
+    let distance = (apart - apart.dot(seed.along).clamp(-half_line, half_line) * seed.along).length();
+    // A line of unknown direction, or a point, ends half its length off.
+    let off = half_line * if seed.along_error < 1.0 { seed.along_error } else { 2.0 };
+    (distance, error + off + line_error)
 }
 
 fn consider(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, seed: &Seed, found: &mut Nearest) {
-    let (distance, error) = distance(p, seed);
+    let (distance, error) = distance(view, s, p, seed);
     let reach = s.reach();
     let slack = error + ROUNDING * reach;
     if distance - slack > reach || distance - error > found.range[1] {

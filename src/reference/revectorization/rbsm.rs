@@ -6,6 +6,7 @@ use crate::Result;
 use crate::reference::common::map_receiver::{MapReceiver, receive, receive_point};
 use crate::reference::common::rbsm_receiver::{PLACE_ROUNDING, ReceiverSettings, Tests};
 use crate::reference::common::view::{FrameData, Mirror, Receiver, Verdict, View};
+use glam::DVec2;
 use std::cell::RefCell;
 
 /// Settings of the pass.
@@ -53,9 +54,59 @@ fn verdict(view: &View<'_>, receiver: MapReceiver, settings: &Settings) -> Verdi
     }
 }
 
-/// Returns the visibility of any point on a surface.
-pub(crate) fn visibility_at(view: &View<'_>, r: &Receiver, settings: &Settings) -> Verdict {
-    verdict(view, receive_point(view, r, settings.normal_offset, settings.depth_bias), settings)
+/// Edge of the hard shadow in a texel, for a point in it: [`revectorize::TexelEdge`] and the bound of the value's error.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgeAt {
+    pub value: f64,
+    pub error: f64,
+    pub gradient: DVec2,
+}
+
+/// Hard shadow at a point.
+pub(crate) struct HardEdges {
+    pub visibility: f64,
+    /// `false` where a test or decision that matters lies within the rounding.
+    pub sure: bool,
+    /// Edge in each texel that the point may lie in, the likely one first; empty if no texel was read.
+    pub edges: Vec<Option<EdgeAt>>,
+}
+
+/// Mirrors `hardEdge` of `glsl/penumbra/edge_line.comp` at any point on a surface.
+pub(crate) fn edge_at(view: &View<'_>, r: &Receiver, settings: &Settings) -> HardEdges {
+    let open = match receive_point(view, r, settings.normal_offset, settings.depth_bias) {
+        MapReceiver::Decided(v) => {
+            return HardEdges { visibility: v.visibility, sure: v.doubt == 0.0, edges: vec![] };
+        }
+        MapReceiver::Open(open) => open,
+    };
+    let tests = Tests::new(view, &open, &settings.receiver());
+    let place_error = tests.place_error + PLACE_ROUNDING;
+    let mut found = HardEdges { visibility: 1.0, sure: !open.is_doubtful(), edges: vec![] };
+    for (i, texel) in tests.texels().into_iter().enumerate() {
+        let fraction = tests.fraction(texel);
+        let doubt = RefCell::new(false);
+        let lit = |t: [i64; 2]| {
+            let test = tests.test(texel, t);
+            *doubt.borrow_mut() |= test.is_doubtful();
+            test.is_yes()
+        };
+        let prepared = revectorize::prepare(&lit, texel, settings.function, settings.max_distance);
+        let outcome = prepared.at(fraction);
+        let mut is_tie = false;
+        let edge = prepared.edge(fraction).map(|edge| {
+            is_tie = edge.margin <= place_error.length();
+            let error = edge.gradient.abs().dot(place_error);
+            EdgeAt { value: edge.value, error, gradient: edge.gradient }
+        });
+        if i == 0 {
+            found.visibility = outcome.visibility;
+        }
+        // The line itself tells where the visibility changes.
+        let tie = outcome.margin <= place_error.length() && edge.is_none() || is_tie;
+        found.sure &= !doubt.into_inner() && !tie && (edge.is_some() || outcome.visibility == found.visibility);
+        found.edges.push(edge);
+    }
+    found
 }
 
 /// Intermediate results of a pixel, as `rbsm_view.comp` computes them. Arrays of four are in the order left, right,

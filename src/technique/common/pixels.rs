@@ -37,7 +37,7 @@ pub struct PixelPass {
     pixels: Arc<ComputePipeline>,
     /// Pipeline that works on the list, if there is one.
     listed: Option<Arc<ComputePipeline>>,
-    list: Buffer,
+    list: Arc<Buffer>,
     tiles_total: u32,
     /// Pipeline that decides whole tiles, if there is one, and the list of the others.
     tiles: Option<(Arc<ComputePipeline>, TileList)>,
@@ -55,16 +55,7 @@ impl PixelList {
     /// # Errors
     /// [`Error::Parameter`] for an image with more pixels than a storage buffer may have entries.
     pub(crate) fn new(context: &Context, name: &str, extent: [u32; 2]) -> Result<Self> {
-        let [width, height] = extent;
-        let entries = u64::from(width) * u64::from(height);
-        if !fits(context, entries) {
-            let problem = format!(
-                "a list of the pixels of a {width}x{height} image is larger than a storage buffer of this device"
-            );
-            return Err(Error::Parameter(problem));
-        }
-        let buffer = indirect_list(context.device(), name, HEADER, entries)?;
-        Ok(Self { buffer, tiles_total: tiles(extent) })
+        Ok(Self { buffer: pixel_list(context, name, extent)?, tiles_total: tiles(extent) })
     }
 
     pub(crate) fn memory_bytes(&self) -> u64 {
@@ -90,6 +81,21 @@ impl PixelList {
     pub(crate) fn count(&self, frame: &mut Frame<'_>) {
         frame.count_tiles(self.tiles_total, &self.buffer, 0);
     }
+}
+
+/// Makes a buffer for a list with room for every pixel of an image.
+///
+/// # Errors
+/// [`Error::Parameter`] for an image with more pixels than a storage buffer may have entries.
+pub(crate) fn pixel_list(context: &Context, name: &str, extent: [u32; 2]) -> Result<Buffer> {
+    let [width, height] = extent;
+    let entries = u64::from(width) * u64::from(height);
+    if !fits(context, entries) {
+        let problem =
+            format!("a list of the pixels of a {width}x{height} image is larger than a storage buffer of this device");
+        return Err(Error::Parameter(problem));
+    }
+    indirect_list(context.device(), name, HEADER, entries)
 }
 
 fn fits(context: &Context, entries: u64) -> bool {
@@ -120,6 +126,18 @@ impl PixelPass {
         listed: bool,
         pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
     ) -> Result<Self> {
+        Self::sharing(context, name, extent, listed, pipeline, None)
+    }
+
+    /// As [`Self::new`], but with a list that other passes use before and after, as [`pixel_list`] makes it.
+    pub(crate) fn sharing(
+        context: &Context,
+        name: &str,
+        extent: [u32; 2],
+        listed: bool,
+        pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
+        list: Option<&Arc<Buffer>>,
+    ) -> Result<Self> {
         let entries = u64::from(extent[0]) * u64::from(extent[1]);
         let listed = listed && fits(context, entries);
         let (pixels, edges) = match listed {
@@ -127,7 +145,10 @@ impl PixelPass {
             false => (pipeline(Step::AtOnce)?, None),
         };
         // Without a list, the shader's binding still needs a buffer.
-        let list = indirect_list(context.device(), name, HEADER, if listed { entries } else { 0 })?;
+        let list = match list {
+            Some(shared) => shared.clone(),
+            None => Arc::new(indirect_list(context.device(), name, HEADER, if listed { entries } else { 0 })?),
+        };
         Ok(Self { pixels, listed: edges, list, tiles_total: tiles(extent), tiles: None })
     }
 

@@ -28,6 +28,7 @@ use crate::{Context, Error, Frame, ImageRef, Result};
 use ash::vk;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 
 /// Label and squared distance of a pixel without a seed within the radius.
 pub const NO_SEED: u32 = u32::MAX;
@@ -153,6 +154,17 @@ impl Edt {
     /// [`Error::Parameter`] for a side of 0 or too many pixels, for a radius beyond what `bounded-tile` can do, for squared
     /// distances that 32 bits do not hold, and for buffers larger than the device can bind.
     pub fn new(context: &Context, extent: [u32; 2], config: EdtConfig) -> Result<Self> {
+        Self::sharing(context, extent, config, None)
+    }
+
+    /// As [`Self::new`], but with a buffer of 4 bytes for each pixel, rows padded to four pixels, that other passes use
+    /// before and after. [`Self::memory_bytes`] leaves it out.
+    pub(crate) fn sharing(
+        context: &Context,
+        extent: [u32; 2],
+        config: EdtConfig,
+        rows: Option<&Arc<Buffer>>,
+    ) -> Result<Self> {
         let [width, height] = extent;
         let wrong =
             |problem: String| Err(Error::Parameter(format!("distance transform of {width}x{height}: {problem}")));
@@ -177,7 +189,7 @@ impl Edt {
         };
         let steps = match method {
             EdtMethod::BoundedTile => Steps::Tile(tile::Tile::new(context, push, config.radius)?),
-            EdtMethod::BoundedRow => Steps::Row(row::Row::new(context, push, is_cpu)?),
+            EdtMethod::BoundedRow => Steps::Row(row::Row::new(context, push, is_cpu, rows)?),
             EdtMethod::Pba | EdtMethod::Auto => {
                 let bands = config.bands.unwrap_or_else(|| Bands::for_device(is_cpu, extent));
                 Steps::Pba(pba::Pba::new(context, push, bands)?)

@@ -30,13 +30,15 @@ pub(super) struct Row {
     items: u32,
     sites: Buffer,
     /// Labels, with rows padded to whole groups of four pixels.
-    labels: Buffer,
+    labels: Arc<Buffer>,
+    /// True if `labels` belongs to others too.
+    shared: bool,
     squared: Option<Buffer>,
     active: Buffer,
 }
 
 impl Row {
-    pub fn new(context: &Context, push: EdtPush, is_cpu: bool) -> Result<Self> {
+    pub fn new(context: &Context, push: EdtPush, is_cpu: bool, rows: Option<&Arc<Buffer>>) -> Result<Self> {
         let [width, height] = push.size;
         let span = match push.radius {
             UNBOUNDED.. => width,
@@ -64,7 +66,11 @@ impl Row {
             groups,
             items: width.div_ceil(span) * height,
             sites: storage(context, "edt sites", shared, 8)?,
-            labels: storage(context, "edt label rows", padded, 4)?,
+            labels: match rows {
+                Some(rows) => rows.clone(),
+                None => Arc::new(storage(context, "edt label rows", padded, 4)?),
+            },
+            shared: rows.is_some(),
             squared: match push.squared {
                 0 => None,
                 _ => Some(storage(context, "edt squared distance rows", padded, 4)?),
@@ -107,6 +113,7 @@ impl Row {
 
     pub fn memory_bytes(&self) -> u64 {
         let squared = self.squared.as_ref().map_or(0, Buffer::size);
-        self.columns.memory_bytes() + self.sites.size() + self.labels.size() + squared + self.active.size()
+        let labels = if self.shared { 0 } else { self.labels.size() };
+        self.columns.memory_bytes() + self.sites.size() + labels + squared + self.active.size()
     }
 }

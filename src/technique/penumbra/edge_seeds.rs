@@ -1,9 +1,9 @@
 //! Shadow edges found in an image of hard shadows, and the tiles within their reach.
 
-use super::edge_place::EdgePlace;
+use super::edge_line::EdgeLine;
 use super::seed_width::{SeedWidth, Seeds, WidthConfig};
 use super::shared::{PenumbraPush, scratch};
-use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, ImageDesc, MemoryKind, bindings, shader_struct};
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, MemoryKind, bindings, shader_struct};
 use crate::technique::common::bindings::CameraBindings;
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::surface::SurfaceTest;
@@ -13,11 +13,14 @@ use crate::{Bind, Context, Error, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
-/// Bytes before the listed pixels: the dispatch arguments and the count.
-const PIXEL_HEADER: u64 = 16;
+/// Bytes of a seed.
+const SEED_BYTES: u64 = 12;
 
 /// Tiles along the side of a block of marks.
 const MARKS: u32 = 8;
+
+/// Pairs of coarse steps that only wide penumbrae need.
+pub const COARSE_PAIRS: usize = 3;
 
 shader_struct! {
     /// Push constants of `glsl/penumbra/marked_tiles.comp`.
@@ -30,8 +33,8 @@ bindings! {
     /// Hard shadows, and a list: of tiles with an edge, or of pixels at one.
     struct HardBindings { ..camera: CameraBindings, hard, list }
     struct PixelsBindings { ..hard: HardBindings, pixels }
-    struct SeedsBindings { ..hard: HardBindings, seeds, SeedBits, Marks }
-    struct MarkedTilesBindings { Marks, list, BlockGroups, QuadGroups }
+    struct SeedsBindings { ..hard: HardBindings, Seeds, SeedBits, Marks, Coarse }
+    struct MarkedTilesBindings { Marks, list, BlockGroups, QuadGroups, Coarse }
 }
 
 /// Place of the edge that a seed stands for.
@@ -62,37 +65,45 @@ pub struct EdgeConfig {
     pub filtered: bool,
 }
 
-/// The passes with their images and lists: about 20 bytes a pixel.
+/// The passes with their images and lists: about 12 bytes a pixel.
 pub struct EdgeSeeds {
     detect: Arc<ComputePipeline>,
     pixels: Arc<ComputePipeline>,
     find: Arc<ComputePipeline>,
-    place: Option<EdgePlace>,
+    line: Option<EdgeLine>,
     widths: Option<SeedWidth>,
     no_widths: Image,
     list: Arc<ComputePipeline>,
     edges: TileList,
-    edge_pixels: Buffer,
-    seeds: Image,
+    edge_pixels: Arc<Buffer>,
+    seeds: Buffer,
     marks: Buffer,
     tiles: TileList,
     block_groups: Buffer,
     quad_groups: Buffer,
+    coarse: Buffer,
 }
 
 impl EdgeSeeds {
-    /// Allocates for a camera image and a shadow map, whose size matters only with [`EdgeConfig::widths`].
+    /// Allocates for a camera image and a shadow map, `edge_pixels` being a list with room for every pixel, which other passes
+    /// may use before and after, whose size matters only with [`EdgeConfig::widths`].
     ///
     /// # Errors
     /// [`Error::Parameter`] for more pixels than a storage buffer of the device may list.
-    pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: EdgeConfig) -> Result<Self> {
+    pub fn new(
+        context: &Context,
+        extent: [u32; 2],
+        map_size: [u32; 2],
+        config: EdgeConfig,
+        edge_pixels: &Arc<Buffer>,
+    ) -> Result<Self> {
         let device = context.device();
         let EdgeConfig { surfaces, any_surface, points, skip, widths, filtered: _ } = config;
         let planes = ("PLANES", (surfaces == SurfaceTest::Planes).into());
         let at_pixels = ("AT_PIXELS", matches!(points, EdgePoints::Pixels).into());
         let (any_surface, soft) = (("ANY_SURFACE", any_surface.into()), ("SOFT", widths.is_some().into()));
         let pixels = u64::from(extent[0]) * u64::from(extent[1]);
-        let most = (u64::from(device.limits.max_storage_buffer_range) - PIXEL_HEADER) / 4;
+        let most = u64::from(device.limits.max_storage_buffer_range) / SEED_BYTES;
         if pixels > most {
             let [w, h] = extent;
             let problem =
@@ -102,7 +113,7 @@ impl EdgeSeeds {
         let blocks = extent.map(|n| u64::from(n.div_ceil(TILE * MARKS)));
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
         let (name, size, memory) = ("tiles near an edge, marked", 8 * blocks[0] * blocks[1], MemoryKind::Gpu);
-        let format = vk::Format::R32G32B32A32_UINT;
+        let seeds = BufferDesc { name: "shadow-edge seeds", size: SEED_BYTES * pixels, usage, memory };
         Ok(Self {
             detect: context.pipeline::<HardBindings, PenumbraPush>("penumbra/edge_tiles.comp", &[planes])?,
             pixels: context
@@ -111,8 +122,8 @@ impl EdgeSeeds {
                 "penumbra/edge_seeds.comp",
                 &[planes, any_surface, at_pixels, soft],
             )?,
-            place: match points {
-                EdgePoints::Traced(hard) => Some(EdgePlace::new(context, hard)?),
+            line: match points {
+                EdgePoints::Traced(hard) => Some(EdgeLine::new(context, hard)?),
                 _ => None,
             },
             widths: match widths {
@@ -125,20 +136,21 @@ impl EdgeSeeds {
                 &[("ALL", (!skip).into())],
             )?,
             edges: TileList::new(device, "tiles with an edge", extent)?,
-            edge_pixels: indirect_list(device, "pixels at an edge", PIXEL_HEADER, pixels)?,
-            seeds: Image::new(device, &ImageDesc::storage("shadow-edge seeds", format, extent))?,
+            edge_pixels: edge_pixels.clone(),
+            seeds: Buffer::new(device, &seeds)?,
             marks: Buffer::new(device, &BufferDesc { name, size, usage, memory })?,
             tiles: TileList::new(device, "tiles near an edge", extent)?,
             block_groups: indirect_list(device, "groups of blocks near an edge", 12, 0)?,
             quad_groups: indirect_list(device, "groups of quads near an edge", 12, 0)?,
+            coarse: indirect_list(device, "groups of blocks near a wide penumbra", 12 * COARSE_PAIRS as u64 + 4, 0)?,
         })
     }
 
-    /// Bytes of images, buffers and lists.
+    /// Bytes of images, buffers and lists, without the list of pixels that is shared.
     pub fn memory_bytes(&self) -> u64 {
-        let buffers = [self.edges.buffer(), &self.edge_pixels, &self.marks, self.tiles.buffer()];
+        let buffers = [self.edges.buffer(), &self.seeds, &self.marks, self.tiles.buffer()];
         let widths = self.widths.as_ref().map_or(0, SeedWidth::memory_bytes);
-        buffers.iter().map(|b| b.size()).sum::<u64>() + self.seeds.memory_bytes() + widths
+        buffers.iter().map(|b| b.size()).sum::<u64>() + widths
     }
 
     /// Returns [`SeedWidth::widths`], or an image of one pixel where all penumbrae have one width.
@@ -146,9 +158,9 @@ impl EdgeSeeds {
         self.widths.as_ref().map_or(&self.no_widths, SeedWidth::widths)
     }
 
-    /// Returns the image of seeds, `R32G32B32A32_UINT`; other pixels are not written. It holds the bits of a point of the edge
-    /// as three `f32` in camera view space, and the surface's normal there, octahedral in 16 and 16 bits.
-    pub fn seeds(&self) -> &Image {
+    /// Returns the seeds, 12 bytes for each pixel as `glsl/penumbra/seed_format.glsl` describes; those of other pixels are
+    /// not written.
+    pub fn seeds(&self) -> &Buffer {
         &self.seeds
     }
 
@@ -160,6 +172,13 @@ impl EdgeSeeds {
     /// Returns a thread for every block of 4 x 4 pixels of these tiles, in groups of 64.
     pub fn block_threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.block_groups, 0)
+    }
+
+    /// Returns the same threads for each of three pairs of coarse steps of a search if a penumbra of one width reaches
+    /// farther than the distance transform's labels and the finer pairs do, and otherwise none. The coarsest pair comes
+    /// first.
+    pub fn coarse_threads(&self) -> [Threads<'_>; COARSE_PAIRS] {
+        [0, 1, 2].map(|pair| Threads::Indirect(&self.coarse, 12 * pair))
     }
 
     /// Returns a thread for every quad of 2 x 2 pixels of these tiles, in groups of 64.
@@ -199,20 +218,22 @@ impl EdgeSeeds {
         self.edges.count(frame);
         frame.fill("clear marks", &self.marks, 0);
         frame.fill("clear seeds", seed_bits, 0);
+        frame.update(&self.coarse, bytemuck::bytes_of(&[0u32, 1, 1, 0, 1, 1, 0, 1, 1, 0]));
         frame.dispatch(&Pass {
             name: "shadow-edge seeds",
             pipeline: &self.find,
             bind: &SeedsBindings {
                 hard: at_pixels,
-                seeds: Bind::Image(&self.seeds),
+                Seeds: Bind::Buffer(&self.seeds),
                 SeedBits: Bind::Buffer(seed_bits),
                 Marks: marks,
+                Coarse: Bind::Buffer(&self.coarse),
             },
             push,
             threads: Threads::Indirect(&self.edge_pixels, 0),
         })?;
-        if let Some(place) = &self.place {
-            place.record(frame, view_buffer, inputs, hard_push, (&self.edge_pixels, &self.seeds, seed_bits))?;
+        if let Some(line) = &self.line {
+            line.record(frame, view_buffer, inputs, hard_push, (&self.edge_pixels, &self.seeds, seed_bits))?;
         }
         if let Some(widths) = &mut self.widths {
             let (pixels, seeds, marks) = (&self.edge_pixels, &self.seeds, &self.marks);
@@ -236,6 +257,7 @@ impl EdgeSeeds {
                 list: Bind::Buffer(self.tiles.buffer()),
                 BlockGroups: Bind::Buffer(&self.block_groups),
                 QuadGroups: Bind::Buffer(&self.quad_groups),
+                Coarse: Bind::Buffer(&self.coarse),
             },
             push: bytemuck::bytes_of(&MarkedTilesPush { tiles }),
             threads,

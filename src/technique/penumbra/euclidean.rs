@@ -6,7 +6,7 @@ use super::fixed_width::penumbra_width;
 use super::mean_filter::MeanFilter;
 use super::nearest_edge::{Nearest, NearestEdge, Viewed};
 use super::seed_width::{Meet, Metric, WidthConfig};
-use super::shared::PenumbraPush;
+use super::shared::{PenumbraPush, pixel_list};
 use crate::gpu::{Buffer, Image};
 use crate::technique::common::blocker_search;
 use crate::technique::common::rbsm_receiver::RbsmPush;
@@ -17,6 +17,7 @@ use crate::technique::revectorization::rbsm_pass::{Rbsm, Revectorization};
 use crate::technique::revectorization::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use crate::technique::{PENUMBRA, Param, Passes, Setup};
 use crate::{Context, Frame, Inputs, Result};
+use std::sync::Arc;
 
 /// The filter is off by default, since it blurs penumbrae of one width more than it smooths them: without it their error
 /// against traced penumbrae is smaller on nearly all scenes.
@@ -52,6 +53,12 @@ const NEAREST: Param = Param::choice(
     &["world", "pixel"],
     0,
     "the edge nearest in the world, of those on the surface, or the one nearest in the image as in the paper",
+);
+const SEED_SHAPE: Param = Param::choice(
+    "seed_shape",
+    &["line", "point"],
+    0,
+    "seeds are short lines along the edge, of which a pixel measures few, or points, of which it measures many; lines need nearest=world and edge=traced",
 );
 const EDT: Param = Param::choice(
     "edt",
@@ -95,7 +102,7 @@ macro_rules! table {
 }
 
 /// The table for penumbrae of one width.
-pub(super) const PARAMS: &[Param] = &table![PENUMBRA, FILTER_WIDTH,];
+pub(super) const PARAMS: &[Param] = &table![PENUMBRA, FILTER_WIDTH, SEED_SHAPE,];
 
 /// Returns the table for penumbrae of an area light with two defaults; that of `metric` is an index.
 pub(super) const fn soft_params(metric: usize, line_taps: i64) -> [Param; 22] {
@@ -164,6 +171,8 @@ struct Euclidean {
     nearest: NearestEdge,
     /// Absent if neither the filter has a width nor penumbrae have widths of their own.
     filter: Option<MeanFilter>,
+    /// List that the passes use in turn.
+    pixels: Arc<Buffer>,
     push: RbsmPush,
     penumbrae: Penumbrae,
     /// Width of the filter as a share of the penumbra's.
@@ -217,23 +226,30 @@ fn prepare_either(
     // Taps across a penumbra read other pixels' hard shadows, so the visibility must not overwrite these before the filter.
     let filtered = p.get("filter_width") > 0.0 || widths.is_some();
     let edges = EdgeConfig { surfaces, any_surface: p.word("seeds") == "any", points, skip, widths, filtered };
-    let nearest = if p.word("nearest") == "world" { Nearest::World } else { Nearest::Pixel };
+    let lines = widths.is_none() && p.word("seed_shape") == "line" && matches!(points, EdgePoints::Traced(_));
+    let nearest = match p.word("nearest") {
+        "world" if lines => Nearest::WorldLine,
+        "world" => Nearest::World,
+        _ => Nearest::Pixel,
+    };
     let method: EdtMethod = p.word("edt").parse()?;
     let edt = EdtConfig {
         method,
         // The search in the world carries labels farther.
         radius: match nearest {
-            Nearest::World => Some(START_RADIUS),
+            Nearest::World | Nearest::WorldLine => Some(START_RADIUS),
             Nearest::Pixel if method == EdtMethod::BoundedTile => Some(MAX_TILE_RADIUS),
             Nearest::Pixel => None,
         },
         ..EdtConfig::default()
     };
+    let pixels = pixel_list(context, extent)?;
     Ok(Box::new(Euclidean {
-        hard: Rbsm::new(context, extent, hard)?,
-        seeds: EdgeSeeds::new(context, extent, setup.map_size, edges)?,
-        edt: Edt::new(context, extent, edt)?,
-        nearest: NearestEdge::new(context, extent, edges, nearest, setup.intermediates)?,
+        hard: Rbsm::sharing(context, extent, hard, Some(&pixels))?,
+        seeds: EdgeSeeds::new(context, extent, setup.map_size, edges, &pixels)?,
+        edt: Edt::sharing(context, extent, edt, Some(&pixels))?,
+        nearest: NearestEdge::new(context, extent, edges, nearest, setup.intermediates, &pixels)?,
+        pixels,
         filter: if filtered { Some(MeanFilter::new(context, extent, edges, p.int("filter_taps"))?) } else { None },
         push: revectorized::push(setup),
         penumbrae,
@@ -277,7 +293,7 @@ impl Passes for Euclidean {
 
     fn memory_bytes(&self) -> u64 {
         let passes = [
-            self.hard.memory_bytes(),
+            self.pixels.size(),
             self.seeds.memory_bytes(),
             self.edt.memory_bytes(),
             self.nearest.memory_bytes(),

@@ -59,7 +59,7 @@ impl MeanFilter {
         // tiles near an edge, and copies such pixels; no tap leaves these tiles.
         let steps = [
             ("mean filter, x", nearest.intensity(), &self.between, seeds.tiles()),
-            ("mean filter, y", &self.between, output, nearest.tiles()),
+            ("mean filter, y", &self.between, output, nearest.tiles().unwrap_or(seeds.tiles())),
         ];
         for (pipeline, (name, source, target, tiles)) in self.passes.iter().zip(steps) {
             frame.dispatch(&Pass {

@@ -1,6 +1,6 @@
 //! Penumbrae around shadow edges in the camera image, by the distance to the nearest edge.
 
-pub mod edge_place;
+pub mod edge_line;
 mod edge_seeds;
 pub(super) mod edtsm;
 pub(super) mod edtsm_star;
@@ -10,5 +10,6 @@ mod euclidean;
 pub mod fixed_width;
 mod mean_filter;
 mod nearest_edge;
+mod nearest_line;
 pub mod seed_width;
 mod shared;

@@ -1,6 +1,7 @@
 //! Every pixel's nearest shadow edge, and the intensity of the penumbra by its distance.
 
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
+use super::nearest_line::NearestLine;
 use super::seed_width::WidthConfig;
 use super::shared::{PenumbraPush, scratch};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
@@ -17,19 +18,21 @@ use std::sync::Arc;
 pub enum Nearest {
     /// The seed nearest in the world, among those on the pixel's surface.
     World,
+    /// The same, for seeds that stand for short lines, of which a pixel measures few.
+    WorldLine,
     /// The seed nearest in the image, as in the paper. Its distance is measured in the world.
     Pixel,
 }
 
 /// Sides of the blocks of pixels that the search visits first: `BLOCK` and `QUAD` of `glsl/penumbra/nearest_edge.glsl`.
-const BLOCK: u32 = 4;
+pub(super) const BLOCK: u32 = 4;
 const QUAD: u32 = 2;
 /// Steps between the neighbours that a block asks, in blocks; a pass each.
 const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
 
 bindings! {
     /// Images and lists that a search for the nearest edge works on.
-    struct SearchBindings { ..camera: CameraBindings, seeds, labels, list, widths }
+    pub(super) struct SearchBindings { ..camera: CameraBindings, Seeds, labels, list, widths }
     struct BlockBindings { ..search: SearchBindings, relaxed_labels }
     struct QuadBindings { ..search: SearchBindings, block_labels, quad_labels }
     struct EdgeBindings {
@@ -46,21 +49,77 @@ bindings! {
     }
 }
 
-/// The passes with their images: about 9 bytes a pixel.
+impl<'a> SearchBindings<'a> {
+    /// Binds the transform's labels and the tiles near an edge.
+    pub(super) fn new(view: &'a Buffer, inputs: &'a Inputs<'_>, seeds: &'a EdgeSeeds, labels: &'a Image) -> Self {
+        Self {
+            camera: CameraBindings::new(view, inputs),
+            Seeds: Bind::Buffer(seeds.seeds()),
+            labels: Bind::Image(labels),
+            list: Bind::Buffer(seeds.tiles().buffer()),
+            widths: Bind::Image(seeds.widths()),
+        }
+    }
+}
+
+/// The passes with their images.
 pub struct NearestEdge {
+    search: Search,
+    images: EdgeImages,
+    viewed: bool,
+    soft: bool,
+}
+
+/// The passes of a search.
+enum Search {
+    Points(Points),
+    Lines(NearestLine),
+}
+
+/// The search among points.
+struct Points {
     /// Passes over blocks; absent with [`Nearest::Pixel`].
     coarse: Option<Coarse>,
     finish: Arc<ComputePipeline>,
     block_labels: [Image; 2],
     quad_labels: Image,
-    intensity: Image,
     tiles: TileList,
-    viewed: bool,
-    distances: Image,
-    labels: Image,
-    seed_mask: Image,
-    pixel_widths: Image,
-    soft: bool,
+}
+
+/// Images that a search writes; those that are not wanted have one pixel.
+pub(super) struct EdgeImages {
+    pub intensity: Image,
+    pub distances: Image,
+    pub labels: Image,
+    pub seed_mask: Image,
+    pub pixel_widths: Image,
+}
+
+impl EdgeImages {
+    fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, viewed: bool) -> Result<Self> {
+        let is_soft = config.widths.is_some();
+        let seed_format = if is_soft { vk::Format::R32G32_SFLOAT } else { vk::Format::R8_UNORM };
+        let image = |name, format, wanted| scratch(context, name, format, extent, wanted);
+        Ok(Self {
+            intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, config.filtered || viewed)?,
+            distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
+            labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
+            seed_mask: image("seeds", seed_format, viewed)?,
+            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, is_soft)?,
+        })
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let images = [&self.intensity, &self.distances, &self.labels, &self.seed_mask, &self.pixel_widths];
+        images.map(Image::memory_bytes).iter().sum()
+    }
+}
+
+/// Makes an image of labels, one for each block of pixels of the given side.
+pub(super) fn labels_of_blocks(context: &Context, extent: [u32; 2], side: u32) -> Result<Image> {
+    let extent = extent.map(|n| n.div_ceil(side));
+    let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
+    Image::new(context.device(), &ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
 }
 
 /// Pipelines that work on blocks of pixels.
@@ -85,16 +144,8 @@ pub struct Viewed<'a> {
     pub widths: Option<&'a Image>,
 }
 
-impl NearestEdge {
-    /// Allocates for a camera image; `viewed`: keeps the images of [`Viewed`].
-    pub fn new(
-        context: &Context,
-        extent: [u32; 2],
-        config: EdgeConfig,
-        nearest: Nearest,
-        viewed: bool,
-    ) -> Result<Self> {
-        let world = nearest == Nearest::World;
+impl Points {
+    fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, world: bool, viewed: bool) -> Result<Self> {
         let planes = ("PLANES", (config.surfaces == SurfaceTest::Planes).into());
         let [soft, meet, metric, filter] = WidthConfig::constants(config.widths);
         let block = |first: bool| {
@@ -112,90 +163,40 @@ impl NearestEdge {
             ("LINE_TAPS", config.widths.map_or(0, |w| w.line_taps)),
             ("FILTERED", config.filtered.into()),
         ];
-        let is_soft = config.widths.is_some();
-        let labels_of_blocks = |side| {
-            let extent = if world { extent.map(|n| n.div_ceil(side)) } else { [1, 1] };
-            let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
-            Image::new(context.device(), &ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
+        let quads = || {
+            context.pipeline::<QuadBindings, PenumbraPush>(
+                "penumbra/nearest_quad.comp",
+                &[planes, soft, meet, metric, filter],
+            )
         };
-        let seed_format = if is_soft { vk::Format::R32G32_SFLOAT } else { vk::Format::R8_UNORM };
-        let image = |name, format, wanted| scratch(context, name, format, extent, wanted);
+        let coarse_extent = if world { extent } else { [1, 1] };
+        let labels = |side| labels_of_blocks(context, coarse_extent, side);
         Ok(Self {
-            coarse: match nearest {
-                Nearest::World => Some(Coarse {
-                    first: block(true)?,
-                    others: block(false)?,
-                    quads: context.pipeline::<QuadBindings, PenumbraPush>(
-                        "penumbra/nearest_quad.comp",
-                        &[planes, soft, meet, metric, filter],
-                    )?,
-                }),
-                Nearest::Pixel => None,
+            coarse: match world {
+                true => Some(Coarse { first: block(true)?, others: block(false)?, quads: quads()? }),
+                false => None,
             },
             finish: context.pipeline::<EdgeBindings, PenumbraPush>("penumbra/nearest_edge.comp", &edge_constants)?,
-            block_labels: [labels_of_blocks(BLOCK)?, labels_of_blocks(BLOCK)?],
-            quad_labels: labels_of_blocks(QUAD)?,
-            intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, config.filtered || viewed)?,
+            block_labels: [labels(BLOCK)?, labels(BLOCK)?],
+            quad_labels: labels(QUAD)?,
             tiles: TileList::new(context.device(), "tiles in a penumbra", extent)?,
-            viewed,
-            distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
-            labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
-            seed_mask: image("seeds", seed_format, viewed)?,
-            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, is_soft)?,
-            soft: is_soft,
         })
     }
 
-    /// Bytes of images and lists.
-    pub fn memory_bytes(&self) -> u64 {
-        let images =
-            [&self.intensity, &self.distances, &self.labels, &self.seed_mask, &self.pixel_widths, &self.quad_labels];
-        images.into_iter().chain(&self.block_labels).map(|i| i.memory_bytes()).sum::<u64>() + self.tiles.buffer().size()
+    fn memory_bytes(&self) -> u64 {
+        let [a, b] = &self.block_labels;
+        [a, b, &self.quad_labels].map(Image::memory_bytes).iter().sum::<u64>() + self.tiles.buffer().size()
     }
 
-    /// Returns the image of intensities, `R32G32_SFLOAT`, written in the tiles near an edge only. It holds the intensity of
-    /// pixels within reach of an edge, the hard visibility less 2 of others, and the normal, packed by `packNormal` of
-    /// `glsl/penumbra/seed_format.glsl`.
-    pub fn intensity(&self) -> &Image {
-        &self.intensity
-    }
-
-    /// Returns the image of penumbra widths, `R32_SFLOAT`, world units, written at pixels within reach of an edge; an image of
-    /// one pixel without [`EdgeConfig::widths`].
-    pub fn pixel_widths(&self) -> &Image {
-        &self.pixel_widths
-    }
-
-    /// Returns the tiles with any pixel within reach of an edge.
-    pub fn tiles(&self) -> &TileList {
-        &self.tiles
-    }
-
-    /// Returns the intermediate images, if they are kept.
-    pub fn viewed(&self) -> Option<Viewed<'_>> {
-        let widths = self.soft.then_some(&self.pixel_widths);
-        let viewed = Viewed { seeds: &self.seed_mask, labels: &self.labels, distances: &self.distances, widths };
-        self.viewed.then_some(viewed)
-    }
-
-    /// Finds the nearest edges in the tiles that `seeds` lists. The search starts from `labels`, the nearest seeds in the image
-    /// of all pixels or of those within some distance. `hard` holds the hard shadows; without [`EdgeConfig::filtered`], the
-    /// visibility overwrites them.
-    pub fn record(
+    fn record(
         &self,
         frame: &mut Frame<'_>,
         view: &Buffer,
         inputs: &Inputs<'_>,
         push: PenumbraPush,
-        (seeds, labels, hard): (&EdgeSeeds, &Image, &Image),
+        (seeds, labels, hard, images): (&EdgeSeeds, &Image, &Image, &EdgeImages),
     ) -> Result<()> {
-        let search = SearchBindings {
-            camera: CameraBindings::new(view, inputs),
-            seeds: Bind::Image(seeds.seeds()),
-            labels: Bind::Image(labels),
-            list: Bind::Buffer(seeds.tiles().buffer()),
-            widths: Bind::Image(seeds.widths()),
-        };
+        let search = SearchBindings::new(view, inputs, seeds, labels);
         let [mut after, mut before] = [&self.block_labels[0], &self.block_labels[1]];
         if let Some(Coarse { first, others, quads }) = &self.coarse {
             // Blocks in tiles that are not listed have no edge in reach.
@@ -239,12 +240,12 @@ impl NearestEdge {
                 search,
                 quad_labels: Bind::Image(&self.quad_labels),
                 hard: Bind::Image(hard),
-                intensity: Bind::Image(&self.intensity),
+                intensity: Bind::Image(&images.intensity),
                 filter_list: Bind::Buffer(self.tiles.buffer()),
-                distances: Bind::Image(&self.distances),
-                nearest_labels: Bind::Image(&self.labels),
-                seed_mask: Bind::Image(&self.seed_mask),
-                pixel_widths: Bind::Image(&self.pixel_widths),
+                distances: Bind::Image(&images.distances),
+                nearest_labels: Bind::Image(&images.labels),
+                seed_mask: Bind::Image(&images.seed_mask),
+                pixel_widths: Bind::Image(&images.pixel_widths),
                 visibility: Bind::Image(hard),
             },
             push: bytemuck::bytes_of(&push),
@@ -252,5 +253,83 @@ impl NearestEdge {
         })?;
         seeds.tiles().count(frame);
         Ok(())
+    }
+}
+
+impl NearestEdge {
+    /// Allocates for a camera image; `viewed`: keeps the images of [`Viewed`]. `pixels` is a list of pixels that this and
+    /// earlier passes use in turn.
+    pub fn new(
+        context: &Context,
+        extent: [u32; 2],
+        config: EdgeConfig,
+        nearest: Nearest,
+        viewed: bool,
+        pixels: &Arc<Buffer>,
+    ) -> Result<Self> {
+        Ok(Self {
+            search: match nearest {
+                Nearest::WorldLine => Search::Lines(NearestLine::new(context, extent, config, viewed, pixels)?),
+                _ => Search::Points(Points::new(context, extent, config, nearest == Nearest::World, viewed)?),
+            },
+            images: EdgeImages::new(context, extent, config, viewed)?,
+            viewed,
+            soft: config.widths.is_some(),
+        })
+    }
+
+    /// Bytes of images and lists.
+    pub fn memory_bytes(&self) -> u64 {
+        let search = match &self.search {
+            Search::Points(points) => points.memory_bytes(),
+            Search::Lines(lines) => lines.memory_bytes(),
+        };
+        search + self.images.memory_bytes()
+    }
+
+    /// Returns the image of intensities, `R32G32_SFLOAT`, written in the tiles near an edge only. It holds the intensity of
+    /// pixels within reach of an edge, the hard visibility less 2 of others, and the normal, packed by `packNormal` of
+    /// `glsl/penumbra/seed_format.glsl`.
+    pub fn intensity(&self) -> &Image {
+        &self.images.intensity
+    }
+
+    /// Returns the image of penumbra widths, `R32_SFLOAT`, world units, written at pixels within reach of an edge; an image of
+    /// one pixel without [`EdgeConfig::widths`].
+    pub fn pixel_widths(&self) -> &Image {
+        &self.images.pixel_widths
+    }
+
+    /// Returns the tiles with any pixel within reach of an edge, or `None` if the search lists none.
+    pub fn tiles(&self) -> Option<&TileList> {
+        match &self.search {
+            Search::Points(points) => Some(&points.tiles),
+            Search::Lines(_) => None,
+        }
+    }
+
+    /// Returns the intermediate images, if they are kept.
+    pub fn viewed(&self) -> Option<Viewed<'_>> {
+        let EdgeImages { seed_mask, labels, distances, pixel_widths, .. } = &self.images;
+        let widths = self.soft.then_some(pixel_widths);
+        self.viewed.then_some(Viewed { seeds: seed_mask, labels, distances, widths })
+    }
+
+    /// Finds the nearest edges in the tiles that `seeds` lists. The search starts from `labels`, the nearest seeds in the image
+    /// of all pixels or of those within some distance. `hard` holds the hard shadows; without [`EdgeConfig::filtered`], the
+    /// visibility overwrites them.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: PenumbraPush,
+        (seeds, labels, hard): (&EdgeSeeds, &Image, &Image),
+    ) -> Result<()> {
+        let images = (seeds, labels, hard, &self.images);
+        match &self.search {
+            Search::Points(points) => points.record(frame, view, inputs, push, images),
+            Search::Lines(lines) => lines.record(frame, view, inputs, push, images),
+        }
     }
 }

@@ -65,7 +65,7 @@ impl WidthConfig {
 }
 
 bindings! {
-    struct WidthBindings { ..receiver: ReceiverBindings, list, seeds, SeedBits, Marks, widths, hsm }
+    struct WidthBindings { ..receiver: ReceiverBindings, list, Seeds, SeedBits, Marks, widths, hsm }
 }
 
 /// The pass with its image: 8 bytes a pixel.
@@ -78,7 +78,7 @@ pub(super) struct SeedWidth {
 /// Lists and images of [`super::edge_seeds::EdgeSeeds`] that the pass works on.
 pub(super) struct Seeds<'a> {
     pub pixels: &'a Buffer,
-    pub seeds: &'a Image,
+    pub seeds: &'a Buffer,
     pub bits: &'a Buffer,
     pub marks: &'a Buffer,
 }
@@ -141,7 +141,7 @@ impl SeedWidth {
             bind: &WidthBindings {
                 receiver: ReceiverBindings::borderless(view, inputs),
                 list: Bind::Buffer(seeds.pixels),
-                seeds: Bind::Image(seeds.seeds),
+                Seeds: Bind::Buffer(seeds.seeds),
                 SeedBits: Bind::Buffer(seeds.bits),
                 Marks: Bind::Buffer(seeds.marks),
                 widths: Bind::Image(&self.widths),

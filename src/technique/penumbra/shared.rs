@@ -1,8 +1,10 @@
 //! Push constants of the passes that make penumbrae, and images that only some configurations use.
 
-use crate::gpu::{Image, ImageDesc, shader_struct};
+use crate::gpu::{Buffer, Image, ImageDesc, shader_struct};
+use crate::technique::common::pixels;
 use crate::{Context, Result};
 use ash::vk;
+use std::sync::Arc;
 
 shader_struct! {
     /// Push constants of the passes that make penumbrae (`glsl/penumbra/edge_seeds.glsl`). With
@@ -23,6 +25,14 @@ shader_struct! {
         /// Depth bias of that search: slopes of the receiver's plane a texel, summed over both axes.
         depth_bias: f32,
     }
+}
+
+/// Makes a list with room for every pixel of an image. The passes of a frame use it in turn: for the pixels whose hard
+/// shadow is listed, for those at an edge, for rows of the distance transform's labels, and for quads near an edge.
+pub(super) fn pixel_list(context: &Context, extent: [u32; 2]) -> Result<Arc<Buffer>> {
+    // Rows of labels are padded to four pixels.
+    let padded = [extent[0].next_multiple_of(4), extent[1]];
+    Ok(Arc::new(pixels::pixel_list(context, "pixels and labels in turn", padded)?))
 }
 
 /// Makes an image for a shader's binding; it has one pixel if it is not wanted.

@@ -132,9 +132,18 @@ pub struct Rbsm {
 impl Rbsm {
     /// Makes the pass for a camera image.
     pub fn new(context: &Context, extent: [u32; 2], config: RbsmConfig) -> Result<Self> {
-        let pass =
-            PixelPass::new(context, "listed pixels", extent, config.listed, |step| pipeline(context, config, step))?;
-        Ok(Self { pass })
+        Self::sharing(context, extent, config, None)
+    }
+
+    /// As [`Self::new`], but with a list of pixels that other passes use before and after.
+    pub(crate) fn sharing(
+        context: &Context,
+        extent: [u32; 2],
+        config: RbsmConfig,
+        list: Option<&Arc<Buffer>>,
+    ) -> Result<Self> {
+        let pipeline = |step| pipeline(context, config, step);
+        Ok(Self { pass: PixelPass::sharing(context, "listed pixels", extent, config.listed, pipeline, list)? })
     }
 
     /// Bytes of device memory that the pass holds.

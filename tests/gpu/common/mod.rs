@@ -17,7 +17,7 @@ use edgeshade::scene::{Camera, Light, RenderDesc, Renderer, Scene, fit, load_byt
 use edgeshade::technique::common::blocker_search::SearchWindow;
 use edgeshade::technique::common::surface::SurfaceTest;
 use edgeshade::technique::common::view::ViewConstants;
-use edgeshade::technique::penumbra::edge_place::STEPS;
+use edgeshade::technique::penumbra::edge_line::STEPS;
 use edgeshade::technique::{OutputFormat, Params, Technique, find};
 use edgeshade::timing::FrameTiming;
 use edgeshade::view::{CameraView, LightKind, LightView};

@@ -73,7 +73,8 @@ impl Run {
         let seed_settings = seed_settings(id, &p);
         let penumbra = penumbra_width(p.get("penumbra"), r.light());
         let filter_width = (p.get("filter_width") * penumbra) as f32;
-        let settings = Settings { seeds: seed_settings, penumbra: penumbra as f32, filter_width };
+        let lines = ["nearest", "edge", "seed_shape"].map(|name| p.word(name)) == ["world", "traced", "line"];
+        let settings = Settings { seeds: seed_settings, penumbra: penumbra as f32, filter_width, lines };
         let seeds = edge_seeds::seeds(&shot.data(), &hard, &seed_settings).unwrap();
         let seen = host.read_image::<u8>(image("seeds")).unwrap();
         let at = |s: &Seed| {
@@ -236,7 +237,8 @@ fn check_in_image(run: &Run, what: &str) {
 
 /// Returns the number of tiles that a pass has worked on.
 fn tiles(timing: &FrameTiming, pass: &str) -> u32 {
-    timing.passes.iter().find(|p| p.name == pass).and_then(|p| p.tiles).unwrap().active
+    let is_it = |name: &str| name == pass || name.starts_with(&format!("{pass}, step"));
+    timing.passes.iter().find(|p| is_it(&p.name)).and_then(|p| p.tiles).unwrap().active
 }
 
 /// Checks that skipping changes no bit and that the tiles with an edge are those of the mirror.
@@ -246,7 +248,8 @@ fn check_skip(r: &mut Renderer<'_>, id: &str, params: Pairs<'_>, run: &Run, what
     assert_same_bits(&run.visibility, &seen, &format!("{what}, skip"));
     let mixed = edge_seeds::mixed_tiles(size.map(|n| n as usize), &run.hard);
     assert_eq!(tiles(&timing, "pixels at an edge") as usize, mixed, "{what}: tiles with an edge");
-    let [near, filtered] = ["nearest edge", "mean filter, y"].map(|pass| tiles(&timing, pass));
+    let search = if run.settings.lines { "nearest line of blocks 8" } else { "nearest edge" };
+    let [near, filtered] = [search, "mean filter, y"].map(|pass| tiles(&timing, pass));
     let all = size.map(|n| n.div_ceil(8)).iter().product::<u32>();
     println!("{what:44} of {all} tiles {mixed} have an edge, {near} are near one, {filtered} filtered");
     assert!(filtered <= near && near <= all && mixed < all as usize, "{what}: more tiles than there are");
@@ -307,6 +310,13 @@ fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, r
     let seed = shifted.iter_mut().find(|s| s.label() == used).unwrap();
     seed.point += seed.normal.any_orthonormal_vector() * 0.01 * f64::from(run.settings.penumbra);
     assert!(with(&run.settings, &shifted).other_distance > 0, "a shifted seed");
+    // All lines, turned by a right angle; and points instead of lines.
+    let turned: Vec<Seed> = run.seeds.iter().map(|s| Seed { along: s.normal.cross(s.along), ..*s }).collect();
+    let points = Settings { lines: false, ..run.settings };
+    for (what, found) in [("turned", with(&run.settings, &turned)), ("points", with(&points, &run.seeds))] {
+        println!("planted in the lines: {what}: {} other distances", found.other_distance);
+        assert!(found.other_distance > right.penumbra / 20, "{what}: {found:?}");
+    }
     // A label that is not a seed's.
     let others: Vec<Seed> = run.seeds.iter().filter(|s| s.label() != used).copied().collect();
     let error = nearest_edge::links(&run.data(), &run.settings, &others, &run.labels).err().unwrap().to_string();
@@ -324,7 +334,8 @@ fn planted_differences_are_found(host: &Host, r: &mut Renderer<'_>, run: &Run, r
     // Distances slightly larger and smaller than the exact ones, and labels of another size.
     let scaled =
         |by: f64| -> Vec<Nearest> { exact.iter().map(|n| Nearest { range: n.range.map(|d| by * d), ..*n }).collect() };
-    assert!(examine(run, &run.settings, &run.seeds, &scaled(1.01)).too_small > right.penumbra / 2, "too small");
+    let found = examine(run, &run.settings, &run.seeds, &scaled(1.01));
+    assert!(found.too_small > right.penumbra / 2, "too small: {} of {}", found.too_small, right.penumbra);
     assert!(examine(run, &run.settings, &run.seeds, &scaled(0.9)).too_large > right.penumbra / 2, "too large");
     let torn = nearest_edge::links(&run.data(), &run.settings, &run.seeds, &run.labels[1..]).is_err();
     assert!(torn, "labels of another size");

@@ -37,7 +37,7 @@ impl Settings {
     }
 
     fn on_surface(&self) -> super::Settings {
-        super::Settings { seeds: self.seeds, penumbra: 1.0, filter_width: self.filter_width }
+        super::Settings { seeds: self.seeds, penumbra: 1.0, filter_width: self.filter_width, lines: false }
     }
 }
 

@@ -255,6 +255,48 @@ impl Prepared {
     }
 }
 
+/// Edge that [`Function::Silhouette`] or [`Function::Star`] draws in a texel, for a point in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TexelEdge {
+    /// Value of a linear function at the point: 0 at the edge, positive where the visibility is that of the texel's test.
+    pub value: f64,
+    /// Its gradient, per texel.
+    pub gradient: DVec2,
+    /// Distance, texels, by which a point must move at least for another side to be the nearest; infinite for a line.
+    pub margin: f64,
+}
+
+impl Prepared {
+    /// Mirrors `edgeInTexel` of `glsl/penumbra/edge_line.comp`: the line of an L shape; for shapes that keep the test, the
+    /// nearest side of the texel that differs.
+    pub fn edge(&self, fraction: DVec2) -> Option<TexelEdge> {
+        let (d, traversal, sum) = match self.rule {
+            Rule::Silhouette(d, traversal) => (d, traversal, 1.0),
+            Rule::Star(d, traversal) => (d, traversal, 0.5),
+            _ => return None,
+        };
+        let distance = distance_to_edge(fraction, traversal);
+        let nrd = normalized(distance, traversal);
+        if nrd.z == 0.0 && nrd.w == 0.0 {
+            let length = |i: usize| (traversal[i].abs() + traversal[i + 1].abs() - 1) as f64;
+            let towards = |i: usize| if traversal[i] > 0 { 1.0 } else { -1.0 };
+            let gradient = DVec2::new(towards(0) / length(0), -towards(2) / length(2));
+            return Some(TexelEdge { value: nrd.x + nrd.y - sum, gradient, margin: f64::INFINITY });
+        }
+        let closes = d.is_short_u_or_o() || nrd.z == 1.0 || nrd.w == 1.0;
+        if matches!(self.rule, Rule::Silhouette(..)) && closes {
+            return None;
+        }
+        let mut differing: Vec<_> = Side::ALL.into_iter().filter(|&side| d.at(side)).collect();
+        differing.sort_by(|a, b| a.distance(fraction).total_cmp(&b.distance(fraction)));
+        let &nearest = differing.first()?;
+        let value = nearest.distance(fraction);
+        let margin = differing.get(1).map_or(f64::INFINITY, |second| 0.5 * (second.distance(fraction) - value));
+        let [x, y] = nearest.step();
+        Some(TexelEdge { value, gradient: -DVec2::new(x as f64, y as f64), margin })
+    }
+}
+
 /// Evaluates `function` at a point: `fraction`, `[0, 1)`, inside `texel`.
 ///
 /// `max_distance` is the largest number of steps per direction (`MAXDIST` of listing 3, 16 there).
