@@ -1,0 +1,99 @@
+//! Exact hard shadows.
+
+use super::grid::{COARSEST, GridDepths, GridPush, TriangleLists};
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::caster_edges::silhouettes::Silhouettes;
+use crate::technique::common::bindings::ReceiverBindings;
+use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Need, Pass, Result, Threads};
+use std::sync::Arc;
+
+/// Parameter: cells of the light's grid.
+pub(super) const CELLS: Param = Param::int(
+    "cells",
+    64,
+    1024,
+    512,
+    "cells",
+    "cells of the light's grid along each side, rounded up to a multiple of 64; the image is the same",
+);
+/// Parameter: room in the lists.
+pub(super) const ENTRIES: Param = Param::int(
+    "entries",
+    1,
+    1 << 26,
+    1 << 20,
+    "entries",
+    "room in the lists of triangles, 28 bytes an entry; cells whose triangles find no room use the shadow map, and are counted",
+);
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "exact-hard",
+    title: "Exact hard shadows",
+    paper: "this project; after Johnson et al. 2005 and Sintorn, Eisemann, Assarsson 2008",
+    summary: "Tests each receiver against the triangles between it and the light, from lists in a grid of the light's view: exact at any map size.",
+    params: &[CELLS, ENTRIES],
+    published: &[],
+    needs: &[Need::Casters],
+    kind: Kind::RealTime(prepare),
+};
+
+bindings! {
+    struct HardBindings { ..receiver: ReceiverBindings, visibility, Header, Starts, Entries, GridTriangles }
+}
+
+struct ExactHard {
+    silhouettes: Silhouettes,
+    depths: GridDepths,
+    triangles: TriangleLists,
+    shade: Arc<ComputePipeline>,
+    cells: u32,
+    entries: u32,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
+    let p = &setup.params;
+    let casters = setup.casters(INFO.id)?;
+    let cells = p.int("cells").next_multiple_of(COARSEST);
+    let entries = p.int("entries");
+    let masked = [("MASKED", casters.masked().into())];
+    Ok(Box::new(ExactHard {
+        silhouettes: Silhouettes::new(context, casters, true)?,
+        depths: GridDepths::new(context, cells)?,
+        triangles: TriangleLists::new(context, casters, cells, entries)?,
+        shade: context.pipeline::<HardBindings, GridPush>("exact/exact_hard.comp", &masked)?,
+        cells,
+        entries,
+    }))
+}
+
+impl Passes for ExactHard {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.silhouettes.casters().check_transforms(INFO.id, inputs.casters)?;
+        let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries);
+        self.silhouettes.record(frame, inputs, None)?;
+        self.depths.record(frame, view, inputs, &push)?;
+        self.triangles.record(frame, &self.depths, &self.silhouettes, &push)?;
+        let [header, starts, entries] = self.triangles.lists().bind();
+        let [width, height] = visibility.extent();
+        frame.dispatch(&Pass {
+            name: "triangles over receivers",
+            pipeline: &self.shade,
+            bind: &HardBindings {
+                receiver: ReceiverBindings::new(view, inputs),
+                visibility: Bind::Image(visibility),
+                Header: header,
+                Starts: starts,
+                Entries: entries,
+                GridTriangles: Bind::Buffer(self.triangles.triangles()),
+            },
+            push: bytemuck::bytes_of(&push),
+            threads: Threads::Count([width, height, 1]),
+        })
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.silhouettes.memory_bytes() + self.depths.memory_bytes() + self.triangles.memory_bytes()
+    }
+}

@@ -1,0 +1,93 @@
+//! Exact soft shadows.
+
+use super::exact_hard::{CELLS, ENTRIES};
+use super::grid::{COARSEST, EdgeLists, GridDepths, GridPush, TriangleLists};
+use crate::gpu::{Buffer, Image, bindings};
+use crate::technique::caster_edges::silhouettes::Silhouettes;
+use crate::technique::common::bindings::PixelBindings;
+use crate::technique::common::pixels::{PixelPass, SKIP};
+use crate::technique::{Info, Kind, Passes, Setup};
+use crate::{Bind, Context, Frame, Inputs, Need, Result};
+
+/// The registry entry.
+pub const INFO: Info = Info {
+    id: "exact-soft",
+    title: "Exact soft shadows",
+    paper: "this project; after Johnson et al. 2009, Sintorn, Eisemann, Assarsson 2008, and Laine et al. 2005",
+    summary: "Soft shadows of an area light from the casters' silhouette edges, in lists in a grid of the light's view: without noise and without a bias, at any map size.",
+    params: &[CELLS, ENTRIES, SKIP],
+    published: &[],
+    needs: &[Need::Casters],
+    kind: Kind::RealTime(prepare),
+};
+
+bindings! {
+    struct SoftBindings {
+        ..pixels: PixelBindings,
+        Header, Starts, Entries, GridTriangles, EdgeHeader, EdgeStarts, EdgeEntries, GridEdges
+    }
+}
+
+struct ExactSoft {
+    silhouettes: Silhouettes,
+    depths: GridDepths,
+    triangles: TriangleLists,
+    edges: EdgeLists,
+    shade: PixelPass,
+    cells: u32,
+    entries: u32,
+}
+
+fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
+    let p = &setup.params;
+    let casters = setup.casters(INFO.id)?;
+    let cells = p.int("cells").next_multiple_of(COARSEST);
+    let entries = p.int("entries");
+    let shade = |step| {
+        let constants = [("MASKED", casters.masked().into()), ("STEP", step as u32)];
+        context.pipeline::<SoftBindings, GridPush>("exact/exact_soft.comp", &constants)
+    };
+    Ok(Box::new(ExactSoft {
+        silhouettes: Silhouettes::new(context, casters, true)?,
+        depths: GridDepths::new(context, cells)?,
+        triangles: TriangleLists::new(context, casters, cells, entries)?,
+        edges: EdgeLists::new(context, casters, cells, entries)?,
+        shade: PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off", shade)?,
+        cells,
+        entries,
+    }))
+}
+
+impl Passes for ExactSoft {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.silhouettes.casters().check_transforms(INFO.id, inputs.casters)?;
+        let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries);
+        self.silhouettes.record(frame, inputs, None)?;
+        self.depths.record(frame, view, inputs, &push)?;
+        self.triangles.record(frame, &self.depths, &self.silhouettes, &push)?;
+        self.edges.record(frame, &self.depths, &self.silhouettes, &push)?;
+        let [header, starts, entries] = self.triangles.lists().bind();
+        let [edge_header, edge_starts, edge_entries] = self.edges.lists().bind();
+        let bind = SoftBindings {
+            pixels: PixelBindings::new(view, inputs, visibility, self.shade.list()),
+            Header: header,
+            Starts: starts,
+            Entries: entries,
+            GridTriangles: Bind::Buffer(self.triangles.triangles()),
+            EdgeHeader: edge_header,
+            EdgeStarts: edge_starts,
+            EdgeEntries: edge_entries,
+            GridEdges: Bind::Buffer(self.edges.edges()),
+        };
+        let names = ["layers over receivers", "edges on the light"];
+        self.shade.record(frame, names, &bind, bytemuck::bytes_of(&push), visibility)
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.silhouettes.memory_bytes()
+            + self.depths.memory_bytes()
+            + self.triangles.memory_bytes()
+            + self.edges.memory_bytes()
+            + self.shade.memory_bytes()
+    }
+}
