@@ -12,6 +12,7 @@
 #include "common/pixel_steps.glsl"
 
 layout(constant_id = 0) const bool MASKED = false; // the shadow map holds casters that have no triangles here
+layout(constant_id = 1) const bool DISC = false;   // shape of the light; false: square
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
 layout(binding = 6, scalar) readonly buffer Header { ListHeader header; };
@@ -44,7 +45,6 @@ vec2 planeSlope(Receiver r, GridReceiver g) {
 
 // Share of the light that the receiver sees.
 float lightSeen(Receiver r, GridReceiver g) {
-  bool disc = push.spot == 0;
   uint layers = layersOver(g);
   vec2 slope = planeSlope(r, g), tilt = slope * push.kappa;
   LightBits bits = lightBits(layers);
@@ -69,9 +69,9 @@ float lightSeen(Receiver r, GridReceiver g) {
     any_edge = true;
     vec2 from = away_a + range.x * (away_b - away_a), to = range.y < 1.0 ? away_a + range.y * (away_b - away_a) : away_b;
     float above_from = above_a + range.x * (above_b - above_a), above_to = range.y < 1.0 ? above_a + range.y * (above_b - above_a) : above_b;
-    addEdge(bits, from / (push.kappa * above_from), to / (push.kappa * above_to), e.weight, disc);
+    addEdge(bits, from / (push.kappa * above_from), to / (push.kappa * above_to), e.weight, DISC);
   }
-  return any_edge ? lightVisible(bits, tilt, disc) : layers == 0 ? 1.0 : 0.0;
+  return any_edge ? lightVisible(bits, tilt, DISC) : layers == 0 ? 1.0 : 0.0;
 }
 
 // Finds the visibility of a pixel. Returns false if the pixel is left for the dispatch over the list.

@@ -65,18 +65,17 @@ bool project(vec4 a, vec4 b, vec4 c, out GridTriangle t, out vec2 low, out vec2 
     if (along == (volume > 0.0)) t.inner |= 1u << i;
   }
   bool whole = all(greaterThanEqual(w, vec3(push.nearest)));
+  // Plane and vertices move away from the light by the bound of their error, which grows with the farthest vertex.
   if (spot) {
-    // The plane moves away from the light by the bound of its error, which is relative to the farthest vertex.
     float extent = max(length(p[0]), max(length(p[1]), length(p[2])));
-    t.plane = -normal / volume * (1.0 - min(VERTEX_ULPS * extent * length(normal) / abs(volume), 1.0));
-    float farthest = -1.0 / max(w.x, max(w.y, w.z));
-    t.range = vec2(whole ? -1.0 / min(w.x, min(w.y, w.z)) : -3.0e38, farthest);
+    float closer = 1.0 - min(VERTEX_ULPS * extent * length(normal) / abs(volume), 1.0);
+    t.plane = -normal / volume * closer;
+    t.range = vec2(whole ? -1.0 / min(w.x, min(w.y, w.z)) : -3.0e38, -1.0 / max(w.x, max(w.y, w.z))) * closer;
   } else {
-    vec2 slope = -normal.xy / volume;
-    vec2 extent = max(abs(a.xy), max(abs(b.xy), abs(c.xy)));
-    float most = max(abs(z.x), max(abs(z.y), abs(z.z)));
-    t.plane = vec3(slope, a.z - dot(slope, a.xy) + VERTEX_ULPS * (most + dot(abs(slope), extent)));
-    t.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z)));
+    vec2 slope = -normal.xy / volume, extent = max(abs(a.xy), max(abs(b.xy), abs(c.xy)));
+    float off = VERTEX_ULPS * (max(abs(z.x), max(abs(z.y), abs(z.z))) + dot(abs(slope), extent));
+    t.plane = vec3(slope, a.z - dot(slope, a.xy) + off);
+    t.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z))) + off;
   }
   if (any(isinf(t.plane)) || any(isnan(t.plane))) return false;
   if (whole) {

@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Image, bindings};
 use crate::technique::caster_edges::silhouettes::Silhouettes;
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{PixelPass, SKIP};
-use crate::technique::{Info, Kind, Passes, Setup};
+use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Need, Result};
 
 /// The registry entry.
@@ -15,7 +15,12 @@ pub const INFO: Info = Info {
     title: "Exact soft shadows",
     paper: "this project; after Johnson et al. 2009, Sintorn, Eisemann, Assarsson 2008, and Laine et al. 2005",
     summary: "Soft shadows of an area light from the casters' silhouette edges, in lists in a grid of the light's view: without noise and without a bias, at any map size.",
-    params: &[CELLS, ENTRIES, SKIP],
+    params: &[
+        CELLS,
+        ENTRIES,
+        Param::choice("shape", &["square", "disc"], 0, "shape of the light: a square, or the disc within it"),
+        SKIP,
+    ],
     published: &[],
     needs: &[Need::Casters],
     kind: Kind::RealTime(prepare),
@@ -44,7 +49,8 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let cells = p.int("cells").next_multiple_of(COARSEST);
     let entries = p.int("entries");
     let shade = |step| {
-        let constants = [("MASKED", casters.masked().into()), ("STEP", step as u32)];
+        let disc = p.word("shape") == "disc";
+        let constants = [("MASKED", casters.masked().into()), ("DISC", disc.into()), ("STEP", step as u32)];
         context.pipeline::<SoftBindings, GridPush>("exact/exact_soft.comp", &constants)
     };
     Ok(Box::new(ExactSoft {
