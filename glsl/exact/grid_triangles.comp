@@ -43,13 +43,32 @@ vec3 lineThrough(vec3 a, vec3 b, out bool along) {
   return scaled;
 }
 
+// A corner in the space in which the triangle's plane does not depend on the projection: (x, y, w) for a spot,
+// (x, y, z) for a sun.
+vec3 cornerOf(vec4 q) { return push.spot != 0 ? q.xyw : q.xyz; }
+
+// Turns the corners so that the longest side lies opposite the first: the other two sides then determine the plane of
+// a sliver best.
+void turnCorners(inout vec4 a, inout vec4 b, inout vec4 c) {
+  float ab = distance(cornerOf(a), cornerOf(b)), bc = distance(cornerOf(b), cornerOf(c)), ca = distance(cornerOf(c), cornerOf(a));
+  vec4 first = a;
+  if (ca >= max(ab, bc)) {
+    a = b;
+    b = c;
+    c = first;
+  } else if (ab >= bc) {
+    a = c;
+    c = b;
+    b = first;
+  }
+}
+
 // Returns false for a triangle that covers nothing: one that is seen edge-on, lies behind the light, or has numbers
 // that are not finite.
 bool project(vec4 a, vec4 b, vec4 c, out GridTriangle t, out vec2 low, out vec2 high) {
-  // The plane's normal in the light's space: (x, y, w) for a spot, (x, y, z) for a sun.
   bool spot = push.spot != 0;
   vec3 p[3] = vec3[](a.xyw, b.xyw, c.xyw);
-  precise vec3 normal = cross3(spot ? b.xyw - a.xyw : b.xyz - a.xyz, spot ? c.xyw - a.xyw : c.xyz - a.xyz);
+  precise vec3 ab = cornerOf(b) - cornerOf(a), ac = cornerOf(c) - cornerOf(a), normal = cross3(ab, ac);
   precise float volume = spot ? dot(normal, a.xyw) : normal.z;
   for (int i = 0; i < 3; ++i) t.lines[i] = vec3(0.0);
   t.plane = vec3(0.0);
@@ -65,16 +84,19 @@ bool project(vec4 a, vec4 b, vec4 c, out GridTriangle t, out vec2 low, out vec2 
     if (along == (volume > 0.0)) t.inner |= 1u << i;
   }
   bool whole = all(greaterThanEqual(w, vec3(push.nearest)));
-  // Plane and vertices move away from the light by the bound of their error, which grows with the farthest vertex.
+  // Plane and corners move away from the light by the bound of their error: that of the corners, and that of a sliver's
+  // normal over its length.
+  float extent = max(length(cornerOf(a)), max(length(cornerOf(b)), length(cornerOf(c))));
+  float sliver = length(ab) * length(ac) / length(normal);
+  float off = VERTEX_ULPS * (extent + sliver * (length(ab) + length(ac))) * length(normal) / abs(volume);
   if (spot) {
-    float extent = max(length(p[0]), max(length(p[1]), length(p[2])));
-    float closer = 1.0 - min(VERTEX_ULPS * extent * length(normal) / abs(volume), 1.0);
+    float closer = 1.0 - min(off, 1.0);
     t.plane = -normal / volume * closer;
     t.range = vec2(whole ? -1.0 / min(w.x, min(w.y, w.z)) : -3.0e38, -1.0 / max(w.x, max(w.y, w.z))) * closer;
   } else {
-    vec2 slope = -normal.xy / volume, extent = max(abs(a.xy), max(abs(b.xy), abs(c.xy)));
-    float off = VERTEX_ULPS * (max(abs(z.x), max(abs(z.y), abs(z.z))) + dot(abs(slope), extent));
-    t.plane = vec3(slope, a.z - dot(slope, a.xy) + off);
+    precise vec2 slope = -normal.xy / volume;
+    precise float at_middle = a.z - (slope.x * a.x + slope.y * a.y);
+    t.plane = vec3(slope, at_middle + off);
     t.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z))) + off;
   }
   if (any(isinf(t.plane)) || any(isnan(t.plane))) return false;
@@ -101,7 +123,9 @@ void main() {
   mat4 m = lights[instance].clip_from_object;
   GridTriangle g;
   vec2 low, high;
-  if (!project(clipOf(corners.x, m), clipOf(corners.y, m), clipOf(corners.z, m), g, low, high)) return;
+  vec4 a = clipOf(corners.x, m), b = clipOf(corners.y, m), c = clipOf(corners.z, m);
+  turnCorners(a, b, c);
+  if (!project(a, b, c, g, low, high)) return;
   grid_triangles[bit] = g;
   // A hundredth of a cell covers the rounding of places.
   vec2 first = floor((0.5 * low + 0.5) * float(push.cells) - 0.01), last = floor((0.5 * high + 0.5) * float(push.cells) + 0.01);
