@@ -9,30 +9,33 @@ struct GridReceiver {
   LightPoint point;
 };
 
-// Returns true if the visibility needs no caster; `decided` then holds it. The receiver moves along its normal by the
-// bound of its position's error, in the camera's and in the light's view, so that it lies in front of its own surface.
+// Bound of the error of a stored camera depth: rasterisers interpolate the depth of a triangle that reaches up to the
+// near plane with this absolute error.
 const float RASTER_DEPTH = 1.0 / 16777216.0;
 
+// Returns true if the visibility needs no caster; `decided` then holds it. The receiver moves towards the light, which
+// leaves its place in the light's image as it is, until it lies in front of its own plane by the bound of its
+// position's error in the camera's and in the light's view.
 bool gridReceiver(ivec2 pixel, Receiver r, out GridReceiver g, out float decided) {
   decided = 1.0;
   if (!r.surface) return true;
-  if (dot(r.normal, towardsLight(r.position, 0)) <= 0.0) {
+  vec3 light = towardsLight(r.position, 0);
+  float facing = dot(r.normal, light);
+  if (facing <= 0.0) {
     decided = 0.0;
     return true;
   }
   LightPoint l = lightSpace(r.position, 0);
   if (!l.inside) return true;
-  float reach = length(r.position);
-  vec4 light = view.light_position_view[0];
-  if (light.w != 0.0) reach += length(light.xyz - r.position);
-  else reach += view.light_area[0].w + texelSize(view.light_clip_from_view[0], l, vec2(1.0));
-  float off = abs(dot(r.normal, viewPosition(pixel, depthAt(pixel) + RASTER_DEPTH) - r.position));
-  precise vec3 p = r.position + r.normal * (r.error + POSITION_ULPS * reach + off);
-  l = lightSpace(p, 0);
-  if (!l.inside) return true;
+  bool spot = push.spot != 0;
+  float away = spot ? distance(view.light_position_view[0].xyz, r.position)
+                    : view.light_area[0].w + texelSize(view.light_clip_from_view[0], l, vec2(1.0));
+  float raster = abs(dot(r.normal, viewPosition(pixel, depthAt(pixel) + RASTER_DEPTH) - r.position));
+  float error = r.error + POSITION_ULPS * (length(r.position) + away) + raster;
   g.point = l;
   g.ndc = l.ndc;
-  precise float depth = push.spot != 0 ? -1.0 / l.w : l.depth;
+  float step = error / facing;
+  precise float depth = spot ? -1.0 / (l.w * max(1.0 - step / away, 1e-3)) : l.depth - step / view.light_area[0].w;
   g.depth = depth;
   uvec2 cell = min(uvec2(l.uv * float(push.cells)), push.cells - 1);
   g.cell = cell.y * push.cells + cell.x;
