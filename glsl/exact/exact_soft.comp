@@ -58,18 +58,20 @@ float lightSeen(Receiver r, GridReceiver g) {
     float least = 1e-6 * abs(g.depth);
     cutRange(above_a - least, above_b - least, range);
     cutRange(above_a + dot(slope, away_a), above_b + dot(slope, away_b), range);
-    // The part of it that lies within the square around the light.
+    // The part of it that lies within the square around the light. Beyond, its ends may be arbitrarily far away.
     vec2 wide_a = push.kappa * above_a, wide_b = push.kappa * above_b;
-    vec2 kept = range;
-    cutRange(wide_a.x - away_a.x, wide_b.x - away_b.x, kept);
-    cutRange(wide_a.x + away_a.x, wide_b.x + away_b.x, kept);
-    cutRange(wide_a.y - away_a.y, wide_b.y - away_b.y, kept);
-    cutRange(wide_a.y + away_a.y, wide_b.y + away_b.y, kept);
-    if (!(kept.x < kept.y)) continue;
+    cutRange(wide_a.x - away_a.x, wide_b.x - away_b.x, range);
+    cutRange(wide_a.x + away_a.x, wide_b.x + away_b.x, range);
+    cutRange(wide_a.y - away_a.y, wide_b.y - away_b.y, range);
+    cutRange(wide_a.y + away_a.y, wide_b.y + away_b.y, range);
+    if (!(range.x < range.y)) continue;
     any_edge = true;
-    vec2 from = away_a + range.x * (away_b - away_a), to = range.y < 1.0 ? away_a + range.y * (away_b - away_a) : away_b;
-    float above_from = above_a + range.x * (above_b - above_a), above_to = range.y < 1.0 ? above_a + range.y * (above_b - above_a) : above_b;
-    addEdge(bits, from / (push.kappa * above_from), to / (push.kappa * above_to), e.weight, DISC);
+    vec2 along = away_b - away_a;
+    float rise = above_b - above_a;
+    precise vec2 from = (away_a + range.x * along) / (push.kappa * (above_a + range.x * rise));
+    precise vec2 to = range.y < 1.0 ? (away_a + range.y * along) / (push.kappa * (above_a + range.y * rise))
+                                    : away_b / (push.kappa * above_b);
+    addEdge(bits, from, to, e.weight, DISC);
   }
   return any_edge ? lightVisible(bits, tilt, DISC) : layers == 0 ? 1.0 : 0.0;
 }
