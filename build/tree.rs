@@ -14,8 +14,8 @@ const STAGES: [&str; 15] = [
 ];
 
 /// Folders of the library's own shaders; `src/technique` and `src/reference` have the same folders.
-pub const ROOMS: [&str; 7] =
-    ["common", "filtering", "revectorization", "distance_transform", "penumbra", "soft", "caster_edges"];
+pub const ROOMS: [&str; 8] =
+    ["common", "filtering", "revectorization", "distance_transform", "penumbra", "soft", "caster_edges", "exact"];
 
 /// A folder of GLSL sources. Paths inside it are relative to it and use `/` on every system.
 pub struct Tree {

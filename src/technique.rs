@@ -8,6 +8,7 @@
 pub mod caster_edges;
 pub mod common;
 pub mod distance_transform;
+pub mod exact;
 pub mod filtering;
 mod params;
 pub mod penumbra;
@@ -254,6 +255,8 @@ pub const ALL: &[Info] = &[
     caster_edges::sssm::INFO,
     caster_edges::edsm::INFO,
     caster_edges::edsm_x::INFO,
+    exact::exact_hard::INFO,
+    exact::exact_soft::INFO,
     Info {
         id: "area-samples",
         title: "Averaged shadow maps over an area light",

@@ -29,7 +29,7 @@ bindings! {
 
 /// Returns a dispatch of at least `count` workgroups of [`CHUNK`] threads. Workgroups run along x up to `MAX_GROUPS_X`,
 /// then along y; `chunkIndex` of `glsl/caster_edges/casters.glsl` numbers them.
-pub(super) fn chunks(count: u32) -> Threads<'static> {
+pub(crate) fn chunks(count: u32) -> Threads<'static> {
     const MAX_GROUPS_X: u32 = 65535;
     Threads::Count([CHUNK * count.min(MAX_GROUPS_X), count.div_ceil(MAX_GROUPS_X), 1])
 }
@@ -225,7 +225,7 @@ impl Silhouettes {
     }
 
     /// One thread for each edge of the list, [`CHUNK`] per workgroup.
-    pub(super) fn threads(&self) -> Threads<'_> {
+    pub(crate) fn threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.header, 0)
     }
 

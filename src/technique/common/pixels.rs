@@ -197,6 +197,13 @@ impl PixelPass {
         self.listed.is_some()
     }
 
+    /// Empties the list, for passes that list pixels before this one; see [`PixelPass::record_more`].
+    pub(crate) fn clear(&self, frame: &mut Frame<'_>) {
+        if self.listed.is_some() {
+            clear(frame, &self.list);
+        }
+    }
+
     /// Records the dispatches that decide. They write the pixels of `output` that they decide and leave the others.
     pub(crate) fn record_decided(
         &self,
@@ -206,9 +213,18 @@ impl PixelPass {
         push: &[u8],
         output: &Image,
     ) -> Result<()> {
-        if self.listed.is_some() {
-            clear(frame, &self.list);
-        }
+        self.clear(frame);
+        self.record_first(frame, name, bind, push, output)
+    }
+
+    fn record_first(
+        &self,
+        frame: &mut Frame<'_>,
+        name: &str,
+        bind: &dyn Bindings,
+        push: &[u8],
+        output: &Image,
+    ) -> Result<()> {
         let [width, height] = output.extent();
         let Some((pipeline, list)) = &self.tiles else {
             let threads = Threads::Count([width, height, 1]);
@@ -231,7 +247,20 @@ impl PixelPass {
         push: &[u8],
         output: &Image,
     ) -> Result<()> {
-        self.record_decided(frame, names[0], bind, push, output)?;
+        self.clear(frame);
+        self.record_more(frame, names, bind, push, output)
+    }
+
+    /// Does the same with a list that other passes have begun; see [`PixelPass::clear`].
+    pub(crate) fn record_more(
+        &self,
+        frame: &mut Frame<'_>,
+        names: [&str; 2],
+        bind: &dyn Bindings,
+        push: &[u8],
+        output: &Image,
+    ) -> Result<()> {
+        self.record_first(frame, names[0], bind, push, output)?;
         self.record_listed(frame, names[1], bind, push)
     }
 

@@ -90,7 +90,7 @@ fn pixel_size(camera: &CameraView, extent: [u32; 2]) -> ([f32; 2], f32) {
 
 /// Returns `light_area` of `glsl/common/view.glsl`: the factors for half sizes along the map's axes (uv) and in the
 /// world, and the depth offset of `glsl/lib/area_light.glsl`.
-fn light_area(light: &LightView) -> [f32; 4] {
+pub(crate) fn light_area(light: &LightView) -> [f32; 4] {
     let p = &light.clip_from_view;
     let (world, offset) = match light.kind {
         // The depth is f/(f-n) - (n f/(f-n))/z, so the offset is f/(f-n).

@@ -229,4 +229,6 @@ const KEEPING: &[&str] = &[
     "sssm",
     "edsm",
     "edsm-x",
+    "exact-hard",
+    "exact-soft",
 ];

@@ -1,0 +1,68 @@
+// The light's view as a grid of square cells, and the space in which receivers and casters meet: a place `ndc` in
+// [-1, 1]^2 and a depth that is affine in it on every plane. The depth is -1/w for a spot, w being the distance along
+// the light's axis, and the map's depth for a sun; both grow away from the light.
+//
+// An area light is the square [-1, 1]^2, or the unit disc for a sun. A receiver p sees a point e of a caster on the
+// light at s = (e.ndc - p.ndc) / (kappa (p.depth - e.depth)).
+#ifndef EDGESHADE_GRID
+#define EDGESHADE_GRID
+#extension GL_EXT_scalar_block_layout : require
+
+layout(push_constant, scalar) uniform Push {
+  uint cells;      // along each side of the grid: a multiple of 64
+  uint stride;     // floats from one vertex to the next
+  uint chunks;     // workgroups of casters
+  uint pairs;      // largest number of pairs of a caster and a block, on each level
+  uint entries;    // largest number of entries of all lists
+  uint spot;       // 1: the light has a position
+  float nearest;   // smallest w that is kept
+  float mirrored;  // -1 if the light's projection mirrors its image
+  vec2 kappa;      // half-width of the light's image: ndc per unit of depth
+  float normal_offset; // of tests in the shadow map: multiples of the offset that a plane needs
+} push;
+
+// Blocks on level l have 4^l cells along each side; level 0 is the cells themselves.
+const int LEVELS = 4;
+
+uint levelSide(int level) { return push.cells >> (2 * level); }
+
+// Index of the first block of a level in the array of depths.
+uint levelStart(int level) {
+  uint n = push.cells * push.cells;
+  return level == 0 ? 0 : level == 1 ? n : level == 2 ? n + n / 16 : n + n / 16 + n / 256;
+}
+
+// Index in the array of depths of the greatest depth of all receivers.
+uint greatestDepth() { return levelStart(3) + levelSide(3) * levelSide(3); }
+
+// Maps floats to integers of the same order. 0 stands for "no receiver".
+uint orderedBits(float f) {
+  uint u = floatBitsToUint(f);
+  return (u & 0x80000000u) != 0 ? ~u : u | 0x80000000u;
+}
+
+float orderedFloat(uint u) { return uintBitsToFloat((u & 0x80000000u) != 0 ? u & 0x7FFFFFFFu : ~u); }
+
+// The cell of a place.
+uint cellOf(vec2 ndc) {
+  precise vec2 place = (0.5 * ndc + 0.5) * float(push.cells);
+  uvec2 cell = min(uvec2(place), push.cells - 1);
+  return cell.y * push.cells + cell.x;
+}
+
+// Stands in the list of receivers, which holds ndc and depth of each pixel, for pixels that need no list of casters.
+const vec3 NO_RECEIVER = vec3(3.0e38);
+
+// Header of the lists of one kind of caster.
+struct ListHeader {
+  uint groups3[3]; // dispatch arguments for the pairs of each level
+  uint count3;
+  uint groups2[3];
+  uint count2;
+  uint groups1[3];
+  uint count1;
+  uint total;      // entries that all lists need
+  uint lost;       // pairs that found no room
+};
+
+#endif
