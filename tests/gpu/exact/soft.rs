@@ -1,0 +1,97 @@
+//! Soft shadows compared with brute force over all edges, and with ray-traced truth.
+
+use super::{SIZE, Stage, stages};
+use crate::common::{enlarged, every_shipped, with_gpu};
+use crate::made::{self, moved, perspective, plane, spot};
+use crate::mirrors::compare;
+use edgeshade::reference::exact::light_seen;
+use edgeshade::reference::ray_traced::{RayScene, SoftSettings, soft};
+use glam::{DVec3, dvec3};
+
+/// Half of a sample of 256.
+const TOLERANCE: f64 = 0.5 / 256.0;
+
+#[test]
+fn soft_shadows_equal_brute_force() {
+    with_gpu(|host| {
+        let shipped = ["jenga", "fence"].map(|name| Stage::shipped(host, name));
+        for (i, mut stage) in stages(host).chain(shipped).enumerate() {
+            for (share, is_disc) in [(0.05, false), (0.3, i % 2 == 0)] {
+                stage = stage.with_light_size(share);
+                let shape = if is_disc { "disc" } else { "square" };
+                let seen = stage.seen("exact-soft", &[("shape", shape)]);
+                let (shot, casters) = (stage.shot(host), stage.casters());
+                let r = &stage.renderer;
+                let mirror = |casters| light_seen::visibility(&shot.data(), r.camera(), r.light(), casters, is_disc);
+                let expected = mirror(&casters).unwrap();
+                let what = format!("{} {share} {shape}", stage.name);
+                compare(&seen, &expected, TOLERANCE).check(&what, 0.03);
+                let partly = seen.iter().filter(|v| (0.01..0.99).contains(*v)).count();
+                // Inside of a mesh all is dark.
+                assert!(partly > 20 || stage.name == "light in a mesh", "{what}: {partly} pixels of penumbrae");
+                let other = mirror(&casters[..casters.len() - 1]).unwrap();
+                let wrong = compare(&seen, &other, TOLERANCE).wrong;
+                assert!(wrong > 0, "{what}: no pixel misses a caster");
+            }
+        }
+    });
+}
+
+/// Root of the mean squared difference.
+fn rmse(a: &[f32], b: &[f32], counts: &[bool]) -> f64 {
+    let all: Vec<f64> = (0..a.len()).filter(|&i| counts[i]).map(|i| f64::from(a[i] - b[i]).powi(2)).collect();
+    (all.iter().sum::<f64>() / all.len() as f64).sqrt()
+}
+
+/// The silhouettes of the light's centre stand for those of all its points, and 256 samples for the light.
+#[test]
+fn soft_shadows_are_close_to_ray_traced_truth() {
+    with_gpu(|host| {
+        let mut failed = vec![];
+        for scene in every_shipped() {
+            let mut stage = Stage::new(host, &scene.name.clone(), scene);
+            let rays = RayScene::build(&stage.scene).unwrap();
+            let own = *stage.renderer.light();
+            for (factor, most) in [(1.0, 0.006), (3.0, 0.012)] {
+                stage.set_light(enlarged(&own, factor));
+                let [seen, hard] = ["exact-soft", "exact-hard"].map(|id| stage.seen(id, &[]));
+                let r = &stage.renderer;
+                let settings = SoftSettings { samples: 256, ..SoftSettings::default() };
+                let truth = soft(&rays, r.camera(), r.light(), SIZE, &settings, &|_, _| ()).unwrap();
+                let judged = truth.judged(&host.read_image::<u32>(&r.gbuffer().triangle).unwrap());
+                let [off, off_hard] = [&seen, &hard].map(|v| rmse(v, &truth.visibility, &judged));
+                let far = (0..seen.len()).filter(|&i| judged[i] && (seen[i] - truth.visibility[i]).abs() > 0.1).count();
+                println!(
+                    "{:12} x {factor}: RMSE {off:.4}, hard {off_hard:.4}; {far} pixels off by more than .1",
+                    stage.name
+                );
+                if off > most || far * 1000 > seen.len() {
+                    failed.push(format!("{} x {factor}: RMSE {off:.4}, {far} pixels", stage.name));
+                }
+                // Hard shadows fail this test.
+                assert!(off_hard > most, "{}: {off_hard}", stage.name);
+            }
+        }
+        assert!(failed.is_empty(), "{}", failed.join("\n"));
+    });
+}
+
+/// Cards above each other, from below: the rim of the stack has a penumbra, and its counters pass 63.
+#[test]
+fn a_stack_of_cards_is_dark() {
+    with_gpu(|host| {
+        for cards in [40u32, 63, 64, 65, 128] {
+            let card = |i: u32| (plane(1.0), moved(dvec3(0.0, 1.0 + 0.002 * f64::from(i), 0.0)));
+            let parts = std::iter::once((plane(6.0), moved(DVec3::ZERO))).chain((0..cards).map(card)).collect();
+            let camera = perspective(dvec3(-3.0, 0.9, 3.0), dvec3(0.0, 0.0, 0.0), 0.1);
+            let lamp = spot(dvec3(0.2, 6.0, 0.1), DVec3::ZERO, 0.8);
+            let mut stage = Stage::new(host, &format!("{cards} cards"), made::scene(parts, camera, lamp));
+            stage = stage.with_light_size(0.2);
+            let seen = stage.seen("exact-soft", &[]);
+            let (shot, casters) = (stage.shot(host), stage.casters());
+            let r = &stage.renderer;
+            let expected = light_seen::visibility(&shot.data(), r.camera(), r.light(), &casters, false).unwrap();
+            compare(&seen, &expected, TOLERANCE).check(&stage.name, 0.03);
+        }
+    });
+}
