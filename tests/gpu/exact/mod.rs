@@ -16,7 +16,7 @@ use edgeshade::scene::{Masked, Mesh, Projection, Renderer, Scene};
 use edgeshade::view::{LightKind, LightView, look_at};
 use glam::{DAffine3, DVec3, dvec3};
 
-const SIZE: [u32; 2] = [128, 72];
+const SIZE: [u32; 2] = [160, 90];
 /// The shadow map decides nothing here; a coarse one shows where it does.
 const MAP: u32 = 32;
 
