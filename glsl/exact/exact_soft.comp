@@ -24,14 +24,15 @@ layout(binding = 11, scalar) readonly buffer EdgeStarts { uint edge_starts[]; };
 layout(binding = 12, scalar) readonly buffer EdgeEntries { uint edge_entries[]; };
 layout(binding = 13, scalar) readonly buffer GridEdges { GridEdge grid_edges[]; };
 
-// Number of layers between the receiver and the light's centre.
-uint layersOver(GridReceiver g) {
+// Number of layers between the receiver and the light's centre; without `all`, at most 1.
+uint layersOver(GridReceiver g, bool all) {
   uint layers = 0;
   for (uint i = starts[g.cell]; i < starts[g.cell + 1]; ++i) {
     uint t = entries[i];
     if (coversPlace(grid_triangles[t].lines, grid_triangles[t].inner, g.ndc) &&
         planeDepth(grid_triangles[t].plane, grid_triangles[t].range, g.ndc) < g.depth) {
       ++layers;
+      if (!all) break;
     }
   }
   return layers;
@@ -45,27 +46,22 @@ vec2 planeSlope(Receiver r, GridReceiver g) {
 
 // Share of the light that the receiver sees.
 float lightSeen(Receiver r, GridReceiver g) {
-  uint layers = layersOver(g);
   vec2 slope = planeSlope(r, g), tilt = slope * push.kappa;
-  LightBits bits = lightBits(layers);
-  bool any_edge = abs(tilt.x) + abs(tilt.y) >= 1.0;
+  LightBits bits = noLayers();
+  bool partly = reachesBelow(tilt);
+  float least = 1e-6 * abs(g.depth);
   for (uint i = edge_starts[g.cell]; i < edge_starts[g.cell + 1]; ++i) {
     GridEdge e = grid_edges[edge_entries[i]];
-    // The part of the edge that lies nearer to the light than the receiver, and above the receiver's plane.
-    vec2 range = vec2(0.0, 1.0);
     vec2 away_a = e.a.xy - g.ndc, away_b = e.b.xy - g.ndc;
     float above_a = g.depth - e.a.z, above_b = g.depth - e.b.z;
-    float least = 1e-6 * abs(g.depth);
+    // The part of the edge within the square around the light. Beyond, its ends may be arbitrarily far away.
+    vec2 range = vec2(0.0, 1.0), wide_a = push.kappa * above_a, wide_b = push.kappa * above_b;
+    if (!cutRange(vec4(wide_a - away_a, wide_a + away_a), vec4(wide_b - away_b, wide_b + away_b), range)) continue;
+    // The part nearer to the light than the receiver, and above the receiver's plane.
     cutRange(above_a - least, above_b - least, range);
     cutRange(above_a + dot(slope, away_a), above_b + dot(slope, away_b), range);
-    // The part of it that lies within the square around the light. Beyond, its ends may be arbitrarily far away.
-    vec2 wide_a = push.kappa * above_a, wide_b = push.kappa * above_b;
-    cutRange(wide_a.x - away_a.x, wide_b.x - away_b.x, range);
-    cutRange(wide_a.x + away_a.x, wide_b.x + away_b.x, range);
-    cutRange(wide_a.y - away_a.y, wide_b.y - away_b.y, range);
-    cutRange(wide_a.y + away_a.y, wide_b.y + away_b.y, range);
     if (!(range.x < range.y)) continue;
-    any_edge = true;
+    partly = true;
     vec2 along = away_b - away_a;
     float rise = above_b - above_a;
     precise vec2 from = (away_a + range.x * along) / (push.kappa * (above_a + range.x * rise));
@@ -73,7 +69,8 @@ float lightSeen(Receiver r, GridReceiver g) {
                                     : away_b / (push.kappa * above_b);
     addEdge(bits, from, to, e.weight, DISC);
   }
-  return any_edge ? lightVisible(bits, tilt, DISC) : layers == 0 ? 1.0 : 0.0;
+  uint layers = layersOver(g, partly);
+  return partly ? lightVisible(bits, layers, tilt, DISC) : layers == 0 ? 1.0 : 0.0;
 }
 
 // Finds the visibility of a pixel. Returns false if the pixel is left for the dispatch over the list.
@@ -85,8 +82,11 @@ bool visibilityAt(ivec2 pixel, out float v) {
     v = shadowMapTest(shadow_map, r, g.point, 1.0, 0.0);
     return true;
   }
-  bool edges = edge_starts[g.cell] != edge_starts[g.cell + 1];
-  if (STEP == LIST && edges) return false;
+  if (STEP == LIST) {
+    if (g.grazing || edge_starts[g.cell] != edge_starts[g.cell + 1]) return false;
+    v = layersOver(g, false) == 0 ? 1.0 : 0.0;
+    return true;
+  }
   v = lightSeen(r, g);
   return true;
 }

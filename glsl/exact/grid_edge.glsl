@@ -14,6 +14,16 @@ void cutRange(float a, float b, inout vec2 range) {
   if (b < 0.0) range.y = min(range.y, a > b ? a / (a - b) : -1.0);
 }
 
+// Clips the range of t to where all components of a + t (b - a) are not negative. Returns false if nothing is left.
+bool cutRange(vec4 a, vec4 b, inout vec2 range) {
+  if (any(lessThan(max(a, b), vec4(0.0)))) return false;
+  cutRange(a.x, b.x, range);
+  cutRange(a.y, b.y, range);
+  cutRange(a.z, b.z, range);
+  cutRange(a.w, b.w, range);
+  return range.x <= range.y;
+}
+
 // Tests whether the edge may matter to a receiver in a square whose receivers lie at most at `deepest`.
 bool mayReach(GridEdge e, vec2 center, float half_size, float deepest, vec2 kappa) {
   vec2 range = vec2(0.0, 1.0);
@@ -21,11 +31,7 @@ bool mayReach(GridEdge e, vec2 center, float half_size, float deepest, vec2 kapp
   float above_a = deepest - e.a.z, above_b = deepest - e.b.z;
   cutRange(above_a, above_b, range);
   vec2 wide_a = half_size + kappa * above_a, wide_b = half_size + kappa * above_b;
-  cutRange(wide_a.x - away_a.x, wide_b.x - away_b.x, range);
-  cutRange(wide_a.x + away_a.x, wide_b.x + away_b.x, range);
-  cutRange(wide_a.y - away_a.y, wide_b.y - away_b.y, range);
-  cutRange(wide_a.y + away_a.y, wide_b.y + away_b.y, range);
-  return range.x <= range.y;
+  return cutRange(vec4(wide_a - away_a, wide_a + away_a), vec4(wide_b - away_b, wide_b + away_b), range);
 }
 
 #endif

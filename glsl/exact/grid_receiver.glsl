@@ -6,6 +6,7 @@ struct GridReceiver {
   vec2 ndc;
   float depth;
   uint cell;
+  bool grazing;     // the light may reach below the receiver's plane
   LightPoint point;
 };
 
@@ -33,6 +34,8 @@ bool gridReceiver(ivec2 pixel, Receiver r, out GridReceiver g, out float decided
   float raster = abs(dot(r.normal, viewPosition(pixel, depthAt(pixel) + RASTER_DEPTH) - r.position));
   float error = r.error + POSITION_ULPS * (length(r.position) + away) + raster;
   g.point = l;
+  // Half the diagonal of the light, at its distance.
+  g.grazing = facing * (spot ? away : 1.0) < 1.4143 * view.light_area[0].z;
   g.ndc = l.ndc;
   float step = error / facing;
   precise float depth = spot ? -1.0 / (l.w * max(1.0 - step / away, 1e-3)) : l.depth - step / view.light_area[0].w;

@@ -2,8 +2,8 @@
 // as bits. Each row is shifted by a bit-reversed sixteenth of a column. Rows of a disc are as wide as the disc there
 // and weigh as much. Binding-free.
 //
-// A counter starts with the layers over the receiver towards the light's centre. An edge changes it if the path from
-// the centre to the sample, up or down to the sample's row and then along it, crosses the edge.
+// A counter holds the layers over the receiver towards a sample, less those towards the light's centre. An edge changes
+// it if the path from the centre to the sample, up or down to the sample's row and then along it, crosses the edge.
 #ifndef EDGESHADE_LIGHT_BITS
 #define EDGESHADE_LIGHT_BITS
 
@@ -31,9 +31,9 @@ vec4 rowShifts(float first) {
   return (shifts + 0.5) / 16.0;
 }
 
-LightBits lightBits(uint layers) {
+LightBits noLayers() {
   LightBits b;
-  for (int k = 0; k < 6; ++k) b.low[k] = b.high[k] = uvec4((layers >> k & 1u) != 0 ? 0xFFFFFFFFu : 0u);
+  for (int k = 0; k < 6; ++k) b.low[k] = b.high[k] = uvec4(0u);
   return b;
 }
 
@@ -95,6 +95,9 @@ void addEdge(inout LightBits bits, vec2 a, vec2 b, int weight, bool disc) {
   for (int i = 0; i < weight; ++i) addDigits(bits.high, plus, minus);
 }
 
+// Tests whether the light reaches below the receiver's plane, which lies where 1 + dot(tilt, s) = 0.
+bool reachesBelow(vec2 tilt) { return abs(tilt.x) + abs(tilt.y) >= 1.0; }
+
 // Samples above the receiver's plane: those with 1 + dot(tilt, s) > 0.
 uvec4 rowsAbove(vec2 tilt, float first, bool disc) {
   vec4 y = rowHeights(first), width = rowWidths(y, disc);
@@ -103,16 +106,19 @@ uvec4 rowsAbove(vec2 tilt, float first, bool disc) {
   return tilt.x > 0.0 ? right : tilt.x < 0.0 ? right ^ 0xFFFFu : mix(uvec4(0u), uvec4(0xFFFFu), greaterThan(at_zero, vec4(0.0)));
 }
 
-// Share of the light that no layer covers and that lies above the receiver's plane.
-float lightVisible(LightBits b, vec2 tilt, bool disc) {
+// Share of the light that no layer covers and that lies above the receiver's plane. `layers` lie over the receiver
+// towards the light's centre.
+float lightVisible(LightBits b, uint layers, vec2 tilt, bool disc) {
   uvec4 low = uvec4(0u), high = uvec4(0u);
   for (int k = 0; k < 6; ++k) {
-    low |= b.low[k];
-    high |= b.high[k];
+    // Digit of the value at which no layer is left.
+    uint digit = (-layers >> k & 1u) != 0 ? 0xFFFFFFFFu : 0u;
+    low |= b.low[k] ^ digit;
+    high |= b.high[k] ^ digit;
   }
   low = ~low;
   high = ~high;
-  if (abs(tilt.x) + abs(tilt.y) >= 1.0) {
+  if (reachesBelow(tilt)) {
     low &= rowsAbove(tilt, 0.0, disc) | rowsAbove(tilt, 8.0, disc) << 16;
     high &= rowsAbove(tilt, 4.0, disc) | rowsAbove(tilt, 12.0, disc) << 16;
   }
