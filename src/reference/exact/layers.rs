@@ -5,6 +5,7 @@
 
 use super::grid::{GridReceiver, Place, place};
 use crate::Result;
+use crate::reference::caster_edges::edge_segments::clip_from_object;
 use crate::reference::caster_edges::shadow_volumes::Caster;
 use crate::reference::caster_edges::silhouettes::Facing;
 use crate::reference::common::view::{FrameData, Mirror, Verdict, View};
@@ -203,4 +204,36 @@ pub fn covering(
             all.filter(|t| occluders.covers(t, &g) == Some(true)).map(|t| t.index).collect()
         }
     }))
+}
+
+/// A triangle in the light's image.
+#[derive(Clone, Copy, Debug)]
+pub struct Projected {
+    /// Instance, and index in its mesh.
+    pub index: [usize; 2],
+    /// Corners: places in the light's image, and depth (-1/w of a spot light, the map's depth of a sun).
+    pub corners: [DVec3; 3],
+}
+
+/// Returns place and depth of a point in the light's grid; `None` if it does not lie beyond the near plane.
+pub fn grid_point(light: &LightView, q: DVec4) -> Option<DVec3> {
+    let depth = if light.is_directional() { q.z } else { -1.0 / q.w };
+    let near = if light.is_directional() {
+        0.0
+    } else {
+        (light.clip_from_view.w_axis.z / light.clip_from_view.z_axis.z).abs()
+    };
+    (q.w > near).then(|| (q.truncate() / q.w).truncate().extend(depth))
+}
+
+/// Returns the triangles that count, of those that lie entirely beyond the light's near plane.
+pub fn projected(camera: &CameraView, light: &LightView, casters: &[Caster<'_>]) -> Vec<Projected> {
+    let occluders = Occluders::new(camera, light, casters, false);
+    let project = |t: &Triangle| {
+        let c = &casters[t.index[0]];
+        let corners = c.topology.triangles[t.index[1]]
+            .map(|v| grid_point(light, clip_from_object(light, &c.world_from_object, c.positions[v as usize])));
+        Some(Projected { index: t.index, corners: [corners[0]?, corners[1]?, corners[2]?] })
+    };
+    occluders.triangles.iter().filter_map(project).collect()
 }

@@ -4,7 +4,7 @@
 //! clipping and crossings are computed in camera view space.
 
 use super::grid::{GridReceiver, Place, place};
-use super::layers::{Layers, Occluders, Triangle, VERTEX};
+use super::layers::{self, Layers, Occluders, Triangle, VERTEX};
 use crate::Result;
 use crate::reference::caster_edges::shadow_volumes::Caster;
 use crate::reference::common::view::{FrameData, Mirror, Verdict, View};
@@ -278,6 +278,74 @@ pub fn visibility(
             g.with_doubts(scenes[1..].iter().fold(first, |v, scene| v.or_verdict(one(scene))))
         }
     })))
+}
+
+/// An edge in the light's image.
+#[derive(Clone, Copy, Debug)]
+pub struct GridEdge {
+    /// Ends: places in the light's image, and depth (-1/w of a spot light, the map's depth of a sun). The layers lie where
+    /// the cross product of `ends[1] - ends[0]` and the vector from `ends[0]` is positive.
+    pub ends: [DVec3; 2],
+    /// Layers that end here.
+    pub weight: i32,
+}
+
+/// Returns place and depth of a point of camera view space in the light's grid; `None` if it does not lie beyond the near
+/// plane.
+fn grid_point(camera: &CameraView, light: &LightView, p: DVec3) -> Option<DVec3> {
+    let to_light = light.world_from_view.matrix3.transpose();
+    let offset = camera.world_from_view.translation - light.world_from_view.translation;
+    let v = to_light * (camera.world_from_view.matrix3 * p + offset);
+    layers::grid_point(light, light.clip_from_view * v.extend(1.0))
+}
+
+/// Returns the edges that lie entirely beyond the light's near plane.
+///
+/// # Errors
+/// Fails if the images do not fit the constants.
+pub fn grid_edges(
+    data: &FrameData<'_>,
+    camera: &CameraView,
+    light: &LightView,
+    casters: &[Caster<'_>],
+) -> Result<Vec<GridEdge>> {
+    let view = View::new(data)?;
+    let scene = Scene::new(&view, camera, light, casters, false, false);
+    let project = |e: &Edge| {
+        let [a, b] = [e.a, e.b].map(|p| grid_point(camera, light, p));
+        Some(GridEdge { ends: [a?, b?], weight: e.weight })
+    };
+    Ok(scene.edges.iter().filter_map(project).collect())
+}
+
+/// Returns for every pixel the edges of which the receiver sees a part on the light, in their entirety: those whose middle
+/// of the part before the receiver and above its plane lies well within the light.
+///
+/// # Errors
+/// Fails if the images do not fit the constants.
+pub fn reaching(
+    data: &FrameData<'_>,
+    camera: &CameraView,
+    light: &LightView,
+    casters: &[Caster<'_>],
+) -> Result<Vec<Vec<GridEdge>>> {
+    let view = View::new(data)?;
+    let scene = Scene::new(&view, camera, light, casters, false, false);
+    Ok(view.every_pixel(|pixel| {
+        let Place::Open(g) = place(&view, pixel) else { return vec![] };
+        let (p, n) = (g.receiver.position, g.receiver.normal);
+        let is_seen = |e: &&Edge| {
+            let Some(on) = scene.project(e, p, n) else { return false };
+            let [a, b] = on.q;
+            // Some point of the segment lies within .99 of the light.
+            (0..=64).any(|i| a.lerp(b, f64::from(i) / 64.0).abs().max_element() < 0.99)
+        };
+        let project = |e: &Edge| {
+            let [a, b] = [e.a, e.b].map(|p| grid_point(camera, light, p));
+            Some(GridEdge { ends: [a?, b?], weight: e.weight })
+        };
+        scene.edges.iter().filter(is_seen).filter_map(project).collect()
+    }))
 }
 
 #[cfg(test)]

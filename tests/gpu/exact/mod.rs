@@ -3,6 +3,7 @@
 mod closed_forms;
 mod hard;
 mod invariance;
+mod lists;
 mod overflow;
 mod soft;
 
@@ -106,7 +107,7 @@ fn stages(host: &Host) -> impl Iterator<Item = Stage<'_>> {
         ),
         (
             "box on the ground",
-            over(vec![(cuboid(DVec3::splat(0.7)), moved(dvec3(0.0, 0.7, 0.0)))]),
+            over(vec![(cuboid(dvec3(0.6, 0.5, 0.4)), moved(dvec3(0.0, 0.5, 0.0)))]),
             spot_from(lamp, 0.5),
         ),
     ];
