@@ -75,6 +75,7 @@ struct Shares {
 
 /// An edge on the light, with the error of its ends.
 struct OnLight {
+    /// Ends, mapped onto the rows.
     q: [DVec2; 2],
     /// World units on the light for a unit at the edge, at both ends.
     scale: [f64; 2],
@@ -145,20 +146,31 @@ impl Scene {
         let scale = ends.map(|v| if self.is_sun() { 1.0 / near(v) } else { own / near(v) });
         let on = |i: usize| {
             let v = (ends[i] - p) * scale[i] + if self.is_sun() { DVec3::ZERO } else { p - light };
-            dvec2(v.dot(self.sides[0]), v.dot(self.sides[1])) / self.half
+            self.onto_rows(dvec2(v.dot(self.sides[0]), v.dot(self.sides[1])) / self.half)
         };
         Some(OnLight { q: [on(0), on(1)], scale, cut: [from > 0.0, to < 1.0] })
     }
 
-    /// Half-width of the light at a height.
+    /// Half-width of a row.
     fn width(&self, y: f64) -> f64 {
         if self.disc { (1.0 - y * y).sqrt() } else { 1.0 }
     }
 
-    /// Place of a sample, in units of half the light's side.
+    /// Maps a place on the light to where rows run along the x axis: they fall by a sixteenth, so that samples of
+    /// different columns have different heights. A square's rows are sheared, a disc's rotated.
+    fn onto_rows(&self, q: DVec2) -> DVec2 {
+        if self.disc { DVec2::from_angle((1.0f64 / 16.0).atan()).rotate(q) } else { dvec2(q.x, q.y + q.x / 16.0) }
+    }
+
+    /// Inverse of [`Scene::onto_rows`].
+    fn from_rows(&self, q: DVec2) -> DVec2 {
+        if self.disc { DVec2::from_angle(-(1.0f64 / 16.0).atan()).rotate(q) } else { dvec2(q.x, q.y - q.x / 16.0) }
+    }
+
+    /// Place of a sample among the rows, in units of half the light's side.
     fn sample(&self, row: usize, column: usize) -> DVec2 {
         let y = row_height(row);
-        let shift = (f64::from((row as u8).reverse_bits() >> 4) + 0.5) / 16.0;
+        let shift = (row as f64 + 0.5) / 16.0;
         dvec2(self.width(y) * ((column as f64 + shift) / 8.0 - 1.0), y)
     }
 
@@ -178,7 +190,7 @@ impl Scene {
             let tolerance = |scale: f64, q: DVec2| {
                 3.0 * scale * (e.error + moved) / self.half + VERTEX * (1.0 + q.abs().max_element())
             };
-            let widest = 1.0 + tolerance(least, DVec2::ZERO);
+            let widest = 1.0 + 1.0 / 16.0 + tolerance(least, DVec2::ZERO);
             if low.max_element() > widest || high.min_element() < -widest {
                 continue;
             }
@@ -230,7 +242,7 @@ impl Scene {
         for row in 0..ROWS {
             let weight = self.width(row_height(row));
             for column in 0..ROWS {
-                let s = self.sample(row, column) * self.half;
+                let s = self.from_rows(self.sample(row, column)) * self.half;
                 let to = self.occluders.to_light(p) + s.x * self.sides[0] + s.y * self.sides[1];
                 let (above, size) = (n.dot(to), to.length());
                 let horizon = above.abs() < (g.receiver.normal_error + VERTEX) * size;
@@ -318,8 +330,8 @@ pub fn grid_edges(
     Ok(scene.edges.iter().filter_map(project).collect())
 }
 
-/// Returns for every pixel the edges of which the receiver sees a part on the light, in their entirety: those whose middle
-/// of the part before the receiver and above its plane lies well within the light.
+/// Returns for every pixel the edges of which the receiver sees a part on the light, in their entirety: those that pass
+/// well within the light, before the receiver and above its plane.
 ///
 /// # Errors
 /// Fails if the images do not fit the constants.
@@ -337,8 +349,8 @@ pub fn reaching(
         let is_seen = |e: &&Edge| {
             let Some(on) = scene.project(e, p, n) else { return false };
             let [a, b] = on.q;
-            // Some point of the segment lies within .99 of the light.
-            (0..=64).any(|i| a.lerp(b, f64::from(i) / 64.0).abs().max_element() < 0.99)
+            // Some point of the segment lies well within the light.
+            (0..=64).any(|i| a.lerp(b, f64::from(i) / 64.0).abs().max_element() < 0.9)
         };
         let project = |e: &Edge| {
             let [a, b] = [e.a, e.b].map(|p| grid_point(camera, light, p));

@@ -48,18 +48,13 @@ fn outside(rectangles: &[[DVec2; 2]]) -> f64 {
     area / 4.0
 }
 
-/// Bound of the error, from the sides that cross the light: the samples of 16 rows have 256 different places along a
-/// row, so that a side across the rows costs at most one sample and a half; but they have 16 places across the rows, so
-/// that a side along the rows costs up to half a row.
+/// Bound of the error. The 256 samples have 256 different places along both axes, so that a side that crosses the whole
+/// light costs at most one sample; where two sides meet, one more.
 fn bound(shadows: &[[DVec2; 2]]) -> f64 {
     let crosses = |v: f64| f64::from(v.abs() < 1.0);
     let all = shadows.iter().filter(|[low, high]| (*high - *low).min_element() > 0.0);
-    let one = |[low, high]: &[DVec2; 2]| {
-        let length = 0.5 * (high.x - low.x);
-        let across = (crosses(low.x) + crosses(high.x)) * 1.5 / 256.0;
-        across + (crosses(low.y) + crosses(high.y)) * (length / 32.0 + 1.0 / 256.0)
-    };
-    all.map(one).sum::<f64>() + 1e-3
+    let sides = |[low, high]: &[DVec2; 2]| crosses(low.x) + crosses(high.x) + crosses(low.y) + crosses(high.y);
+    all.map(sides).sum::<f64>() * 2.0 / 256.0 + 1e-3
 }
 
 const WIDE: f64 = 30.0;

@@ -108,7 +108,7 @@ fn stages(host: &Host) -> impl Iterator<Item = Stage<'_>> {
         (
             "box on the ground",
             over(vec![(cuboid(dvec3(0.6, 0.5, 0.4)), moved(dvec3(0.0, 0.5, 0.0)))]),
-            spot_from(lamp, 0.5),
+            spot_from(dvec3(-1.2, 4.0, -2.0), 0.5),
         ),
     ];
     let cases = cases().into_iter().map(|(name, scene)| (name, scene, None));

@@ -35,10 +35,10 @@ fn soft_shadows_equal_brute_force() {
                 let partly = seen.iter().filter(|v| (0.01..0.99).contains(*v)).count();
                 // Inside of a box all is dark.
                 let shut = ["light in a mesh", "light in an open box"].contains(&stage.name.as_str());
-                assert!(partly > 20 || shut, "{what}: {partly} pixels of penumbrae");
-                let other = mirror(&casters[..casters.len() - 1]).unwrap();
+                assert!(partly > 10 || shut, "{what}: {partly} pixels of penumbrae");
+                let other = mirror(&casters[..1]).unwrap();
                 let wrong = compare(&seen, &other, TOLERANCE).wrong;
-                assert!(wrong > 0, "{what}: no pixel misses a caster");
+                assert!(wrong > 0, "{what}: no pixel misses the other casters");
             }
         }
     });
