@@ -1,14 +1,16 @@
 //! Records and lists read back: receivers' depths, triangles, edges, and what each cell must hold.
 
-use super::{Stage, stages};
+use super::{SIZE, Stage, stages};
 use crate::common::{run_passes, with_gpu};
+use ash::vk;
+use edgeshade::gpu::{Image, ImageDesc};
 use edgeshade::host::Host;
 use edgeshade::reference::exact::grid::{self, ordered_float};
 use edgeshade::reference::exact::layers::{self, Projected};
 use edgeshade::reference::exact::light_seen::{self, GridEdge};
 use edgeshade::technique::caster_edges::silhouettes::Silhouettes;
 use edgeshade::technique::common::view::ViewBuffer;
-use edgeshade::technique::exact::grid::{CellLists, EdgeLists, GridDepths, GridPush, TriangleLists};
+use edgeshade::technique::exact::grid::{CellLists, EdgeLists, GridPush, GridReceivers, TriangleLists};
 use glam::{DVec2, DVec3, Vec3Swizzles, dvec2};
 use std::collections::BTreeSet;
 
@@ -68,15 +70,17 @@ fn found(host: &Host, stage: &Stage<'_>) -> Found {
     let casters = &r.casters().unwrap().casters;
     let view = ViewBuffer::new(context.device()).unwrap();
     let mut silhouettes = Silhouettes::new(context, casters, true).unwrap();
-    let depths = GridDepths::new(context, CELLS).unwrap();
+    let depths = GridReceivers::new(context, SIZE, CELLS, false).unwrap();
+    let format = vk::Format::R32_SFLOAT;
+    let visibility = Image::new(context.device(), &ImageDesc::storage("visibility", format, SIZE)).unwrap();
     let triangles = TriangleLists::new(context, casters, CELLS, ROOM).unwrap();
     let edges = EdgeLists::new(context, casters, CELLS, ROOM).unwrap();
     run_passes(host, |frame| {
         let inputs = r.inputs();
-        let push = GridPush::new(&inputs, casters, CELLS, ROOM);
+        let push = GridPush::new(&inputs, casters, CELLS, ROOM, 1.0);
         let view = view.update(frame, &inputs);
         silhouettes.record(frame, &inputs, None)?;
-        depths.record(frame, view, &inputs, &push)?;
+        depths.record(frame, view, &inputs, &push, &visibility, None)?;
         triangles.record(frame, &depths, &silhouettes, &push)?;
         edges.record(frame, &depths, &silhouettes, &push)
     });
