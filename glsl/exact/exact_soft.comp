@@ -6,7 +6,7 @@
 #include "common/shadow_map_test.glsl"
 #include "grid.glsl"
 #include "grid_receiver.glsl"
-#include "grid_triangle.glsl"
+#include "grid_layers.glsl"
 #include "grid_edge.glsl"
 #include "light_bits.glsl"
 #include "common/pixel_steps.glsl"
@@ -15,27 +15,15 @@ layout(constant_id = 0) const bool MASKED = false; // the shadow map holds caste
 layout(constant_id = 1) const bool DISC = false;   // shape of the light; false: square
 
 layout(binding = 3) uniform sampler2DArray shadow_map;
-layout(binding = 6, scalar) readonly buffer Header { ListHeader header; };
-layout(binding = 7, scalar) readonly buffer Starts { uint starts[]; };
-layout(binding = 8, scalar) readonly buffer Entries { uint entries[]; };
-layout(binding = 9, scalar) readonly buffer GridTriangles { GridTriangle grid_triangles[]; };
 layout(binding = 10, scalar) readonly buffer EdgeHeader { ListHeader edge_header; };
 layout(binding = 11, scalar) readonly buffer EdgeStarts { uint edge_starts[]; };
 layout(binding = 12, scalar) readonly buffer EdgeEntries { uint edge_entries[]; };
 layout(binding = 13, scalar) readonly buffer GridEdges { GridEdge grid_edges[]; };
+layout(binding = 14, scalar) readonly buffer Receivers { vec3 receivers[]; };
 
-// Number of layers between the receiver and the light's centre; without `all`, at most 1.
-uint layersOver(GridReceiver g, bool all) {
-  uint layers = 0;
-  for (uint i = starts[g.cell]; i < starts[g.cell + 1]; ++i) {
-    uint t = entries[i];
-    if (coversPlace(grid_triangles[t].lines, grid_triangles[t].inner, g.ndc) &&
-        planeDepth(grid_triangles[t].plane, grid_triangles[t].range, g.ndc) < g.depth) {
-      ++layers;
-      if (!all) break;
-    }
-  }
-  return layers;
+// False for a cell whose triangles or edges found no room.
+bool hasCasters(uint cell) {
+  return hasTriangles(cell) && edge_starts[cell + 1] <= push.entries && edge_header.lost == 0;
 }
 
 // The receiver's plane: change of depth per ndc.
@@ -45,12 +33,13 @@ vec2 planeSlope(Receiver r, GridReceiver g) {
 }
 
 // Share of the light that the receiver sees.
-float lightSeen(Receiver r, GridReceiver g) {
+float lightSeen(Receiver r, GridReceiver g, uint cell) {
   vec2 slope = planeSlope(r, g), tilt = slope * push.kappa;
   LightBits bits = noLayers();
   bool partly = reachesBelow(tilt);
+  uint changes = 0;
   float least = 1e-6 * abs(g.depth);
-  for (uint i = edge_starts[g.cell]; i < edge_starts[g.cell + 1]; ++i) {
+  for (uint i = edge_starts[cell]; i < edge_starts[cell + 1]; ++i) {
     GridEdge e = grid_edges[edge_entries[i]];
     vec2 away_a = e.a.xy - g.ndc, away_b = e.b.xy - g.ndc;
     float above_a = g.depth - e.a.z, above_b = g.depth - e.b.z;
@@ -67,43 +56,43 @@ float lightSeen(Receiver r, GridReceiver g) {
     precise vec2 from = (away_a + range.x * along) / (push.kappa * (above_a + range.x * rise));
     precise vec2 to = range.y < 1.0 ? (away_a + range.y * along) / (push.kappa * (above_a + range.y * rise))
                                     : away_b / (push.kappa * above_b);
-    addEdge(bits, from, to, e.weight, DISC);
+    addEdge(bits, ontoRows(from, DISC), ontoRows(to, DISC), e.weight, DISC);
+    changes += uint(e.weight);
   }
-  uint layers = layersOver(g, partly);
-  return partly ? lightVisible(bits, layers, tilt, DISC) : layers == 0 ? 1.0 : 0.0;
+  uint layers = layersOver(vec3(g.ndc, g.depth), cell, partly);
+  if (!partly) return layers == 0 ? 1.0 : 0.0;
+  // The counters count modulo 64.
+  return layers > changes ? 0.0 : lightVisible(bits, layers, tilt, DISC);
 }
 
-// Finds the visibility of a pixel. Returns false if the pixel is left for the dispatch over the list.
-bool visibilityAt(ivec2 pixel, out float v) {
+float visibilityAt(ivec2 pixel) {
   Receiver r = receiverAt(pixel);
   GridReceiver g;
-  if (gridReceiver(pixel, r, g, v)) return true;
-  if (starts[g.cell + 1] > push.entries || header.lost != 0 || edge_starts[g.cell + 1] > push.entries || edge_header.lost != 0) {
-    v = shadowMapTest(shadow_map, r, g.point, 1.0, 0.0);
-    return true;
-  }
-  if (STEP == LIST) {
-    if (g.grazing || edge_starts[g.cell] != edge_starts[g.cell + 1]) return false;
-    v = layersOver(g, false) == 0 ? 1.0 : 0.0;
-    return true;
-  }
-  v = lightSeen(r, g);
-  return true;
+  float v;
+  if (gridReceiver(pixel, r, g, v)) return v;
+  uint cell = cellOf(g.ndc);
+  return hasCasters(cell) ? lightSeen(r, g, cell) : shadowMapTest(shadow_map, r, g.point, push.normal_offset, 0.0);
 }
 
 void main() {
-  float v;
   if (readsList()) {
     for (uint i = firstListed(); i < list.count; i += listStride()) {
       ivec2 pixel = unpackTile(list.pixels[i]);
-      visibilityAt(pixel, v);
-      imageStore(visibility, pixel, vec4(v));
+      imageStore(visibility, pixel, vec4(visibilityAt(pixel)));
     }
     return;
   }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  bool inside = all(lessThan(pixel, ivec2(view.size)));
-  bool decided = inside && visibilityAt(pixel, v);
-  if (decided) imageStore(visibility, pixel, vec4(v));
-  listPixel(pixel, inside && !decided);
+  bool inside = all(lessThan(pixel, ivec2(view.size))), listed = false;
+  if (inside && STEP == LIST) {
+    vec3 r = receivers[uint(pixel.y) * view.size.x + uint(pixel.x)];
+    if (r != NO_RECEIVER) {
+      uint cell = cellOf(r.xy);
+      listed = edge_starts[cell] != edge_starts[cell + 1] || !hasCasters(cell);
+      if (!listed) imageStore(visibility, pixel, vec4(layersOver(r, cell, false) == 0 ? 1.0 : 0.0));
+    }
+  } else if (inside) {
+    imageStore(visibility, pixel, vec4(visibilityAt(pixel)));
+  }
+  listPixel(pixel, listed);
 }

@@ -18,6 +18,7 @@ layout(push_constant, scalar) uniform Push {
   float nearest;   // smallest w that is kept
   float mirrored;  // -1 if the light's projection mirrors its image
   vec2 kappa;      // half-width of the light's image: ndc per unit of depth
+  float normal_offset; // of tests in the shadow map: multiples of the offset that a plane needs
 } push;
 
 // Blocks on level l have 4^l cells along each side; level 0 is the cells themselves.
@@ -41,6 +42,16 @@ uint orderedBits(float f) {
 }
 
 float orderedFloat(uint u) { return uintBitsToFloat((u & 0x80000000u) != 0 ? u & 0x7FFFFFFFu : ~u); }
+
+// The cell of a place.
+uint cellOf(vec2 ndc) {
+  precise vec2 place = (0.5 * ndc + 0.5) * float(push.cells);
+  uvec2 cell = min(uvec2(place), push.cells - 1);
+  return cell.y * push.cells + cell.x;
+}
+
+// Stands in the list of receivers, which holds ndc and depth of each pixel, for pixels that need no list of casters.
+const vec3 NO_RECEIVER = vec3(3.0e38);
 
 // Header of the lists of one kind of caster.
 struct ListHeader {

@@ -5,7 +5,6 @@
 struct GridReceiver {
   vec2 ndc;
   float depth;
-  uint cell;
   bool grazing;     // the light may reach below the receiver's plane
   LightPoint point;
 };
@@ -40,8 +39,6 @@ bool gridReceiver(ivec2 pixel, Receiver r, out GridReceiver g, out float decided
   float step = error / facing;
   precise float depth = spot ? -1.0 / (l.w * max(1.0 - step / away, 1e-3)) : l.depth - step / view.light_area[0].w;
   g.depth = depth;
-  uvec2 cell = min(uvec2(l.uv * float(push.cells)), push.cells - 1);
-  g.cell = cell.y * push.cells + cell.x;
   return false;
 }
 

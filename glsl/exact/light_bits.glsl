@@ -1,6 +1,7 @@
 // The part of an area light that a receiver sees, from the edges that cross it: counters of layers at 16 x 16 samples,
-// as bits. Each row is shifted by a bit-reversed sixteenth of a column. Rows of a disc are as wide as the disc there
-// and weigh as much. Binding-free.
+// as bits. Each row is shifted by a sixteenth of a column against the row before, and the rows are tilted by a sixteenth
+// the other way: a rotated grid, in which no two samples have the same place along either axis. Rows of a disc are as
+// wide as the disc there and weigh as much. Binding-free.
 //
 // A counter holds the layers over the receiver towards a sample, less those towards the light's centre. An edge changes
 // it if the path from the centre to the sample, up or down to the sample's row and then along it, crosses the edge.
@@ -16,20 +17,25 @@ struct LightBits {
 
 const float ROWS = 16.0;
 
+// Turns a place on the light into the frame in which rows are level: a shear of the square, a rotation of the disc.
+vec2 ontoRows(vec2 s, bool disc) {
+  precise vec2 level = disc ? vec2(16.0 * s.x - s.y, 16.0 * s.y + s.x) / sqrt(257.0) : vec2(s.x, s.y + s.x / 16.0);
+  return level;
+}
+
+// The same for the receiver's plane, 1 + dot(tilt, s) = 0.
+vec2 tiltOntoRows(vec2 tilt, bool disc) {
+  return disc ? ontoRows(tilt, true) : vec2(tilt.x - tilt.y / 16.0, tilt.y);
+}
+
 // Heights of four rows from `first` on, in [-1, 1].
 vec4 rowHeights(float first) { return (2.0 * (first + vec4(0.0, 1.0, 2.0, 3.0)) + 1.0) / ROWS - 1.0; }
 
 // Half-widths of the light at these heights.
 vec4 rowWidths(vec4 heights, bool disc) { return disc ? sqrt(1.0 - heights * heights) : vec4(1.0); }
 
-// Places of the first columns of four rows, in columns: (reversed bits of the row + 1/2) / 16.
-vec4 rowShifts(float first) {
-  vec4 shifts = first == 0.0   ? vec4(0.0, 8.0, 4.0, 12.0)
-                : first == 4.0 ? vec4(2.0, 10.0, 6.0, 14.0)
-                : first == 8.0 ? vec4(1.0, 9.0, 5.0, 13.0)
-                               : vec4(3.0, 11.0, 7.0, 15.0);
-  return (shifts + 0.5) / 16.0;
-}
+// Places of the first columns of four rows, in columns.
+vec4 rowShifts(float first) { return (first + vec4(0.5, 1.5, 2.5, 3.5)) / ROWS; }
 
 LightBits noLayers() {
   LightBits b;
@@ -119,6 +125,7 @@ float lightVisible(LightBits b, uint layers, vec2 tilt, bool disc) {
   low = ~low;
   high = ~high;
   if (reachesBelow(tilt)) {
+    tilt = tiltOntoRows(tilt, disc);
     low &= rowsAbove(tilt, 0.0, disc) | rowsAbove(tilt, 8.0, disc) << 16;
     high &= rowsAbove(tilt, 4.0, disc) | rowsAbove(tilt, 12.0, disc) << 16;
   }

@@ -156,6 +156,13 @@ impl PixelPass {
         self.listed.is_some()
     }
 
+    /// Empties the list, for passes that list pixels before this one; see [`PixelPass::record_more`].
+    pub(crate) fn clear(&self, frame: &mut Frame<'_>) {
+        if self.listed.is_some() {
+            clear(frame, &self.list);
+        }
+    }
+
     /// Records the first dispatch, which writes the pixels of `output` that it decides and leaves the others.
     pub(crate) fn record_decided(
         &self,
@@ -165,12 +172,21 @@ impl PixelPass {
         push: &[u8],
         output: &Image,
     ) -> Result<()> {
+        self.clear(frame);
+        self.record_first(frame, name, bind, push, output)
+    }
+
+    fn record_first(
+        &self,
+        frame: &mut Frame<'_>,
+        name: &str,
+        bind: &dyn Bindings,
+        push: &[u8],
+        output: &Image,
+    ) -> Result<()> {
         let [mut width, mut height] = output.extent();
-        if self.listed.is_some() {
-            clear(frame, &self.list);
-            if self.by_quads {
-                [width, height] = [width.div_ceil(2), height.div_ceil(2)];
-            }
+        if self.listed.is_some() && self.by_quads {
+            [width, height] = [width.div_ceil(2), height.div_ceil(2)];
         }
         let threads = Threads::Count([width, height, 1]);
         frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads })
@@ -185,7 +201,20 @@ impl PixelPass {
         push: &[u8],
         output: &Image,
     ) -> Result<()> {
-        self.record_decided(frame, names[0], bind, push, output)?;
+        self.clear(frame);
+        self.record_more(frame, names, bind, push, output)
+    }
+
+    /// Does the same with a list that other passes have begun; see [`PixelPass::clear`].
+    pub(crate) fn record_more(
+        &self,
+        frame: &mut Frame<'_>,
+        names: [&str; 2],
+        bind: &dyn Bindings,
+        push: &[u8],
+        output: &Image,
+    ) -> Result<()> {
+        self.record_first(frame, names[0], bind, push, output)?;
         if let Some(listed) = &self.listed {
             let threads = Threads::Indirect(&self.list, 0);
             frame.dispatch(&Pass { name: names[1], pipeline: listed, bind, push, threads })?;

@@ -1,9 +1,10 @@
 //! Exact hard shadows.
 
-use super::grid::{COARSEST, GridDepths, GridPush, TriangleLists};
+use super::grid::{COARSEST, GridPush, GridReceivers, TriangleLists};
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::caster_edges::silhouettes::Silhouettes;
 use crate::technique::common::bindings::ReceiverBindings;
+use crate::technique::common::receiver::NORMAL_OFFSET;
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Need, Pass, Result, Threads};
 use std::sync::Arc;
@@ -33,23 +34,24 @@ pub const INFO: Info = Info {
     title: "Exact hard shadows",
     paper: "this project; after Johnson et al. 2005 and Sintorn, Eisemann, Assarsson 2008",
     summary: "Tests each receiver against the triangles between it and the light, from lists in a grid of the light's view: exact at any map size.",
-    params: &[CELLS, ENTRIES],
+    params: &[CELLS, ENTRIES, NORMAL_OFFSET],
     published: &[],
     needs: &[Need::Casters],
     kind: Kind::RealTime(prepare),
 };
 
 bindings! {
-    struct HardBindings { ..receiver: ReceiverBindings, visibility, Header, Starts, Entries, GridTriangles }
+    struct HardBindings { ..receiver: ReceiverBindings, visibility, Receivers, Header, Starts, Entries, GridTriangles }
 }
 
 struct ExactHard {
     silhouettes: Silhouettes,
-    depths: GridDepths,
+    receivers: GridReceivers,
     triangles: TriangleLists,
     shade: Arc<ComputePipeline>,
     cells: u32,
     entries: u32,
+    normal_offset: f32,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
@@ -60,21 +62,22 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let masked = [("MASKED", casters.masked().into())];
     Ok(Box::new(ExactHard {
         silhouettes: Silhouettes::new(context, casters, true)?,
-        depths: GridDepths::new(context, cells)?,
+        receivers: GridReceivers::new(context, setup.extent, cells, false)?,
         triangles: TriangleLists::new(context, casters, cells, entries)?,
         shade: context.pipeline::<HardBindings, GridPush>("exact/exact_hard.comp", &masked)?,
         cells,
         entries,
+        normal_offset: p.float("normal_offset"),
     }))
 }
 
 impl Passes for ExactHard {
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         self.silhouettes.casters().check_transforms(INFO.id, inputs.casters)?;
-        let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries);
+        let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries, self.normal_offset);
         self.silhouettes.record(frame, inputs, None)?;
-        self.depths.record(frame, view, inputs, &push)?;
-        self.triangles.record(frame, &self.depths, &self.silhouettes, &push)?;
+        self.receivers.record(frame, view, inputs, &push, visibility, None)?;
+        self.triangles.record(frame, &self.receivers, &self.silhouettes, &push)?;
         let [header, starts, entries] = self.triangles.lists().bind();
         let [width, height] = visibility.extent();
         frame.dispatch(&Pass {
@@ -83,6 +86,7 @@ impl Passes for ExactHard {
             bind: &HardBindings {
                 receiver: ReceiverBindings::new(view, inputs),
                 visibility: Bind::Image(visibility),
+                Receivers: self.receivers.receivers(),
                 Header: header,
                 Starts: starts,
                 Entries: entries,
@@ -94,6 +98,6 @@ impl Passes for ExactHard {
     }
 
     fn memory_bytes(&self) -> u64 {
-        self.silhouettes.memory_bytes() + self.depths.memory_bytes() + self.triangles.memory_bytes()
+        self.silhouettes.memory_bytes() + self.receivers.memory_bytes() + self.triangles.memory_bytes()
     }
 }

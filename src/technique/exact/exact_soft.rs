@@ -1,11 +1,12 @@
 //! Exact soft shadows.
 
 use super::exact_hard::{CELLS, ENTRIES};
-use super::grid::{COARSEST, EdgeLists, GridDepths, GridPush, TriangleLists};
+use super::grid::{COARSEST, EdgeLists, GridPush, GridReceivers, TriangleLists};
 use crate::gpu::{Buffer, Image, bindings};
 use crate::technique::caster_edges::silhouettes::Silhouettes;
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{PixelPass, SKIP};
+use crate::technique::common::receiver::NORMAL_OFFSET;
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Need, Result};
 
@@ -18,6 +19,7 @@ pub const INFO: Info = Info {
     params: &[
         CELLS,
         ENTRIES,
+        NORMAL_OFFSET,
         Param::choice("shape", &["square", "disc"], 0, "shape of the light: a square, or the disc within it"),
         SKIP,
     ],
@@ -29,18 +31,19 @@ pub const INFO: Info = Info {
 bindings! {
     struct SoftBindings {
         ..pixels: PixelBindings,
-        Header, Starts, Entries, GridTriangles, EdgeHeader, EdgeStarts, EdgeEntries, GridEdges
+        Header, Starts, Entries, GridTriangles, EdgeHeader, EdgeStarts, EdgeEntries, GridEdges, Receivers
     }
 }
 
 struct ExactSoft {
     silhouettes: Silhouettes,
-    depths: GridDepths,
+    receivers: GridReceivers,
     triangles: TriangleLists,
     edges: EdgeLists,
     shade: PixelPass,
     cells: u32,
     entries: u32,
+    normal_offset: f32,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
@@ -53,25 +56,28 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         let constants = [("MASKED", casters.masked().into()), ("DISC", disc.into()), ("STEP", step as u32)];
         context.pipeline::<SoftBindings, GridPush>("exact/exact_soft.comp", &constants)
     };
+    let shade = PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off", shade)?;
     Ok(Box::new(ExactSoft {
         silhouettes: Silhouettes::new(context, casters, true)?,
-        depths: GridDepths::new(context, cells)?,
+        receivers: GridReceivers::new(context, setup.extent, cells, shade.is_listed())?,
         triangles: TriangleLists::new(context, casters, cells, entries)?,
         edges: EdgeLists::new(context, casters, cells, entries)?,
-        shade: PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off", shade)?,
+        shade,
         cells,
         entries,
+        normal_offset: p.float("normal_offset"),
     }))
 }
 
 impl Passes for ExactSoft {
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         self.silhouettes.casters().check_transforms(INFO.id, inputs.casters)?;
-        let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries);
+        let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries, self.normal_offset);
         self.silhouettes.record(frame, inputs, None)?;
-        self.depths.record(frame, view, inputs, &push)?;
-        self.triangles.record(frame, &self.depths, &self.silhouettes, &push)?;
-        self.edges.record(frame, &self.depths, &self.silhouettes, &push)?;
+        self.shade.clear(frame);
+        self.receivers.record(frame, view, inputs, &push, visibility, Some(self.shade.list()))?;
+        self.triangles.record(frame, &self.receivers, &self.silhouettes, &push)?;
+        self.edges.record(frame, &self.receivers, &self.silhouettes, &push)?;
         let [header, starts, entries] = self.triangles.lists().bind();
         let [edge_header, edge_starts, edge_entries] = self.edges.lists().bind();
         let bind = SoftBindings {
@@ -84,14 +90,15 @@ impl Passes for ExactSoft {
             EdgeStarts: edge_starts,
             EdgeEntries: edge_entries,
             GridEdges: Bind::Buffer(self.edges.edges()),
+            Receivers: self.receivers.receivers(),
         };
         let names = ["layers over receivers", "edges on the light"];
-        self.shade.record(frame, names, &bind, bytemuck::bytes_of(&push), visibility)
+        self.shade.record_more(frame, names, &bind, bytemuck::bytes_of(&push), visibility)
     }
 
     fn memory_bytes(&self) -> u64 {
         self.silhouettes.memory_bytes()
-            + self.depths.memory_bytes()
+            + self.receivers.memory_bytes()
             + self.triangles.memory_bytes()
             + self.edges.memory_bytes()
             + self.shade.memory_bytes()

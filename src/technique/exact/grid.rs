@@ -3,10 +3,11 @@
 
 use crate::casters::Casters;
 use crate::frame::Bind;
-use crate::gpu::{Buffer, BufferDesc, ComputePipeline, MemoryKind, bindings, shader_struct};
+use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, MemoryKind, bindings, shader_struct};
 use crate::technique::caster_edges::edge_segments::EdgeSegments;
 use crate::technique::caster_edges::silhouettes::{Silhouettes, chunks};
 use crate::technique::common::bindings::CameraBindings;
+use crate::technique::common::pixels::{Step, no_list};
 use crate::technique::common::view::light_area;
 use crate::timing::Counted;
 use crate::{Context, Error, Frame, Inputs, Pass, Result, Threads};
@@ -40,11 +41,12 @@ shader_struct! {
         nearest: f32,
         mirrored: f32,
         kappa: [f32; 2],
+        normal_offset: f32,
     }
 }
 
 bindings! {
-    struct ReceiverCellBindings { ..camera: CameraBindings, Depths }
+    struct ReceiverCellBindings { ..camera: CameraBindings, visibility, list, Depths, Receivers }
     struct LevelBindings { Depths }
     struct TriangleBindings {
         Depths, Header, Pairs, Positions, Triangles, Chunks, Instances, Lights, Facing, GridTriangles
@@ -67,36 +69,62 @@ fn buffer(context: &Context, name: &str, size: u64) -> Result<Buffer> {
     Buffer::new(context.device(), &BufferDesc { name, size, usage, memory: MemoryKind::Gpu })
 }
 
-/// The receivers' depths in each cell, and in blocks of cells.
-pub struct GridDepths {
+/// Bytes of a receiver: its place in the light's image, and its depth.
+const RECEIVER: u64 = 12;
+
+/// The receivers in the light's grid, and their depths in each cell and in blocks of cells.
+pub struct GridReceivers {
     cells: u32,
-    receivers: Arc<ComputePipeline>,
+    place: Arc<ComputePipeline>,
     levels: Arc<ComputePipeline>,
+    receivers: Buffer,
     depths: Buffer,
+    unlisted: Buffer,
 }
 
-impl GridDepths {
-    /// Makes the passes for a grid with `cells` along each side, a multiple of [`COARSEST`].
-    pub fn new(context: &Context, cells: u32) -> Result<Self> {
+impl GridReceivers {
+    /// Makes the passes for an image, and a grid with `cells` along each side, a multiple of [`COARSEST`]. With
+    /// `listed`, pixels whose light may reach below their own plane are listed.
+    pub fn new(context: &Context, extent: [u32; 2], cells: u32, listed: bool) -> Result<Self> {
         let side = u64::from(cells);
         let words: u64 = [1, 4, 16, 64].iter().map(|block| (side / block) * (side / block)).sum();
+        let step = if listed { Step::List } else { Step::AtOnce };
+        let pixels = u64::from(extent[0]) * u64::from(extent[1]);
         Ok(Self {
             cells,
-            receivers: context.pipeline::<ReceiverCellBindings, GridPush>("exact/receiver_cells.comp", &[])?,
+            place: context
+                .pipeline::<ReceiverCellBindings, GridPush>("exact/receiver_cells.comp", &[("STEP", step as u32)])?,
             levels: context.pipeline::<LevelBindings, GridPush>("exact/depth_levels.comp", &[])?,
+            receivers: buffer(context, "receivers in the grid", RECEIVER * pixels)?,
             depths: buffer(context, "depths of cells", 4 * (words + 1))?,
+            unlisted: no_list(context)?,
         })
     }
 
-    /// Finds the depths of the receivers.
-    pub fn record(&self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, push: &GridPush) -> Result<()> {
+    /// Places the receivers. Pixels whose visibility needs no caster are written to `visibility`; `list` takes the
+    /// pixels that are listed.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        push: &GridPush,
+        visibility: &Image,
+        list: Option<Bind<'_>>,
+    ) -> Result<()> {
         frame.fill("clear cells", &self.depths, 0);
-        let [width, height] = inputs.depth.extent;
+        let [width, height] = visibility.extent();
         let depths = Bind::Buffer(&self.depths);
         frame.dispatch(&Pass {
             name: "receivers of cells",
-            pipeline: &self.receivers,
-            bind: &ReceiverCellBindings { camera: CameraBindings::new(view, inputs), Depths: depths },
+            pipeline: &self.place,
+            bind: &ReceiverCellBindings {
+                camera: CameraBindings::new(view, inputs),
+                visibility: Bind::Image(visibility),
+                list: list.unwrap_or(Bind::Buffer(&self.unlisted)),
+                Depths: depths,
+                Receivers: self.receivers(),
+            },
             push: bytemuck::bytes_of(push),
             threads: Threads::Count([width, height, 1]),
         })?;
@@ -109,9 +137,19 @@ impl GridDepths {
         })
     }
 
+    /// The receivers of all pixels, for binding.
+    pub(super) fn receivers(&self) -> Bind<'_> {
+        Bind::Buffer(&self.receivers)
+    }
+
+    /// The greatest depth of receivers in each cell, and in blocks of 4, 16 and 64 cells; see `glsl/exact/grid.glsl`.
+    pub fn depths(&self) -> &Buffer {
+        &self.depths
+    }
+
     /// Bytes of device memory.
     pub fn memory_bytes(&self) -> u64 {
-        self.depths.size()
+        self.receivers.size() + self.depths.size()
     }
 }
 
@@ -174,7 +212,7 @@ impl CellLists {
         frame.fill(name, &self.counts, 0);
     }
 
-    fn record(&self, frame: &mut Frame<'_>, depths: &GridDepths, records: &Buffer, push: &GridPush) -> Result<()> {
+    fn record(&self, frame: &mut Frame<'_>, depths: &GridReceivers, records: &Buffer, push: &GridPush) -> Result<()> {
         let names = match self.kind {
             Kind::Triangles => [
                 "triangles of 16 cells",
@@ -227,6 +265,21 @@ impl CellLists {
         Ok(())
     }
 
+    /// The header: `ListHeader` of `glsl/exact/grid.glsl`.
+    pub fn header(&self) -> &Buffer {
+        &self.header
+    }
+
+    /// The place of each cell's first entry, and the end of the last cell's.
+    pub fn starts(&self) -> &Buffer {
+        &self.starts
+    }
+
+    /// The entries: numbers of casters.
+    pub fn entries(&self) -> &Buffer {
+        &self.entry_buffer
+    }
+
     /// The header, the starts of the cells' lists, and the entries.
     pub(super) fn bind(&self) -> [Bind<'_>; 3] {
         [&self.header, &self.starts, &self.entry_buffer].map(Bind::Buffer)
@@ -261,7 +314,7 @@ impl TriangleLists {
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        depths: &GridDepths,
+        depths: &GridReceivers,
         silhouettes: &Silhouettes,
         push: &GridPush,
     ) -> Result<()> {
@@ -333,7 +386,7 @@ impl EdgeLists {
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        depths: &GridDepths,
+        depths: &GridReceivers,
         silhouettes: &Silhouettes,
         push: &GridPush,
     ) -> Result<()> {
@@ -380,7 +433,9 @@ impl EdgeLists {
 
 impl GridPush {
     /// Push constants for a light's grid with `cells` along each side.
-    pub fn new(inputs: &Inputs<'_>, casters: &Casters, cells: u32, entries: u32) -> Self {
+    ///
+    /// The lists have room for `entries` entries. `normal_offset` is that of tests in the shadow map.
+    pub fn new(inputs: &Inputs<'_>, casters: &Casters, cells: u32, entries: u32, normal_offset: f32) -> Self {
         let light = &inputs.light[0];
         let segments = EdgeSegments::push(light, [cells; 2], 0.0, casters.stride());
         let [u, v, _, offset] = light_area(light);
@@ -395,6 +450,7 @@ impl GridPush {
             nearest: segments.nearest,
             mirrored: segments.mirrored,
             kappa: [2.0 * u * depth, 2.0 * v * depth],
+            normal_offset,
         }
     }
 }

@@ -1,0 +1,29 @@
+// The layers of triangles between a receiver and the light's centre, from the lists of its cell.
+// Include after grid.glsl.
+#ifndef EDGESHADE_GRID_LAYERS
+#define EDGESHADE_GRID_LAYERS
+#include "grid_triangle.glsl"
+
+layout(binding = 6, scalar) readonly buffer Header { ListHeader header; };
+layout(binding = 7, scalar) readonly buffer Starts { uint starts[]; };
+layout(binding = 8, scalar) readonly buffer Entries { uint entries[]; };
+layout(binding = 9, scalar) readonly buffer GridTriangles { GridTriangle grid_triangles[]; };
+
+// False for a cell whose triangles found no room.
+bool hasTriangles(uint cell) { return starts[cell + 1] <= push.entries && header.lost == 0; }
+
+// Number of layers over a receiver, given by ndc and depth; without `all`, at most 1.
+uint layersOver(vec3 receiver, uint cell, bool all) {
+  uint layers = 0;
+  for (uint i = starts[cell]; i < starts[cell + 1]; ++i) {
+    uint t = entries[i];
+    if (coversPlace(grid_triangles[t].lines, grid_triangles[t].inner, receiver.xy) &&
+        planeDepth(grid_triangles[t].plane, grid_triangles[t].range, receiver.xy) < receiver.z) {
+      ++layers;
+      if (!all) break;
+    }
+  }
+  return layers;
+}
+
+#endif
