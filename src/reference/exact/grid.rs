@@ -3,12 +3,15 @@
 use crate::Result;
 use crate::reference::common::view::{Decision, FrameData, LightPoint, ROUNDING, Receiver, Verdict, View};
 use crate::view::LightView;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// `POSITION_ULPS` of `glsl/lib/shadow_test.glsl`.
 const POSITION_ULPS: f64 = 4.0 / 8388608.0;
 /// `RASTER_DEPTH` of `grid_receiver.glsl`.
 const RASTER_DEPTH: f64 = 1.0 / 16777216.0;
+
+/// Cosine between normal and light below which the receiver's plane, and how far it moves, are in doubt.
+pub(super) const GRAZING: f64 = 1e-3;
 
 /// A receiver that casters decide.
 #[derive(Clone, Copy, Debug)]
@@ -27,14 +30,9 @@ pub(super) struct GridReceiver {
 impl GridReceiver {
     /// A receiver at the origin that faces the light.
     #[cfg(test)]
-    pub fn at_origin(normal: glam::DVec3) -> Self {
-        let receiver = Receiver {
-            position: glam::DVec3::ZERO,
-            position_error: glam::DVec3::ZERO,
-            normal,
-            normal_error: 0.0,
-            allowance: 0.0,
-        };
+    pub fn at_origin(normal: DVec3) -> Self {
+        let receiver =
+            Receiver { position: DVec3::ZERO, position_error: DVec3::ZERO, normal, normal_error: 0.0, allowance: 0.0 };
         let light = LightPoint {
             uv: DVec2::splat(0.5),
             uv_error: DVec2::ZERO,
@@ -104,7 +102,7 @@ pub struct Seen {
     pub depth: f64,
     /// Bound of the error of `depth`.
     pub depth_error: f64,
-    /// `false` if it is in doubt whether casters decide the pixel.
+    /// `false` if it is in doubt whether casters decide the pixel, or how deep it lies.
     pub sure: bool,
 }
 
@@ -126,7 +124,20 @@ impl Seen {
 pub fn receivers(data: &FrameData<'_>, light: &LightView) -> Result<Vec<Option<Seen>>> {
     let view = View::new(data)?;
     Ok(view.every_pixel(|pixel| {
-        let Place::Open(g) = place(&view, pixel) else { return None };
+        let g = match place(&view, pixel) {
+            Place::Open(g) => g,
+            Place::Decided(verdict) if verdict.doubt > 0.0 => {
+                let l = view.light_point(view.receiver(pixel)?.position, DVec3::ZERO);
+                return Some(Seen {
+                    ndc: l.ndc,
+                    ndc_error: l.ndc_error,
+                    depth: l.depth,
+                    depth_error: f64::INFINITY,
+                    sure: false,
+                });
+            }
+            Place::Decided(_) => return None,
+        };
         let l = &g.light;
         let (depth, depth_error) = if light.is_directional() {
             let range = 1.0 / light.clip_from_view.z_axis.z.abs();
@@ -137,7 +148,13 @@ pub fn receivers(data: &FrameData<'_>, light: &LightView) -> Result<Vec<Option<S
             let depth = -1.0 / (l.w * closer);
             (depth, depth.abs() * (l.w_error / l.w + g.step_error / away / closer + 2.0 * ROUNDING))
         };
-        Some(Seen { ndc: l.ndc, ndc_error: l.ndc_error, depth, depth_error, sure: g.otherwise.is_none() })
+        Some(Seen {
+            ndc: l.ndc,
+            ndc_error: l.ndc_error,
+            depth,
+            depth_error,
+            sure: g.otherwise.is_none() && g.facing > GRAZING,
+        })
     }))
 }
 

