@@ -20,6 +20,7 @@ layout(binding = 11, scalar) readonly buffer EdgeStarts { uint edge_starts[]; };
 layout(binding = 12, scalar) readonly buffer EdgeEntries { uint edge_entries[]; };
 layout(binding = 13, scalar) readonly buffer GridEdges { GridEdge grid_edges[]; };
 layout(binding = 14, scalar) readonly buffer Receivers { vec3 receivers[]; };
+layout(binding = 15) uniform sampler2D masked_visibility; // read only if MASKED
 
 // False for a cell whose triangles or edges found no room.
 bool hasCasters(uint cell) {
@@ -65,13 +66,17 @@ float lightSeen(Receiver r, GridReceiver g, uint cell) {
   return layers > changes ? 0.0 : lightVisible(bits, layers, tilt, DISC);
 }
 
+// The lower of a visibility and that of masked casters.
+float withMasked(ivec2 pixel, float v) { return MASKED ? min(v, texelFetch(masked_visibility, pixel, 0).x) : v; }
+
 float visibilityAt(ivec2 pixel) {
   Receiver r = receiverAt(pixel);
   GridReceiver g;
   float v;
   if (gridReceiver(pixel, r, g, v)) return v;
   uint cell = cellOf(g.ndc);
-  return hasCasters(cell) ? lightSeen(r, g, cell) : shadowMapTest(shadow_map, r, g.point, push.normal_offset, 0.0);
+  v = hasCasters(cell) ? lightSeen(r, g, cell) : shadowMapTest(shadow_map, r, g.point, push.normal_offset, 0.0);
+  return withMasked(pixel, v);
 }
 
 void main() {
@@ -89,7 +94,7 @@ void main() {
     if (r != NO_RECEIVER) {
       uint cell = cellOf(r.xy);
       listed = edge_starts[cell] != edge_starts[cell + 1] || !hasCasters(cell);
-      if (!listed) imageStore(visibility, pixel, vec4(layersOver(r, cell, false) == 0 ? 1.0 : 0.0));
+      if (!listed) imageStore(visibility, pixel, vec4(withMasked(pixel, layersOver(r, cell, false) == 0 ? 1.0 : 0.0)));
     }
   } else if (inside) {
     imageStore(visibility, pixel, vec4(visibilityAt(pixel)));

@@ -2,12 +2,13 @@
 
 use super::exact_hard::{CELLS, ENTRIES};
 use super::grid::{COARSEST, EdgeLists, GridPush, GridReceivers, TriangleLists};
-use crate::gpu::{Buffer, Image, bindings};
+use crate::gpu::{Buffer, Image, ImageDesc, bindings};
 use crate::technique::caster_edges::silhouettes::Silhouettes;
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::pixels::{PixelPass, SKIP};
 use crate::technique::common::receiver::NORMAL_OFFSET;
-use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::technique::soft::pcss;
+use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Need, Result};
 
 /// The registry entry.
@@ -31,7 +32,7 @@ pub const INFO: Info = Info {
 bindings! {
     struct SoftBindings {
         ..pixels: PixelBindings,
-        Header, Starts, Entries, GridTriangles, EdgeHeader, EdgeStarts, EdgeEntries, GridEdges, Receivers
+        Header, Starts, Entries, GridTriangles, EdgeHeader, EdgeStarts, EdgeEntries, GridEdges, Receivers, masked_visibility
     }
 }
 
@@ -41,9 +42,31 @@ struct ExactSoft {
     triangles: TriangleLists,
     edges: EdgeLists,
     shade: PixelPass,
+    masked: Masked,
     cells: u32,
     entries: u32,
     normal_offset: f32,
+}
+
+/// Shadows of alpha-masked casters, which have no triangles here: those of the whole shadow map, filtered.
+struct Masked {
+    passes: Option<Box<dyn Passes>>,
+    visibility: Image,
+}
+
+impl Masked {
+    fn new(context: &Context, setup: &Setup, casters_masked: bool) -> Result<Self> {
+        let Kind::RealTime(prepare) = pcss::INFO.kind else { unreachable!("pcss is recorded into frames") };
+        let setup = Setup { params: Params::new(&pcss::INFO), intermediates: false, ..setup.clone() };
+        let passes = casters_masked.then(|| prepare(context, &setup)).transpose()?;
+        let extent = if passes.is_some() { setup.extent } else { [1, 1] };
+        let desc = ImageDesc::storage("visibility of masked casters", setup.output.format(), extent);
+        Ok(Self { passes, visibility: Image::new(context.device(), &desc)? })
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.visibility.memory_bytes() + self.passes.as_ref().map_or(0, |p| p.memory_bytes())
+    }
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
@@ -63,6 +86,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         triangles: TriangleLists::new(context, casters, cells, entries)?,
         edges: EdgeLists::new(context, casters, cells, entries)?,
         shade,
+        masked: Masked::new(context, setup, casters.masked())?,
         cells,
         entries,
         normal_offset: p.float("normal_offset"),
@@ -73,6 +97,9 @@ impl Passes for ExactSoft {
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         self.silhouettes.casters().check_transforms(INFO.id, inputs.casters)?;
         let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries, self.normal_offset);
+        if let Some(passes) = &mut self.masked.passes {
+            passes.record(frame, view, inputs, &self.masked.visibility)?;
+        }
         self.silhouettes.record(frame, inputs, None)?;
         self.shade.clear(frame);
         self.receivers.record(frame, view, inputs, &push, visibility, Some(self.shade.list()))?;
@@ -91,6 +118,7 @@ impl Passes for ExactSoft {
             EdgeEntries: edge_entries,
             GridEdges: Bind::Buffer(self.edges.edges()),
             Receivers: self.receivers.receivers(),
+            masked_visibility: Bind::Image(&self.masked.visibility),
         };
         let names = ["layers over receivers", "edges on the light"];
         self.shade.record_more(frame, names, &bind, bytemuck::bytes_of(&push), visibility)
@@ -102,5 +130,6 @@ impl Passes for ExactSoft {
             + self.triangles.memory_bytes()
             + self.edges.memory_bytes()
             + self.shade.memory_bytes()
+            + self.masked.memory_bytes()
     }
 }

@@ -2,7 +2,7 @@
 
 mod classified;
 pub mod mssm;
-pub(super) mod pcss;
+pub(in crate::technique) mod pcss;
 mod penumbra_width;
 pub mod rbssm;
 pub(super) mod rbssm_naive;
