@@ -1,12 +1,12 @@
 //! What must not change the picture: the grid, skipping, repetition; and a light without size.
 
 use super::{MAP, SIZE, Stage, stages};
-use crate::common::{assert_same_bits, desc, prepare, with_gpu};
+use crate::common::{assert_same_bits, desc, differing, prepare, with_gpu};
 use crate::made::{moved, perspective, plane, scene, spot};
 use edgeshade::host::Host;
 use edgeshade::scene::{Renderer, Scene};
-use edgeshade::view::LightKind;
-use glam::{DVec3, dvec3};
+use edgeshade::view::{LightKind, LightView};
+use glam::{DAffine3, DVec3, dvec3};
 
 /// A few of the small scenes, and two shipped ones with penumbrae.
 fn some(host: &Host) -> impl Iterator<Item = Stage<'_>> {
@@ -58,18 +58,28 @@ fn skipping_does_not_change_the_picture() {
     });
 }
 
+/// Nothing is left of an earlier frame, not even of one under another light.
 #[test]
 fn frames_repeat() {
     with_gpu(|host| {
         for mut stage in some(host) {
             for id in ["exact-hard", "exact-soft"] {
                 let mut technique = prepare(&stage.renderer, id, &[]);
-                let frames = [(); 3].map(|()| {
+                let own = *stage.renderer.light();
+                let by = DAffine3::from_translation(dvec3(0.4, 0.1, -0.3)) * own.world_from_view;
+                let other = LightView { world_from_view: by * DAffine3::from_rotation_y(0.15), ..own };
+                let frames = [own, own, other, own].map(|light| {
+                    stage.set_light(light);
                     stage.renderer.frame(technique.as_mut()).unwrap();
                     stage.renderer.visibility(technique.as_ref()).unwrap()
                 });
                 assert_same_bits(&frames[0], &frames[1], &stage.name);
-                assert_same_bits(&frames[0], &frames[2], &stage.name);
+                assert!(
+                    differing(&frames[0], &frames[2], 0.0) > 20,
+                    "{} {id}: the other light is no other",
+                    stage.name
+                );
+                assert_same_bits(&frames[0], &frames[3], &stage.name);
             }
         }
     });
