@@ -12,6 +12,8 @@ struct GridReceiver {
 // Bound of the error of a stored camera depth: rasterisers interpolate the depth of a triangle that reaches up to the
 // near plane with this absolute error.
 const float RASTER_DEPTH = 1.0 / 16777216.0;
+// Largest share of the distance that is allowed for it. Near planes that are closer still would take in everything.
+const float RASTER_MOST = 1.0 / 1024.0;
 
 // Returns true if the visibility needs no caster; `decided` then holds it. The receiver moves towards the light, which
 // leaves its place in the light's image as it is, until it lies in front of its own plane by the bound of its
@@ -30,7 +32,8 @@ bool gridReceiver(ivec2 pixel, Receiver r, out GridReceiver g, out float decided
   bool spot = push.spot != 0;
   float away = spot ? distance(view.light_position_view[0].xyz, r.position)
                     : view.light_area[0].w + texelSize(view.light_clip_from_view[0], l, vec2(1.0));
-  float raster = abs(dot(r.normal, viewPosition(pixel, depthAt(pixel) + RASTER_DEPTH) - r.position));
+  float raster = min(abs(dot(r.normal, viewPosition(pixel, depthAt(pixel) + RASTER_DEPTH) - r.position)),
+                     RASTER_MOST * length(r.position));
   float error = r.error + POSITION_ULPS * (length(r.position) + away) + raster;
   g.point = l;
   // Half the diagonal of the light, at its distance.

@@ -33,6 +33,8 @@ const GOLDEN: &[Golden] = &[
     ("jenga", "sssm", &[]),
     ("jenga", "edsm", &[("border", "3")]),
     ("fence", "edsm-x", &[]),
+    ("fence", "exact-hard", &[]),
+    ("jenga", "exact-soft", &[]),
 ];
 
 fn path(scene: &str, technique: &str) -> PathBuf {

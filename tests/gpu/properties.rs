@@ -50,6 +50,9 @@ const MODES: &[(&str, &[(&str, &str)])] = &[
     ("edsm", &[]),
     ("edsm-x", &[]),
     ("edsm-x", &[("border", "1")]),
+    ("exact-hard", &[]),
+    ("exact-soft", &[]),
+    ("exact-soft", &[("shape", "disc"), ("skip", "off"), ("cells", "64")]),
 ];
 
 /// Modes of which only the range can be checked. The papers' fixed depth gives false shadow on everything that is not

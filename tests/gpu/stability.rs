@@ -33,6 +33,8 @@ const MODES: &[Mode] = &[
     ("sssm", &[], 0.0),
     ("edsm", &[], 0.0),
     ("edsm-x", &[], 0.0),
+    ("exact-hard", &[], 0.0),
+    ("exact-soft", &[], 0.02),
 ];
 
 #[test]
