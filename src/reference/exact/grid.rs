@@ -9,6 +9,8 @@ use glam::{DVec2, DVec3};
 const POSITION_ULPS: f64 = 4.0 / 8388608.0;
 /// `RASTER_DEPTH` of `grid_receiver.glsl`.
 const RASTER_DEPTH: f64 = 1.0 / 16777216.0;
+/// `RASTER_MOST` of `grid_receiver.glsl`.
+const RASTER_MOST: f64 = 1.0 / 1024.0;
 
 /// Cosine between normal and light below which the receiver's plane, and how far it moves, are in doubt.
 pub(super) const GRAZING: f64 = 1e-3;
@@ -84,7 +86,7 @@ pub(super) fn place(view: &View<'_>, pixel: [usize; 2]) -> Place {
     let facing = r.normal.dot(towards);
     let away = view.light_distance(r.position).unwrap_or_else(|| view.frustum_extent(&light));
     let raised = view.position_at(pixel, view.depth_at(pixel) + RASTER_DEPTH).0;
-    let raster = r.normal.dot(raised - r.position).abs();
+    let raster = r.normal.dot(raised - r.position).abs().min(RASTER_MOST * r.position.length());
     let step = (r.allowance + POSITION_ULPS * (r.position.length() + away) + raster) / facing;
     let facing_error = r.normal_error + towards_error + ROUNDING;
     let step_error = step * (facing_error / facing + 8.0 * ROUNDING) + 2.0 * r.position_error.length() / facing;
