@@ -60,7 +60,7 @@ impl GridReceiver {
 pub(super) enum Place {
     /// The pixel is sky, faces away from the light, or lies outside the light's frustum.
     Decided(Verdict),
-    Open(GridReceiver),
+    Open(Box<GridReceiver>),
 }
 
 /// Mirror of `gridReceiver` of `grid_receiver.glsl`.
@@ -90,7 +90,7 @@ pub(super) fn place(view: &View<'_>, pixel: [usize; 2]) -> Place {
     let step = (r.allowance + POSITION_ULPS * (r.position.length() + away) + raster) / facing;
     let facing_error = r.normal_error + towards_error + ROUNDING;
     let step_error = step * (facing_error / facing + 8.0 * ROUNDING) + 2.0 * r.position_error.length() / facing;
-    Place::Open(GridReceiver { receiver: r, light, step, step_error, facing, otherwise })
+    Place::Open(Box::new(GridReceiver { receiver: r, light, step, step_error, facing, otherwise }))
 }
 
 /// A receiver in the light's grid.

@@ -163,7 +163,7 @@ impl Scene {
     }
 
     /// Inverse of [`Scene::onto_rows`].
-    fn from_rows(&self, q: DVec2) -> DVec2 {
+    fn off_rows(&self, q: DVec2) -> DVec2 {
         if self.disc { DVec2::from_angle(-(1.0f64 / 16.0).atan()).rotate(q) } else { dvec2(q.x, q.y - q.x / 16.0) }
     }
 
@@ -239,15 +239,15 @@ impl Scene {
             }
         }
         let (mut shares, mut all) = (Shares { seen: 0.0, doubt: 0.0 }, 0.0);
-        for row in 0..ROWS {
+        for (row, counts) in counts.iter().enumerate() {
             let weight = self.width(row_height(row));
-            for column in 0..ROWS {
-                let s = self.from_rows(self.sample(row, column)) * self.half;
+            for (column, &count) in counts.iter().enumerate() {
+                let s = self.off_rows(self.sample(row, column)) * self.half;
                 let to = self.occluders.to_light(p) + s.x * self.sides[0] + s.y * self.sides[1];
                 let (above, size) = (n.dot(to), to.length());
                 let horizon = above.abs() < (g.receiver.normal_error + VERTEX) * size;
                 all += weight;
-                shares.seen += if counts[row][column] == 0 && above > 0.0 { weight } else { 0.0 };
+                shares.seen += if count == 0 && above > 0.0 { weight } else { 0.0 };
                 shares.doubt += if doubtful[row] >> column & 1 == 1 || horizon { weight } else { 0.0 };
             }
         }

@@ -102,7 +102,7 @@ fn transformed(scene: &Scene, factor: f64, by: DVec3) -> Scene {
     }
     for camera in &mut all.cameras {
         camera.world_from_camera = place(camera.world_from_camera);
-        camera.projection = super::scaled(camera.projection.clone(), factor);
+        camera.projection = super::scaled(camera.projection, factor);
     }
     for light in &mut all.lights {
         light.world_from_light = place(light.world_from_light);
