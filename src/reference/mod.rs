@@ -7,6 +7,7 @@
 pub mod caster_edges;
 pub mod common;
 pub mod distance_transform;
+pub mod exact;
 pub mod filtering;
 pub mod penumbra;
 pub mod ray_traced;

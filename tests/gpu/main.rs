@@ -11,6 +11,7 @@ mod caster_edges;
 mod common;
 mod contract;
 mod distance_transform;
+mod exact;
 mod filtering;
 mod golden;
 mod made;

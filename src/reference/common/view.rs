@@ -176,9 +176,9 @@ pub(crate) struct LightPoint {
     pub depth: f64,
     pub depth_error: f64,
     pub w: f64,
-    w_error: f64,
-    ndc: DVec2,
-    ndc_error: DVec2,
+    pub w_error: f64,
+    pub ndc: DVec2,
+    pub ndc_error: DVec2,
     pub inside: Decision,
     /// `Yes` between the frustum's sides, whatever the depth.
     pub within_sides: Decision,
@@ -496,6 +496,11 @@ impl<'a> View<'a> {
     fn texel_size(&self, l: &LightPoint) -> f64 {
         let scale = dvec2(self.row(0).length(), self.row(1).length()) * self.map_extent();
         2.0 * l.w / scale.x.min(scale.y)
+    }
+
+    /// Returns the extent of a directional light's frustum: its depth and its shorter side.
+    pub fn frustum_extent(&self, l: &LightPoint) -> f64 {
+        1.0 / self.row(2).length() + 2.0 * l.w / self.row(0).length().min(self.row(1).length())
     }
 
     /// Returns the change of the stored depth over a texel's world size along the light's axis.

@@ -3,4 +3,4 @@
 mod edge_maps;
 mod edge_views;
 mod edsm_x;
-mod shadow_volumes;
+pub mod shadow_volumes;

@@ -149,14 +149,14 @@ pub fn cases() -> Vec<(&'static str, Scene)> {
 }
 
 /// Returns the casters of a scene for the mirror.
-fn topologies(scene: &Scene) -> Vec<Topology> {
+pub fn topologies(scene: &Scene) -> Vec<Topology> {
     (scene.instances.iter())
         .map(|i| Topology::new(&scene.meshes[i.mesh].positions, &scene.meshes[i.mesh].indices).unwrap())
         .collect()
 }
 
 /// Returns whether the light lies outside a mesh's bounding sphere, in object space.
-fn is_outside(r: &Renderer<'_>, mesh: &Mesh, world_from_object: &DAffine3) -> bool {
+pub fn is_outside(r: &Renderer<'_>, mesh: &Mesh, world_from_object: &DAffine3) -> bool {
     match r.light().kind {
         LightKind::Directional { .. } => true,
         LightKind::Spot { .. } => {
@@ -311,7 +311,7 @@ fn many_volumes_wrap_in_the_stencil_alone() {
 }
 
 /// Returns whether the truth changes within a 64th of a pixel: another visible triangle, or another visibility.
-fn is_on_boundary(rays: &RayScene, r: &Renderer<'_>, truth: &Truth, i: usize) -> bool {
+pub fn is_on_boundary(rays: &RayScene, r: &Renderer<'_>, truth: &Truth, i: usize) -> bool {
     let [w, h] = truth.size;
     let center = [f64::from(i as u32 % w) + 0.5, f64::from(i as u32 / w) + 0.5];
     let extent = truth.depth_view[i].abs().max(1.0);
