@@ -1,5 +1,5 @@
-//! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`, and of `line_blocks.comp` and
-//! `line_quads.comp`: the nearest edge by brute force over all seeds, and the intensity of a penumbra of fixed width.
+//! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`, and of `line_blocks.comp`,
+//! `line_quads.comp` and `nearest_line.glsl`: the nearest edge by brute force over all seeds, and the intensity of a penumbra of fixed width.
 
 pub mod soft;
 
