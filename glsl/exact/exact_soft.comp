@@ -30,7 +30,8 @@ bool hasCasters(uint cell) {
 // The receiver's plane: change of depth per ndc.
 vec2 planeSlope(Receiver r, GridReceiver g) {
   vec2 uv_slope = receiverPlane(view.light_clip_from_view[0], view.light_depth_scale[0], g.point, r.normal);
-  return 0.5 * uv_slope / (push.spot != 0 ? view.light_depth_scale[0] : 1.0);
+  float scale = view.light_depth_scale[0]; // 0 for a sun
+  return 0.5 * uv_slope / max(scale, float(push.spot == 0));
 }
 
 // Share of the light that the receiver sees.
@@ -69,6 +70,7 @@ float lightSeen(Receiver r, GridReceiver g, uint cell) {
 // The lower of a visibility and that of masked casters.
 float withMasked(ivec2 pixel, float v) { return MASKED ? min(v, texelFetch(masked_visibility, pixel, 0).x) : v; }
 
+// Visibility of a pixel, from its depth and normal on.
 float visibilityAt(ivec2 pixel) {
   Receiver r = receiverAt(pixel);
   GridReceiver g;

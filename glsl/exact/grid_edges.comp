@@ -16,7 +16,10 @@ layout(binding = 7, scalar) writeonly buffer GridEdges { GridEdge grid_edges[]; 
 
 // Distance from the middle of the light's image at which edges are clipped, ndc. Close to a spot its own half-width is
 // wider than the image.
-float farthest() { return 5.0 + (push.spot != 0 ? max(push.kappa.x, push.kappa.y) / push.nearest : 0.0); }
+float farthest() {
+  float wide = max(push.kappa.x, push.kappa.y) / max(push.nearest, 1e-30);
+  return push.spot != 0 ? 5.0 + wide : 5.0;
+}
 
 vec4 clipOf(uint v, mat4 m) {
   uint i = v * push.stride;
@@ -25,7 +28,8 @@ vec4 clipOf(uint v, mat4 m) {
 }
 
 vec3 endAt(vec4 q) {
-  precise vec3 end = vec3(q.xy / q.w, push.spot != 0 ? -1.0 / q.w : q.z);
+  precise float of_spot = -1.0 / q.w;
+  precise vec3 end = vec3(q.xy / q.w, push.spot != 0 ? of_spot : q.z);
   return end;
 }
 

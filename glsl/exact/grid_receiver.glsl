@@ -30,18 +30,22 @@ bool gridReceiver(ivec2 pixel, Receiver r, out GridReceiver g, out float decided
   LightPoint l = lightSpace(r.position, 0);
   if (!l.inside) return true;
   bool spot = push.spot != 0;
-  float away = spot ? distance(view.light_position_view[0].xyz, r.position)
-                    : view.light_area[0].w + texelSize(view.light_clip_from_view[0], l, vec2(1.0));
+  // Both are computed, and no branch depends on the frame's constants alone (common/receiver.glsl).
+  float to_spot = distance(view.light_position_view[0].xyz, r.position);
+  float of_sun = view.light_area[0].w + texelSize(view.light_clip_from_view[0], l, vec2(1.0));
+  float away = spot ? to_spot : of_sun;
   float raster = min(abs(dot(r.normal, viewPosition(pixel, depthAt(pixel) + RASTER_DEPTH) - r.position)),
                      RASTER_MOST * length(r.position));
   float error = r.error + POSITION_ULPS * (length(r.position) + away) + raster;
   g.point = l;
   // Half the diagonal of the light, at its distance.
-  g.grazing = facing * (spot ? away : 1.0) < 1.4143 * view.light_area[0].z;
+  float light_distance = spot ? to_spot : 1.0;
+  g.grazing = facing * light_distance < 1.4143 * view.light_area[0].z;
   g.ndc = l.ndc;
   float step = error / facing;
-  precise float depth = spot ? -1.0 / (l.w * max(1.0 - step / away, 1e-3)) : l.depth - step / view.light_area[0].w;
-  g.depth = depth;
+  precise float below_spot = -1.0 / (l.w * max(1.0 - step / away, 1e-3));
+  precise float below_sun = l.depth - step / view.light_area[0].w;
+  g.depth = spot ? below_spot : below_sun;
   return false;
 }
 

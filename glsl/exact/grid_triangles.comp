@@ -69,7 +69,8 @@ bool project(vec4 a, vec4 b, vec4 c, out GridTriangle t, out vec2 low, out vec2 
   bool spot = push.spot != 0;
   vec3 p[3] = vec3[](a.xyw, b.xyw, c.xyw);
   precise vec3 ab = cornerOf(b) - cornerOf(a), ac = cornerOf(c) - cornerOf(a), normal = cross3(ab, ac);
-  precise float volume = spot ? dot(normal, a.xyw) : normal.z;
+  precise float from_light = dot(normal, a.xyw);
+  float volume = spot ? from_light : normal.z;
   for (int i = 0; i < 3; ++i) t.lines[i] = vec3(0.0);
   t.plane = vec3(0.0);
   t.inner = 0;
@@ -89,16 +90,17 @@ bool project(vec4 a, vec4 b, vec4 c, out GridTriangle t, out vec2 low, out vec2 
   float extent = max(length(cornerOf(a)), max(length(cornerOf(b)), length(cornerOf(c))));
   float sliver = length(ab) * length(ac) / length(normal);
   float off = VERTEX_ULPS * (extent + sliver * (length(ab) + length(ac))) * length(normal) / abs(volume);
-  if (spot) {
-    float closer = 1.0 - min(off, 1.0);
-    t.plane = -normal / volume * closer;
-    t.range = vec2(whole ? -1.0 / min(w.x, min(w.y, w.z)) : -3.0e38, -1.0 / max(w.x, max(w.y, w.z))) * closer;
-  } else {
-    precise vec2 slope = -normal.xy / volume;
-    precise float at_middle = a.z - (slope.x * a.x + slope.y * a.y);
-    t.plane = vec3(slope, at_middle + off);
-    t.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z))) + off;
-  }
+  float closer = 1.0 - min(off, 1.0);
+  vec3 of_spot = -normal / volume * closer;
+  vec2 spot_range = vec2(-1.0 / min(w.x, min(w.y, w.z)), -1.0 / max(w.x, max(w.y, w.z))) * closer;
+  if (!whole) spot_range.x = -3.0e38;
+  precise vec2 slope = -normal.xy / volume;
+  precise float at_middle = a.z - (slope.x * a.x + slope.y * a.y);
+  vec3 of_sun = vec3(slope, at_middle + off);
+  vec2 sun_range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z))) + off;
+  // Both are computed, and no branch depends on the frame's constants alone (common/receiver.glsl).
+  t.plane = spot ? of_spot : of_sun;
+  t.range = spot ? spot_range : sun_range;
   if (any(isinf(t.plane)) || any(isnan(t.plane))) return false;
   if (whole) {
     vec2 u = a.xy / a.w, v = b.xy / b.w, q = c.xy / c.w;

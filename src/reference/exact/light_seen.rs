@@ -396,7 +396,8 @@ mod tests {
             // A square in the light, over and beside its centre.
             let seen = under([[x, -0.5], [x + 0.3, -0.5], [x + 0.3, 0.5], [x, 0.5]], false);
             let expected = 1.0 - 0.25 * 1.0 * ((x + 0.3f64).min(1.0) - x);
-            assert!((seen - expected).abs() <= 2.0 / 256.0, "{x}: {seen}, expected {expected}");
+            // The discrepancy of the samples is below five.
+            assert!((seen - expected).abs() <= 5.0 / 256.0, "{x}: {seen}, expected {expected}");
         }
         assert_eq!(under([[-wide, -wide], [wide, -wide], [wide, wide], [-wide, wide]], false), 0.0);
         assert_eq!(under([[3.0, -wide], [wide, -wide], [wide, wide], [3.0, wide]], false), 1.0);

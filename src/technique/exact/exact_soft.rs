@@ -56,9 +56,8 @@ struct Masked {
 
 impl Masked {
     fn new(context: &Context, setup: &Setup, casters_masked: bool) -> Result<Self> {
-        let Kind::RealTime(prepare) = pcss::INFO.kind else { unreachable!("pcss is recorded into frames") };
         let setup = Setup { params: Params::new(&pcss::INFO), intermediates: false, ..setup.clone() };
-        let passes = casters_masked.then(|| prepare(context, &setup)).transpose()?;
+        let passes = casters_masked.then(|| pcss::prepare(context, &setup)).transpose()?;
         let extent = if passes.is_some() { setup.extent } else { [1, 1] };
         let desc = ImageDesc::storage("visibility of masked casters", setup.output.format(), extent);
         Ok(Self { passes, visibility: Image::new(context.device(), &desc)? })

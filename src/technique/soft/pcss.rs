@@ -45,7 +45,8 @@ pub const INFO: Info = Info {
     kind: Kind::RealTime(prepare),
 };
 
-fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
+/// Prepares the technique, also for those that use its image.
+pub(in crate::technique) fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = PcssConfig {
         search_taps: p.int("search_taps"),
