@@ -9,7 +9,7 @@ layout(constant_id = 0) const bool SUMS = false;
 
 layout(local_size_x = 256) in;
 
-const uint EACH = 8; // cells of a thread
+const uint EACH = 32; // cells of a thread
 
 layout(binding = 0, scalar) buffer Header { ListHeader header; };
 layout(binding = 1, scalar) readonly buffer Counts { uint counts[]; };

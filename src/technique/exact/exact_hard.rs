@@ -22,7 +22,7 @@ pub(super) const CELLS: Param = Param::int(
 pub(super) const ENTRIES: Param = Param::int(
     "entries",
     1,
-    1 << 26,
+    1 << 22,
     1 << 20,
     "entries",
     "room in each kind of list, 28 bytes an entry; cells whose casters find no room use the shadow map, and all cells do if the search before finds none (counts in the JSON)",

@@ -27,7 +27,7 @@ const TOTAL: u64 = 12 * 4;
 /// Offset in the header of the number of pairs that found no room.
 const LOST: u64 = 13 * 4;
 /// Cells that a workgroup of `glsl/exact/list_starts.comp` works on.
-const SCANNED: u32 = 256 * 8;
+const SCANNED: u32 = 256 * 32;
 
 shader_struct! {
     /// Push constants of `glsl/exact/grid.glsl`.
