@@ -864,15 +864,19 @@ fn the_penumbrae_suite_says_what_edtsm_star_adds() {
         assert_eq!(r["ground_alone"].as_bool().unwrap_or(false), r["group"].as_str().unwrap().ends_with("alone"));
         // Without a shadow edge, no tile is near one.
         let passes = r["passes"].as_array().unwrap();
-        let is_of_edges = |name: &Value| name == "pixels at an edge" || name == "nearest edge";
+        let of_edges = ["pixels at an edge", "nearest edge", "nearest line of blocks 8, step 1"];
+        let is_of_edges = |name: &Value| of_edges.iter().any(|of| name == of);
         let of_edges = passes.iter().filter(|p| is_of_edges(&p["name"]) && r["params"]["skip"] != "off");
         for pass in of_edges {
             assert_eq!(pass["tiles_active"] == 0, r["ground_alone"] == true, "{r}");
         }
     }
-    for part in
-        ["| courtyard, ground alone |", "## What penumbrae add", "## Passes of `edtsm-star`", "nearest edge of quads"]
-    {
+    for part in [
+        "| courtyard, ground alone |",
+        "## What penumbrae add",
+        "## Passes of `edtsm-star`",
+        "nearest line, round bends",
+    ] {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
