@@ -41,7 +41,8 @@ Place placeAt(ivec2 pixel, Receiver p) {
   if (SOFT && ALONG_LIGHT) {
     mat4 m = view.light_clip_from_view[0];
     vec3 ray = -towardsLight(p.position, 0);
-    at.axis = view.light_position_view[0].w == 0.0 ? ray : normalize(vec3(m[0][3], m[1][3], m[2][3]));
+    vec3 axis = normalize(vec3(m[0][3], m[1][3], m[2][3]));
+    at.axis = view.light_position_view[0].w == 0.0 ? ray : axis;
     // Beside and behind the light everything is lit; the limit only keeps the numbers finite.
     at.ray = ray / max(dot(ray, at.axis), 0.05);
     for (int i = 0; i < 2; ++i) {

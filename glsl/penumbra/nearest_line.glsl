@@ -13,7 +13,7 @@ const int LINE_PIXELS = 2, BLOCK_PIXELS = BLOCK / 2;
 
 // Half of a line's length, world units. A view ray meets a line at an angle, so that a pixel covers more of it.
 float halfLine(Seed seed) {
-  vec3 ray = view.view_from_clip[2][3] == 0.0 ? vec3(0.0, 0.0, -1.0) : normalize(seed.point);
+  vec3 from_eye = normalize(seed.point), ray = view.view_from_clip[2][3] == 0.0 ? vec3(0.0, 0.0, -1.0) : from_eye;
   float facing = dot(seed.along, ray);
   return HALF_LINE * pixelWidth(seed.point) * inversesqrt(max(1.0 - facing * facing, 0.01));
 }

@@ -40,12 +40,15 @@ struct DepthPlane {
   float scale;
 };
 
+// No branch depends on the frame's constants alone (common/receiver.glsl): both projections are computed.
 DepthPlane depthPlane(float z) {
   mat4 m = view.view_from_clip;
-  if (m[2][3] != 0.0) return DepthPlane(mat2(m[0].xy, m[1].xy), m[3].xy, z / m[3].z);
+  bool perspective = m[2][3] != 0.0;
   // Depths of a parallel projection may be those of a tilted plane.
-  vec2 k = m[2].xy / m[2].z;
-  return DepthPlane(mat2(m[0].xy - k * m[0].z, m[1].xy - k * m[1].z), m[3].xy + k * (z * m[3].w - m[3].z), 1.0 / m[3].w);
+  vec2 tilt = m[2].xy / m[2].z, k = perspective ? vec2(0.0) : tilt;
+  float of_perspective = z / m[3].z, of_parallel = 1.0 / m[3].w;
+  vec2 shift = k * (z * m[3].w - m[3].z);
+  return DepthPlane(mat2(m[0].xy - k * m[0].z, m[1].xy - k * m[1].z), m[3].xy + shift, perspective ? of_perspective : of_parallel);
 }
 
 vec2 pixelCentre(ivec2 pixel) { return (2.0 * vec2(pixel) + 1.0) / vec2(view.size) - 1.0; }
