@@ -11,5 +11,6 @@ pub mod fixed_width;
 mod mean_filter;
 mod nearest_edge;
 mod nearest_line;
+mod search;
 pub mod seed_width;
 mod shared;

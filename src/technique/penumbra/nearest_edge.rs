@@ -2,15 +2,14 @@
 
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::nearest_line::NearestLine;
+use super::search::{BLOCK, EdgeImages, SearchBindings, labels_of_blocks};
 use super::seed_width::WidthConfig;
-use super::shared::{PenumbraPush, scratch};
-use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
-use crate::technique::common::bindings::CameraBindings;
+use super::shared::PenumbraPush;
+use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::common::surface::SurfaceTest;
 use crate::technique::common::tiles::TileList;
 use crate::technique::distance_transform::NO_SEED;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
-use ash::vk;
 use std::sync::Arc;
 
 /// Seed that counts as the nearest.
@@ -24,15 +23,12 @@ pub enum Nearest {
     Pixel,
 }
 
-/// Sides of the blocks of pixels that the search visits first: `BLOCK` and `QUAD` of `glsl/penumbra/nearest_edge.glsl`.
-pub(super) const BLOCK: u32 = 4;
+/// Side of a quad: `QUAD` of `glsl/penumbra/nearest_edge.glsl`.
 const QUAD: u32 = 2;
 /// Steps between the neighbours that a block asks, in blocks; a pass each.
 const STEPS: [i32; 6] = [32, 16, 8, 4, 2, 1];
 
 bindings! {
-    /// Images and lists that a search for the nearest edge works on.
-    pub(super) struct SearchBindings { ..camera: CameraBindings, Seeds, labels, list, widths }
     struct BlockBindings { ..search: SearchBindings, relaxed_labels }
     struct QuadBindings { ..search: SearchBindings, block_labels, quad_labels }
     struct EdgeBindings {
@@ -46,19 +42,6 @@ bindings! {
         seed_mask,
         pixel_widths,
         visibility,
-    }
-}
-
-impl<'a> SearchBindings<'a> {
-    /// Binds the transform's labels and the tiles near an edge.
-    pub(super) fn new(view: &'a Buffer, inputs: &'a Inputs<'_>, seeds: &'a EdgeSeeds, labels: &'a Image) -> Self {
-        Self {
-            camera: CameraBindings::new(view, inputs),
-            Seeds: Bind::Buffer(seeds.seeds()),
-            labels: Bind::Image(labels),
-            list: Bind::Buffer(seeds.tiles().buffer()),
-            widths: Bind::Image(seeds.widths()),
-        }
     }
 }
 
@@ -84,42 +67,6 @@ struct Points {
     block_labels: [Image; 2],
     quad_labels: Image,
     tiles: TileList,
-}
-
-/// Images that a search writes; those that are not wanted have one pixel.
-pub(super) struct EdgeImages {
-    pub intensity: Image,
-    pub distances: Image,
-    pub labels: Image,
-    pub seed_mask: Image,
-    pub pixel_widths: Image,
-}
-
-impl EdgeImages {
-    fn new(context: &Context, extent: [u32; 2], config: EdgeConfig, viewed: bool) -> Result<Self> {
-        let is_soft = config.widths.is_some();
-        let seed_format = if is_soft { vk::Format::R32G32_SFLOAT } else { vk::Format::R8_UNORM };
-        let image = |name, format, wanted| scratch(context, name, format, extent, wanted);
-        Ok(Self {
-            intensity: image("penumbra intensity", vk::Format::R32G32_SFLOAT, config.filtered || viewed)?,
-            distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
-            labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
-            seed_mask: image("seeds", seed_format, viewed)?,
-            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, is_soft)?,
-        })
-    }
-
-    fn memory_bytes(&self) -> u64 {
-        let images = [&self.intensity, &self.distances, &self.labels, &self.seed_mask, &self.pixel_widths];
-        images.map(Image::memory_bytes).iter().sum()
-    }
-}
-
-/// Makes an image of labels, one for each block of pixels of the given side.
-pub(super) fn labels_of_blocks(context: &Context, extent: [u32; 2], side: u32) -> Result<Image> {
-    let extent = extent.map(|n| n.div_ceil(side));
-    let desc = ImageDesc::storage("nearest edge of a block", vk::Format::R32_UINT, extent);
-    Image::new(context.device(), &ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc })
 }
 
 /// Pipelines that work on blocks of pixels.

@@ -2,7 +2,7 @@
 //! lines along the edge, so that few of them tell the distance.
 
 use super::edge_seeds::{COARSE_PAIRS, EdgeConfig, EdgeSeeds};
-use super::nearest_edge::{BLOCK, EdgeImages, SearchBindings, labels_of_blocks};
+use super::search::{BLOCK, EdgeImages, SearchBindings, labels_of_blocks};
 use super::seed_width::WidthConfig;
 use super::shared::PenumbraPush;
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
@@ -53,7 +53,8 @@ pub struct NearestLine {
 }
 
 impl NearestLine {
-    /// Allocates for a camera image, `turned` being a list with room for every quad; `viewed`: the images of [`super::nearest_edge::Viewed`] are wanted.
+    /// Allocates for a camera image, `turned` being a list with room for every quad; `viewed`: images
+    /// for viewing are wanted.
     pub fn new(
         context: &Context,
         extent: [u32; 2],
@@ -93,7 +94,7 @@ impl NearestLine {
         self.labels.iter().map(Image::memory_bytes).chain(self.lists.iter().map(Buffer::size)).sum()
     }
 
-    /// Finds the nearest lines in the tiles that `seeds` lists, as [`super::nearest_edge::NearestEdge::record`] does.
+    /// Finds the nearest lines in the tiles that `seeds` lists.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
