@@ -24,7 +24,7 @@ vec2 ontoRows(vec2 s, bool disc) {
   return level;
 }
 
-// The same for the receiver's plane, 1 + dot(tilt, s) = 0.
+// Turns the receiver's plane, 1 + dot(tilt, s) = 0, into the same frame.
 vec2 tiltOntoRows(vec2 tilt, bool disc) {
   return disc ? ontoRows(tilt, true) : vec2(tilt.x - tilt.y / 16.0, tilt.y);
 }
@@ -57,7 +57,7 @@ struct LightEdge {
   bool straddles; // crosses the vertical line through the light's centre
 };
 
-// How the edge changes the counters of four rows: `plus` and `minus` have 16 bits for each row.
+// Finds how the edge changes the counters of four rows: `plus` and `minus` have 16 bits for each row.
 void rowChanges(LightEdge e, float first, bool disc, out uvec4 plus, out uvec4 minus) {
   vec4 y = rowHeights(first), width = rowWidths(y, disc);
   vec4 up = y - e.a.y;

@@ -38,7 +38,7 @@ const uint BLOCKS = 4;
 
 const uint OUT_OF_REACH = 0x8000u; // bit of a listed block's x
 
-// What is to be done about a block.
+// Work that a block needs: none, a plain search, or one that considers several surfaces.
 const uint NOTHING = 0, PLAIN = 1, MIXED = 2;
 
 struct Search {

@@ -63,7 +63,7 @@ void considerForAll(uint candidate, inout Quad q) {
     float squared = lineDistanceSquared(apart, seed.along, half_length);
     bool on_surface, turned = false;
     if (PLANES) {
-      // As onSurface, but for one width.
+      // This is onSurface with one width for all four pixels.
       vec2 between = vec2(pixel - q.pixel - CORNERS[k]);
       float off = abs(dot(p.normal + seed.normal, apart)), most = tolerance * sqrt(max(dot(between, between), 1.0));
       float cosine = dot(p.normal, seed.normal);

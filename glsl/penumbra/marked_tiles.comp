@@ -19,7 +19,7 @@ layout(binding = 1, scalar) buffer TileList {
 layout(binding = 2, scalar) buffer BlockGroups { uint block_groups[3]; };
 layout(binding = 3, scalar) buffer QuadGroups { uint quad_groups[3]; };
 
-// Those of the blocks again, for pairs of steps that only wide penumbrae need.
+// Arguments of the same dispatches over blocks, for pairs of steps that only wide penumbrae need.
 layout(binding = 4, scalar) buffer Coarse {
   uint coarse_groups[3][3];
   int farthest; // reach of the widest penumbra, pixels

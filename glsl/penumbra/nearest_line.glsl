@@ -24,7 +24,7 @@ float lineDistanceSquared(vec3 apart, vec3 along, float half_length) {
   return dot(closest, closest);
 }
 
-// Whether a penumbra around the seed's line may reach a pixel of the block. All such blocks lie in the tiles that
+// Tests whether a penumbra around the seed's line may reach a pixel of the block. All such blocks lie in the tiles that
 // edge_seeds.comp marks for the seed.
 bool mayReach(ivec2 seed_pixel, float depth, ivec2 pixel) {
   ivec2 apart = abs(seed_pixel - pixel);

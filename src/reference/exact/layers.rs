@@ -41,7 +41,7 @@ pub(super) struct Occluders {
     pub triangles: Vec<Triangle>,
     /// `w` is 1 for a position and 0 for a direction.
     pub light: DVec4,
-    /// Whether any triangle is edge-on to the light.
+    /// True if any triangle is edge-on to the light.
     pub any_edge_on: bool,
     /// Extent of a sun's frustum, world units.
     extent: f64,

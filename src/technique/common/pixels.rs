@@ -129,7 +129,7 @@ impl PixelPass {
         Self::sharing(context, name, extent, listed, pipeline, None)
     }
 
-    /// As [`Self::new`], but with a list that other passes use before and after, as [`pixel_list`] makes it.
+    /// Makes the pass as [`Self::new`] does, but with a list that other passes use before and after, as [`pixel_list`] makes it.
     pub(crate) fn sharing(
         context: &Context,
         name: &str,

@@ -157,7 +157,7 @@ impl Edt {
         Self::sharing(context, extent, config, None)
     }
 
-    /// As [`Self::new`], but with a buffer of 4 bytes for each pixel, rows padded to four pixels, that other passes use
+    /// Makes the transform as [`Self::new`] does, but with a buffer of 4 bytes for each pixel, rows padded to four pixels, that other passes use
     /// before and after. [`Self::memory_bytes`] leaves it out.
     pub(crate) fn sharing(
         context: &Context,

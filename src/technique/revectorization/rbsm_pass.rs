@@ -135,7 +135,7 @@ impl Rbsm {
         Self::sharing(context, extent, config, None)
     }
 
-    /// As [`Self::new`], but with a list of pixels that other passes use before and after.
+    /// Makes the pass as [`Self::new`] does, but with a list of pixels that other passes use before and after.
     pub(crate) fn sharing(
         context: &Context,
         extent: [u32; 2],
