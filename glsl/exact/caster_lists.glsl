@@ -18,6 +18,8 @@ uvec2 blockOf(uvec2 pair) { return uvec2(pair.y & 0xFFu, pair.y >> 8 & 0xFFu); }
 void appendPair(int level, uvec2 pair) {
   uint i = level == 3 ? atomicAdd(header.count3, 1) : level == 2 ? atomicAdd(header.count2, 1) : atomicAdd(header.count1, 1);
   if (i >= push.pairs) {
+    uint block = coarseBlock(blockOf(pair) << (2 * level));
+    atomicOr(header.lost_blocks[block >> 5], 1u << (block & 31u));
     atomicAdd(header.lost, 1);
     return;
   }
@@ -27,6 +29,12 @@ void appendPair(int level, uvec2 pair) {
   if (level == 3) atomicMax(header.groups3[0], groups);
   else if (level == 2) atomicMax(header.groups2[0], groups);
   else atomicMax(header.groups1[0], groups);
+}
+
+// Marks all cells as cells whose casters found no room.
+void loseAll(uint casters) {
+  atomicAdd(header.lost, casters);
+  for (int i = 0; i < 8; ++i) atomicOr(header.lost_blocks[i], 0xFFFFFFFFu);
 }
 
 // Bits from `low` to `high`, which may lie outside 0 to 3.

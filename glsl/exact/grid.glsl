@@ -19,6 +19,8 @@ layout(push_constant, scalar) uniform Push {
   float mirrored;  // -1 if the light's projection mirrors its image
   vec2 kappa;      // half-width of the light's image: ndc per unit of depth
   float normal_offset; // of tests in the shadow map: multiples of the offset that a plane needs
+  uint silhouettes; // records of silhouette edges; those of the sides of faces follow
+  uint faces;       // largest number of faces whose planes cut the light
 } push;
 
 // Blocks on level l have 4^l cells along each side; level 0 is the cells themselves.
@@ -63,6 +65,10 @@ struct ListHeader {
   uint count1;
   uint total;      // entries that all lists need
   uint lost;       // pairs that found no room
+  uint lost_blocks[8]; // bits of the blocks of 64 x 64 cells that they belong to, row by row
 };
+
+// Index of a cell's block of 64 x 64 cells, row by row.
+uint coarseBlock(uvec2 cell) { return (cell.y >> 6) * (push.cells >> 6) + (cell.x >> 6); }
 
 #endif

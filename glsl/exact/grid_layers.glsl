@@ -9,8 +9,14 @@ layout(binding = 7, scalar) readonly buffer Starts { uint starts[]; };
 layout(binding = 8, scalar) readonly buffer Entries { uint entries[]; };
 layout(binding = 9, scalar) readonly buffer GridTriangles { GridTriangle grid_triangles[]; };
 
+// Tests the bit of a cell's block among the blocks whose casters found no room.
+bool isLost(uint blocks[8], uint cell) {
+  uint block = coarseBlock(uvec2(cell % push.cells, cell / push.cells));
+  return (blocks[block >> 5] >> (block & 31u) & 1u) != 0;
+}
+
 // False for a cell whose triangles found no room.
-bool hasTriangles(uint cell) { return starts[cell + 1] <= push.entries && header.lost == 0; }
+bool hasTriangles(uint cell) { return starts[cell + 1] <= push.entries && (header.lost == 0 || !isLost(header.lost_blocks, cell)); }
 
 // Number of layers over a receiver, given by ndc and depth; without `all`, at most 1.
 uint layersOver(vec3 receiver, uint cell, bool all) {

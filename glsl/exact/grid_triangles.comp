@@ -1,10 +1,13 @@
 #version 460
-// Projects the casters' triangles and pairs each with the blocks of cells that it may cover.
+// Projects the casters' triangles and pairs each with the blocks of cells that it may cover. With FACES, triangles whose
+// planes cut the light are listed.
 #extension GL_GOOGLE_include_directive : require
 #include "caster_edges/casters.glsl"
 #include "grid.glsl"
 #include "grid_triangle.glsl"
 #include "caster_lists.glsl"
+
+layout(constant_id = 0) const bool FACES = false;
 
 layout(local_size_x = 64) in;
 
@@ -15,6 +18,12 @@ layout(binding = 6, scalar) readonly buffer Instances { CasterInstance instances
 layout(binding = 7, scalar) readonly buffer Lights { CasterLight lights[]; };
 layout(binding = 8, scalar) readonly buffer Facing { uint facing[]; };
 layout(binding = 9, scalar) writeonly buffer GridTriangles { GridTriangle grid_triangles[]; };
+layout(binding = 10, scalar) buffer FaceList {
+  uint groups[3]; // dispatch arguments for 64 sides of faces per workgroup
+  uint count;
+  uint bits[];    // indices of the faces' facing bits
+} faces;
+layout(binding = 11, scalar) writeonly buffer FacePlanes { vec4 face_planes[]; };
 
 vec4 clipOf(uint v, mat4 m) {
   uint i = v * push.stride;
@@ -110,6 +119,33 @@ bool project(vec4 a, vec4 b, vec4 c, out GridTriangle t, out vec2 low, out vec2 
   return true;
 }
 
+// The plane of a face whose plane cuts the light, in a form that is positive on the side of the light's centre:
+// dot(plane, (ndc, 1, depth)). Returns false for other faces.
+//
+// The bit that says whether the face is seen from its front decides which side that is. If the centre lies in the plane
+// to within rounding, either side is right, but all sides of the face must take the same one.
+bool cutsLight(vec4 a, vec4 b, vec4 c, bool front, out vec4 plane) {
+  bool spot = push.spot != 0;
+  precise vec3 ab = cornerOf(b) - cornerOf(a), ac = cornerOf(c) - cornerOf(a), n = cross3(ab, ac);
+  precise float from_light = dot(n, a.xyw);
+  precise float from_middle = -dot(n, a.xyz);
+  float volume = spot ? from_light : n.z;
+  plane = spot ? vec4(n, volume) : vec4(n.xy, from_middle, volume);
+  float largest = max(max(abs(plane.x), abs(plane.y)), max(abs(plane.z), abs(plane.w)));
+  float rounding = VERTEX_ULPS * length(n) * (spot ? length(a.xyw) : 1.0);
+  if (!(largest > 0.0) || isinf(largest) || abs(volume) > 1.001 * dot(abs(n.xy), push.kappa) + rounding) return false;
+  plane *= (front == (push.mirrored > 0.0) ? 1.0 : -1.0) / largest;
+  return true;
+}
+
+void listFace(uint bit, vec4 plane) {
+  uint i = atomicAdd(faces.count, 1);
+  if (i >= push.faces) return;
+  faces.bits[i] = bit;
+  face_planes[i] = plane;
+  atomicMax(faces.groups[0], (3 * i + 66) / 64);
+}
+
 void main() {
   uint chunk = chunkIndex(gl_WorkGroupID), local = gl_LocalInvocationIndex;
   if (chunk >= push.chunks) return;
@@ -120,14 +156,17 @@ void main() {
   uint bit = CHUNK * chunk + local;
   bool front = (facing[bit >> 5] >> (bit & 31u) & 1u) != 0;
   // The shadow of a closed mesh is that of its front faces.
-  if (lights[instance].shell != 0 && front != (lights[instance].orientation > 0.0)) return;
+  bool counts = lights[instance].shell == 0 || front == (lights[instance].orientation > 0.0);
+  if (!counts && !FACES) return;
   uvec3 corners = triangles[info.first_triangle + t];
   mat4 m = lights[instance].clip_from_object;
   GridTriangle g;
   vec2 low, high;
   vec4 a = clipOf(corners.x, m), b = clipOf(corners.y, m), c = clipOf(corners.z, m);
   turnCorners(a, b, c);
-  if (!project(a, b, c, g, low, high)) return;
+  vec4 plane;
+  if (FACES && cutsLight(a, b, c, front, plane)) listFace(bit, plane);
+  if (!counts || !project(a, b, c, g, low, high)) return;
   grid_triangles[bit] = g;
   // A hundredth of a cell covers the rounding of places.
   vec2 first = floor((0.5 * low + 0.5) * float(push.cells) - 0.01), last = floor((0.5 * high + 0.5) * float(push.cells) + 0.01);

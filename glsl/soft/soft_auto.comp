@@ -48,14 +48,6 @@ layout(binding = 10, scalar) buffer WideList {
   uint pixels[];
 } wide;
 
-// The first pixel of every 64 adds a workgroup to the dispatch.
-#define APPEND(to, pixel)                                                            \
-  {                                                                                  \
-    uint index = atomicAdd(to.count, 1);                                             \
-    to.pixels[index] = packTile(uvec2(pixel));                                       \
-    if (index % 64 == 0 && index / 64 < MAX_TILE_GROUPS) atomicAdd(to.groups[0], 1); \
-  }
-
 // If false, all texels are tested as they are, and the windows are those of pcss.comp.
 bool isRevectorized() { return KERNEL_TEXELS > 0.0; }
 
@@ -122,8 +114,8 @@ bool visibilityAt(ivec2 pixel, out float v) {
   v = float(found);
   if (found != HSM_PENUMBRA) return true;
   imageStore(half_widths, pixel, vec4(half_texels, 0.0, 0.0));
-  if (is_kernel) APPEND(kernel, pixel)
-  else APPEND(wide, pixel)
+  if (is_kernel) APPEND_PIXEL(kernel, pixel)
+  else APPEND_PIXEL(wide, pixel)
   return true;
 }
 

@@ -17,6 +17,8 @@ pub(crate) const SKIP: Param = Param::choice(
 
 /// Bytes before the pixels: the dispatch arguments, the number of pixels, and the number of tiles with a listed pixel.
 const HEADER: u64 = 20;
+/// Offset of the number of pixels.
+pub(crate) const COUNT: u64 = 12;
 /// Offset of the number of tiles.
 const TILES: u64 = 16;
 
@@ -64,7 +66,7 @@ impl PixelList {
 
     /// Empties the list.
     pub(crate) fn clear(&self, frame: &mut Frame<'_>) {
-        clear(frame, &self.buffer);
+        clear_list(frame, &self.buffer);
     }
 
     /// The list, for binding.
@@ -106,7 +108,8 @@ fn tiles([width, height]: [u32; 2]) -> u32 {
     width.div_ceil(TILE) * height.div_ceil(TILE)
 }
 
-fn clear(frame: &mut Frame<'_>, list: &Buffer) {
+/// Empties a list that [`pixel_list`] made.
+pub(crate) fn clear_list(frame: &mut Frame<'_>, list: &Buffer) {
     let header: [u32; 5] = [0, 1, 1, 0, 0];
     frame.update(list, bytemuck::bytes_of(&header));
 }
@@ -200,7 +203,7 @@ impl PixelPass {
     /// Empties the list, for passes that list pixels before this one; see [`PixelPass::record_more`].
     pub(crate) fn clear(&self, frame: &mut Frame<'_>) {
         if self.listed.is_some() {
-            clear(frame, &self.list);
+            clear_list(frame, &self.list);
         }
     }
 

@@ -63,7 +63,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     Ok(Box::new(ExactHard {
         silhouettes: Silhouettes::new(context, casters, true)?,
         receivers: GridReceivers::new(context, setup.extent, cells, false)?,
-        triangles: TriangleLists::new(context, casters, cells, entries)?,
+        triangles: TriangleLists::new(context, casters, cells, entries, false)?,
         shade: context.pipeline::<HardBindings, GridPush>("exact/exact_hard.comp", &masked)?,
         cells,
         entries,
@@ -77,7 +77,7 @@ impl Passes for ExactHard {
         let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries, self.normal_offset);
         self.silhouettes.record(frame, inputs, None)?;
         self.receivers.record(frame, view, inputs, &push, visibility, None)?;
-        self.triangles.record(frame, &self.receivers, &self.silhouettes, &push)?;
+        self.triangles.record(frame, &self.receivers, &self.silhouettes, &push, None)?;
         let [header, starts, entries] = self.triangles.lists().bind();
         let [width, height] = visibility.extent();
         frame.dispatch(&Pass {

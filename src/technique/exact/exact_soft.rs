@@ -4,12 +4,14 @@ use super::exact_hard::{CELLS, ENTRIES};
 use super::grid::{COARSEST, EdgeLists, GridPush, GridReceivers, TriangleLists};
 use crate::gpu::{Buffer, Image, ImageDesc, bindings};
 use crate::technique::caster_edges::silhouettes::Silhouettes;
-use crate::technique::common::bindings::PixelBindings;
-use crate::technique::common::pixels::{PixelPass, SKIP};
-use crate::technique::common::receiver::NORMAL_OFFSET;
+use crate::technique::common::bindings::CameraBindings;
+use crate::technique::common::pixels::{COUNT, PixelPass, SKIP, clear_list, pixel_list};
 use crate::technique::soft::pcss;
+use crate::technique::soft::soft_auto::SoftAuto;
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
+use crate::timing::Counted;
 use crate::{Bind, Context, Frame, Inputs, Need, Result};
+use std::sync::Arc;
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -20,7 +22,6 @@ pub const INFO: Info = Info {
     params: &[
         CELLS,
         ENTRIES,
-        NORMAL_OFFSET,
         Param::choice("shape", &["square", "disc"], 0, "shape of the light: a square, or the disc within it"),
         SKIP,
     ],
@@ -31,8 +32,9 @@ pub const INFO: Info = Info {
 
 bindings! {
     struct SoftBindings {
-        ..pixels: PixelBindings,
-        Header, Starts, Entries, GridTriangles, EdgeHeader, EdgeStarts, EdgeEntries, GridEdges, Receivers, masked_visibility
+        ..camera: CameraBindings,
+        visibility, list, Header, Starts, Entries, GridTriangles, EdgeHeader, EdgeStarts, EdgeEntries, GridEdges, Receivers, masked_visibility, FacePlanes,
+        fallback
     }
 }
 
@@ -43,9 +45,11 @@ struct ExactSoft {
     edges: EdgeLists,
     shade: PixelPass,
     masked: Masked,
+    fallback: SoftAuto,
+    /// Pixels of cells whose casters find no room.
+    fallback_list: Arc<Buffer>,
     cells: u32,
     entries: u32,
-    normal_offset: f32,
 }
 
 /// Shadows of alpha-masked casters, which have no triangles here: those of the whole shadow map, filtered.
@@ -79,35 +83,39 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         context.pipeline::<SoftBindings, GridPush>("exact/exact_soft.comp", &constants)
     };
     let shade = PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off", shade)?;
+    let fallback_list = Arc::new(pixel_list(context, "pixels without lists", setup.extent)?);
     Ok(Box::new(ExactSoft {
         silhouettes: Silhouettes::new(context, casters, true)?,
         receivers: GridReceivers::new(context, setup.extent, cells, shade.is_listed())?,
-        triangles: TriangleLists::new(context, casters, cells, entries)?,
+        triangles: TriangleLists::new(context, casters, cells, entries, true)?,
         edges: EdgeLists::new(context, casters, cells, entries)?,
         shade,
         masked: Masked::new(context, setup, casters.masked())?,
+        fallback: SoftAuto::for_list(context, setup, &fallback_list)?,
+        fallback_list,
         cells,
         entries,
-        normal_offset: p.float("normal_offset"),
     }))
 }
 
 impl Passes for ExactSoft {
     fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
         self.silhouettes.casters().check_transforms(INFO.id, inputs.casters)?;
-        let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries, self.normal_offset);
+        let push = GridPush::new(inputs, self.silhouettes.casters(), self.cells, self.entries, 0.0);
         if let Some(passes) = &mut self.masked.passes {
             passes.record(frame, view, inputs, &self.masked.visibility)?;
         }
         self.silhouettes.record(frame, inputs, None)?;
         self.shade.clear(frame);
         self.receivers.record(frame, view, inputs, &push, visibility, Some(self.shade.list()))?;
-        self.triangles.record(frame, &self.receivers, &self.silhouettes, &push)?;
+        self.triangles.record(frame, &self.receivers, &self.silhouettes, &push, Some(&self.edges))?;
         self.edges.record(frame, &self.receivers, &self.silhouettes, &push)?;
         let [header, starts, entries] = self.triangles.lists().bind();
         let [edge_header, edge_starts, edge_entries] = self.edges.lists().bind();
         let bind = SoftBindings {
-            pixels: PixelBindings::new(view, inputs, visibility, self.shade.list()),
+            camera: CameraBindings::new(view, inputs),
+            visibility: Bind::Image(visibility),
+            list: self.shade.list(),
             Header: header,
             Starts: starts,
             Entries: entries,
@@ -118,9 +126,15 @@ impl Passes for ExactSoft {
             GridEdges: Bind::Buffer(self.edges.edges()),
             Receivers: self.receivers.receivers(),
             masked_visibility: Bind::Image(&self.masked.visibility),
+            FacePlanes: self.edges.planes(),
+            fallback: Bind::Buffer(&self.fallback_list),
         };
+        let push = self.edges.push(push);
         let names = ["layers over receivers", "edges on the light"];
-        self.shade.record_more(frame, names, &bind, bytemuck::bytes_of(&push), visibility)
+        clear_list(frame, &self.fallback_list);
+        self.shade.record_more(frame, names, &bind, bytemuck::bytes_of(&push), visibility)?;
+        frame.count(Counted::Named("fallback_pixels"), &self.fallback_list, COUNT);
+        self.fallback.record_listed(frame, view, inputs, visibility)
     }
 
     fn memory_bytes(&self) -> u64 {
@@ -130,5 +144,6 @@ impl Passes for ExactSoft {
             + self.edges.memory_bytes()
             + self.shade.memory_bytes()
             + self.masked.memory_bytes()
+            + self.fallback.memory_bytes()
     }
 }

@@ -21,7 +21,7 @@ const TRIANGLE: u64 = 60;
 /// Bytes of a `GridEdge` of `glsl/exact/grid_edge.glsl`.
 const EDGE: u64 = 28;
 /// Bytes of a `ListHeader` of `glsl/exact/grid.glsl`.
-const HEADER: u64 = 14 * 4;
+const HEADER: u64 = 22 * 4;
 /// Offset in the header of the number of entries that the lists need.
 const TOTAL: u64 = 12 * 4;
 /// Offset in the header of the number of pairs that found no room.
@@ -42,6 +42,8 @@ shader_struct! {
         mirrored: f32,
         kappa: [f32; 2],
         normal_offset: f32,
+        silhouettes: u32,
+        faces: u32,
     }
 }
 
@@ -49,9 +51,12 @@ bindings! {
     struct ReceiverCellBindings { ..camera: CameraBindings, visibility, list, Depths, Receivers }
     struct LevelBindings { Depths }
     struct TriangleBindings {
-        Depths, Header, Pairs, Positions, Triangles, Chunks, Instances, Lights, Facing, GridTriangles
+        Depths, Header, Pairs, Positions, Triangles, Chunks, Instances, Lights, Facing, GridTriangles, faces, FacePlanes
     }
-    struct EdgeBindings { Depths, Header, Pairs, Positions, Lights, SilhouetteList, Silhouettes, GridEdges }
+    struct EdgeBindings {
+        Depths, Header, Pairs, Positions, Lights, SilhouetteList, Silhouettes, GridEdges, Triangles, Chunks, Instances,
+        Facing, faces
+    }
     struct RefineBindings { Depths, Header, Pairs, GridTriangles, GridEdges, Counts, Starts, Entries }
     struct StartBindings { Header, Counts, Sums, Starts }
 }
@@ -206,7 +211,8 @@ impl CellLists {
     }
 
     fn clear(&self, frame: &mut Frame<'_>) {
-        let header: [u32; 14] = [0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 0];
+        let mut header = [0; HEADER as usize / 4];
+        header[..12].copy_from_slice(&[0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0]);
         frame.update(&self.header, bytemuck::bytes_of(&header));
         let name = if self.kind == Kind::Triangles { "clear triangles" } else { "clear edges" };
         frame.fill(name, &self.counts, 0);
@@ -292,40 +298,80 @@ impl CellLists {
     }
 }
 
+/// Faces whose planes cut an area light: receivers on both sides of such a plane see part of the light.
+struct FaceList {
+    room: u32,
+    list: Buffer,
+    planes: Buffer,
+}
+
+impl FaceList {
+    /// Bytes before the faces: the dispatch arguments and their number.
+    const HEADER: u64 = 16;
+    /// Rooms that small meshes get for all of their faces.
+    const LEAST: u32 = 1 << 16;
+
+    /// Makes a list with room for every face, or a quarter of those of large meshes.
+    fn new(context: &Context, casters: &Casters) -> Result<Self> {
+        let triangles = casters.counts().triangles;
+        let room = triangles.min(Self::LEAST.max(triangles / 4));
+        Ok(Self {
+            room,
+            list: buffer(context, "faces that cut the light", Self::HEADER + 4 * u64::from(room.max(1)))?,
+            planes: buffer(context, "planes of faces", 16 * u64::from(room.max(1)))?,
+        })
+    }
+
+    fn clear(&self, frame: &mut Frame<'_>) {
+        frame.update(&self.list, bytemuck::bytes_of(&[0_u32, 1, 1, 0]));
+    }
+}
+
 /// The triangles between receivers and light, in lists by cells.
 pub struct TriangleLists {
     project: Arc<ComputePipeline>,
     triangles: Buffer,
     lists: CellLists,
+    /// Stands in for a list of faces.
+    unlisted: Buffer,
 }
 
 impl TriangleLists {
-    /// Makes the passes. The lists have room for `entries` entries.
-    pub fn new(context: &Context, casters: &Casters, cells: u32, entries: u32) -> Result<Self> {
+    /// Makes the passes. The lists have room for `entries` entries. With `area`, faces are found whose planes cut an
+    /// area light.
+    pub fn new(context: &Context, casters: &Casters, cells: u32, entries: u32, area: bool) -> Result<Self> {
         let rooms = u64::from(casters.counts().triangle_chunks) * u64::from(crate::casters::CHUNK);
         Ok(Self {
-            project: context.pipeline::<TriangleBindings, GridPush>("exact/grid_triangles.comp", &[])?,
+            project: context
+                .pipeline::<TriangleBindings, GridPush>("exact/grid_triangles.comp", &[("FACES", area.into())])?,
+            unlisted: no_list(context)?,
             triangles: buffer(context, "triangles in the grid", TRIANGLE * rooms.max(1))?,
             lists: CellLists::new(context, Kind::Triangles, cells, entries)?,
         })
     }
 
-    /// Makes the lists.
+    /// Makes the lists. `edges` takes the faces whose planes cut the light.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         depths: &GridReceivers,
         silhouettes: &Silhouettes,
         push: &GridPush,
+        edges: Option<&EdgeLists>,
     ) -> Result<()> {
         let c = silhouettes.casters();
+        let faces = edges.map(|e| &e.faces);
         let push = GridPush {
             chunks: c.counts().triangle_chunks,
             pairs: self.lists.pairs,
             entries: self.lists.entries,
+            faces: faces.map_or(0, |f| f.room),
             ..*push
         };
         self.lists.clear(frame);
+        if let Some(faces) = faces {
+            faces.clear(frame);
+        }
         if push.chunks > 0 {
             frame.dispatch(&Pass {
                 name: "project triangles",
@@ -341,6 +387,8 @@ impl TriangleLists {
                     Lights: Bind::Buffer(silhouettes.lights()),
                     Facing: Bind::Buffer(silhouettes.facing()),
                     GridTriangles: Bind::Buffer(&self.triangles),
+                    faces: Bind::Buffer(faces.map_or(&self.unlisted, |f| &f.list)),
+                    FacePlanes: Bind::Buffer(faces.map_or(&self.unlisted, |f| &f.planes)),
                 },
                 push: bytemuck::bytes_of(&push),
                 threads: chunks(push.chunks),
@@ -365,24 +413,36 @@ impl TriangleLists {
     }
 }
 
-/// The silhouette edges whose wedges reach receivers, in lists by cells.
+/// The silhouette edges whose wedges reach receivers, in lists by cells. The sides of faces whose planes cut the light
+/// follow them.
 pub struct EdgeLists {
-    project: Arc<ComputePipeline>,
+    project: [Arc<ComputePipeline>; 2],
     edges: Buffer,
+    /// Records of silhouette edges.
+    silhouettes: u32,
+    faces: FaceList,
     lists: CellLists,
 }
 
 impl EdgeLists {
     /// Makes the passes. The lists have room for `entries` entries.
     pub fn new(context: &Context, casters: &Casters, cells: u32, entries: u32) -> Result<Self> {
+        let project = |faces: bool| {
+            context.pipeline::<EdgeBindings, GridPush>("exact/grid_edges.comp", &[("FACES", faces.into())])
+        };
+        let silhouettes = casters.counts().edges;
+        let faces = FaceList::new(context, casters)?;
+        let records = u64::from(silhouettes) + 3 * u64::from(faces.room);
         Ok(Self {
-            project: context.pipeline::<EdgeBindings, GridPush>("exact/grid_edges.comp", &[])?,
-            edges: buffer(context, "edges in the grid", EDGE * u64::from(casters.counts().edges.max(1)))?,
+            project: [project(false)?, project(true)?],
+            edges: buffer(context, "edges in the grid", EDGE * records.max(1))?,
+            silhouettes,
+            faces,
             lists: CellLists::new(context, Kind::Edges, cells, entries)?,
         })
     }
 
-    /// Makes the lists.
+    /// Makes the lists. [`TriangleLists::record`] must have found the faces.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -391,27 +451,40 @@ impl EdgeLists {
         push: &GridPush,
     ) -> Result<()> {
         let c = silhouettes.casters();
-        let push = GridPush { pairs: self.lists.pairs, entries: self.lists.entries, ..*push };
+        let push = GridPush {
+            pairs: self.lists.pairs,
+            entries: self.lists.entries,
+            silhouettes: self.silhouettes,
+            faces: self.faces.room,
+            ..*push
+        };
         self.lists.clear(frame);
         // A point light sees every edge at a single place.
         if push.kappa[0] > 0.0 {
-            frame.dispatch(&Pass {
-                name: "project edges",
-                pipeline: &self.project,
-                bind: &EdgeBindings {
-                    Depths: Bind::Buffer(&depths.depths),
-                    Header: Bind::Buffer(&self.lists.header),
-                    Pairs: Bind::Buffer(&self.lists.pair_buffer),
-                    Positions: c.positions(),
-                    Lights: Bind::Buffer(silhouettes.lights()),
-                    SilhouetteList: Bind::Buffer(silhouettes.header()),
-                    Silhouettes: Bind::Buffer(silhouettes.edges()),
-                    GridEdges: Bind::Buffer(&self.edges),
-                },
-                push: bytemuck::bytes_of(&push),
-                threads: silhouettes.threads(),
-            })?;
+            let bind = EdgeBindings {
+                Depths: Bind::Buffer(&depths.depths),
+                Header: Bind::Buffer(&self.lists.header),
+                Pairs: Bind::Buffer(&self.lists.pair_buffer),
+                Positions: c.positions(),
+                Lights: Bind::Buffer(silhouettes.lights()),
+                SilhouetteList: Bind::Buffer(silhouettes.header()),
+                Silhouettes: Bind::Buffer(silhouettes.edges()),
+                GridEdges: Bind::Buffer(&self.edges),
+                Triangles: Bind::Buffer(&c.triangles),
+                Chunks: Bind::Buffer(&c.triangle_chunks),
+                Instances: Bind::Buffer(&c.instances),
+                Facing: Bind::Buffer(silhouettes.facing()),
+                faces: Bind::Buffer(&self.faces.list),
+            };
+            let steps = [
+                ("project edges", silhouettes.threads()),
+                ("project sides of faces", Threads::Indirect(&self.faces.list, 0)),
+            ];
+            for ((name, threads), pipeline) in steps.into_iter().zip(&self.project) {
+                frame.dispatch(&Pass { name, pipeline, bind: &bind, push: bytemuck::bytes_of(&push), threads })?;
+            }
         }
+        frame.count(Counted::Named("cut_faces"), &self.faces.list, 12);
         self.lists.record(frame, depths, &self.edges, &push)
     }
 
@@ -425,9 +498,19 @@ impl EdgeLists {
         &self.edges
     }
 
+    /// The planes of the faces that cut the light.
+    pub(super) fn planes(&self) -> Bind<'_> {
+        Bind::Buffer(&self.faces.planes)
+    }
+
+    /// Push constants with the number of records of silhouette edges.
+    pub(super) fn push(&self, push: GridPush) -> GridPush {
+        GridPush { silhouettes: self.silhouettes, ..push }
+    }
+
     /// Bytes of device memory.
     pub fn memory_bytes(&self) -> u64 {
-        self.edges.size() + self.lists.memory_bytes()
+        self.edges.size() + self.faces.list.size() + self.faces.planes.size() + self.lists.memory_bytes()
     }
 }
 
@@ -451,6 +534,8 @@ impl GridPush {
             mirrored: segments.mirrored,
             kappa: [2.0 * u * depth, 2.0 * v * depth],
             normal_offset,
+            silhouettes: 0,
+            faces: 0,
         }
     }
 }

@@ -10,9 +10,10 @@ use crate::technique::common::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::receiver::{self, ReceiverPush};
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
-use crate::technique::{Info, Kind, Param, Passes, Setup};
+use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Result};
 use ash::vk;
+use std::sync::Arc;
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -77,7 +78,7 @@ bindings! {
 }
 
 /// The technique with its lists: 20 bytes a pixel, less 4 if the threshold rules out the filter of narrow penumbrae.
-struct SoftAuto {
+pub(in crate::technique) struct SoftAuto {
     classes: MapClasses,
     estimate: PixelPass,
     half_widths: Image,
@@ -90,62 +91,93 @@ struct SoftAuto {
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
-    let (p, extent) = (&setup.params, setup.extent);
-    let kernel_texels = p.float("kernel_texels");
-    let classify = p.word("skip") == "auto";
-    let kernel = RbssmConfig::new(p, p.int("kernel_taps"));
-    let RbssmConfig { search_taps, window, .. } = kernel;
-    let filter_taps = p.int("filter_taps");
-    let (mean_depth, fixed_depth) = (false, false);
-    let wide =
-        PcssConfig { search_taps, filter_taps, window, mean_depth, fixed_depth, bilinear: true, exact_box: true };
-    let list = |name: &str| PixelList::new(context, name, extent);
-    // Made first: it rejects an image with too many pixels to list, where the pass would work without a list.
-    let wide = (pcss::measured_filter(context, wide)?, list("pixels in wide penumbrae")?);
-    let pipeline = |step: Step| {
-        let constants = [
-            // Declared by `glsl/common/rbsm_receiver.glsl`: texels are tested on the receiver's plane.
-            ("FIXED", 0),
-            ("SEARCH_TAPS", search_taps),
-            ("CLASSIFY", classify.into()),
-            ("NEAREST_BLOCKER", (window == SearchWindow::Blockers).into()),
-            ("STEP", step as u32),
-            ("LEAST_WIDTH", kernel.least_width.to_bits()),
-            ("KERNEL_TEXELS", kernel_texels.to_bits()),
-            ("THIN_DISTANCE", p.float("thin_distance").to_bits()),
-        ];
-        context.pipeline::<EstimateBindings, RbsmPush>("soft/soft_auto.comp", &constants)
-    };
-    let name = "pixels in penumbrae";
-    let estimate = match classify {
-        true => PixelPass::by_tiles(context, name, extent, true, pipeline)?,
-        false => PixelPass::new(context, name, extent, true, pipeline)?,
-    };
-    let kernel = match kernel_texels > 0.0 {
-        true => Some((rbssm::measured_filter(context, kernel)?, list("pixels in narrow penumbrae")?)),
-        false => None,
-    };
-    let widths = ImageDesc::storage("half-widths of filters", vk::Format::R32G32_SFLOAT, extent);
-    Ok(Box::new(SoftAuto {
-        classes: MapClasses::new(context, setup.map_size, window, classify)?,
-        estimate,
-        half_widths: Image::new(context.device(), &widths)?,
-        kernel,
-        wide,
-        unlisted: no_list(context)?,
-        edge_push: rbssm::push(p),
-        push: receiver::push(setup),
-    }))
+    Ok(Box::new(SoftAuto::new(context, setup, None)?))
 }
 
 impl SoftAuto {
+    /// Prepares the technique, with its parameters in `setup`. With `listed`, another pass lists the pixels; see
+    /// [`SoftAuto::record_listed`].
+    fn new(context: &Context, setup: &Setup, listed: Option<&Arc<Buffer>>) -> Result<Self> {
+        let (p, extent) = (&setup.params, setup.extent);
+        let kernel_texels = p.float("kernel_texels");
+        let classify = p.word("skip") == "auto";
+        let kernel = RbssmConfig::new(p, p.int("kernel_taps"));
+        let RbssmConfig { search_taps, window, .. } = kernel;
+        let filter_taps = p.int("filter_taps");
+        let (mean_depth, fixed_depth) = (false, false);
+        let wide =
+            PcssConfig { search_taps, filter_taps, window, mean_depth, fixed_depth, bilinear: true, exact_box: true };
+        let list = |name: &str| PixelList::new(context, name, extent);
+        // Made first: it rejects an image with too many pixels to list, where the pass would work without a list.
+        let wide = (pcss::measured_filter(context, wide)?, list("pixels in wide penumbrae")?);
+        let pipeline = |step: Step| {
+            let constants = [
+                // Declared by `glsl/common/rbsm_receiver.glsl`: texels are tested on the receiver's plane.
+                ("FIXED", 0),
+                ("SEARCH_TAPS", search_taps),
+                ("CLASSIFY", classify.into()),
+                ("NEAREST_BLOCKER", (window == SearchWindow::Blockers).into()),
+                ("STEP", step as u32),
+                ("LEAST_WIDTH", kernel.least_width.to_bits()),
+                ("KERNEL_TEXELS", kernel_texels.to_bits()),
+                ("THIN_DISTANCE", p.float("thin_distance").to_bits()),
+            ];
+            context.pipeline::<EstimateBindings, RbsmPush>("soft/soft_auto.comp", &constants)
+        };
+        let name = "pixels in penumbrae";
+        let estimate = match classify {
+            true => PixelPass::by_tiles(context, name, extent, true, pipeline)?,
+            false => PixelPass::sharing(context, name, extent, true, pipeline, listed)?,
+        };
+        let kernel = match kernel_texels > 0.0 {
+            true => Some((rbssm::measured_filter(context, kernel)?, list("pixels in narrow penumbrae")?)),
+            false => None,
+        };
+        let widths = ImageDesc::storage("half-widths of filters", vk::Format::R32G32_SFLOAT, extent);
+        Ok(Self {
+            classes: MapClasses::new(context, setup.map_size, window, classify)?,
+            estimate,
+            half_widths: Image::new(context.device(), &widths)?,
+            kernel,
+            wide,
+            unlisted: no_list(context)?,
+            edge_push: rbssm::push(p),
+            push: receiver::push(setup),
+        })
+    }
+
+    /// Prepares the technique for the pixels that another pass lists in `list`, which [`pixel_list`] makes.
+    ///
+    /// [`pixel_list`]: crate::technique::common::pixels::pixel_list
+    pub(in crate::technique) fn for_list(context: &Context, setup: &Setup, list: &Arc<Buffer>) -> Result<Self> {
+        let mut params = Params::new(&INFO);
+        params.set(INFO.id, "skip", "off")?;
+        Self::new(context, &Setup { params, intermediates: false, ..setup.clone() }, Some(list))
+    }
+
+    /// Writes the visibility of the listed pixels.
+    pub(in crate::technique) fn record_listed(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        visibility: &Image,
+    ) -> Result<()> {
+        self.record_steps(frame, view, inputs, visibility, true)
+    }
+
     fn lists(&self) -> [Option<&PixelList>; 2] {
         [self.kernel.as_ref().map(|k| &k.1), Some(&self.wide.1)]
     }
-}
 
-impl Passes for SoftAuto {
-    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+    fn record_steps(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &Buffer,
+        inputs: &Inputs<'_>,
+        visibility: &Image,
+        listed: bool,
+    ) -> Result<()> {
         self.classes.record(frame, inputs)?;
         for list in self.lists().into_iter().flatten() {
             list.clear(frame);
@@ -163,13 +195,22 @@ impl Passes for SoftAuto {
         let bind = &EstimateBindings { search, kernel, wide };
         let names = ["classify penumbrae", "search blockers"];
         let edge_push = bytemuck::bytes_of(&self.edge_push);
-        self.estimate.record(frame, names, bind, edge_push, visibility)?;
+        match listed {
+            true => self.estimate.record_listed(frame, names[1], bind, edge_push)?,
+            false => self.estimate.record(frame, names, bind, edge_push, visibility)?,
+        }
         if let Some((pass, list)) = &self.kernel {
             pass.record(frame, view, inputs, edge_push, (list, &self.half_widths), visibility)?;
         }
         let (pass, list) = &self.wide;
         let push = bytemuck::bytes_of(&self.push);
         pass.record(frame, view, inputs, push, (list, &self.half_widths), visibility)
+    }
+}
+
+impl Passes for SoftAuto {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, visibility: &Image) -> Result<()> {
+        self.record_steps(frame, view, inputs, visibility, false)
     }
 
     fn memory_bytes(&self) -> u64 {
