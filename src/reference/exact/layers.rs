@@ -21,8 +21,10 @@ pub(super) struct Triangle {
     pub corners: [DVec3; 3],
     /// Bound of the corners' error, world units.
     pub error: f64,
-    /// Counter-clockwise seen from the light.
+    /// Counter-clockwise seen from the light's centre.
     pub front: bool,
+    /// Triangle of a closed mesh of which the front faces alone count.
+    pub shell: bool,
     /// Index of the instance, and of the triangle in its mesh.
     pub index: [usize; 2],
 }
@@ -36,20 +38,20 @@ pub struct Layers {
     pub most: u32,
 }
 
-/// All triangles that the technique counts, and the light, in camera view space.
+/// All triangles, and the light, in camera view space.
 pub(super) struct Occluders {
+    /// Triangles that the technique counts.
     pub triangles: Vec<Triangle>,
+    /// Other faces of shells: those turned away from the light's centre.
+    pub back_faces: Vec<Triangle>,
     /// `w` is 1 for a position and 0 for a direction.
     pub light: DVec4,
-    /// True if any triangle is edge-on to the light.
-    pub any_edge_on: bool,
     /// Extent of a sun's frustum, world units.
     extent: f64,
 }
 
 impl Occluders {
-    /// With `flip`, triangles that single precision cannot tell from edge-on ones count as turned the other way.
-    pub fn new(camera: &CameraView, light_view: &LightView, casters: &[Caster<'_>], flip: bool) -> Self {
+    pub fn new(camera: &CameraView, light_view: &LightView, casters: &[Caster<'_>]) -> Self {
         let rotation = camera.world_from_view.matrix3.transpose();
         let origin = camera.world_from_view.translation;
         let at_light = light_view.world_from_view.translation;
@@ -60,32 +62,27 @@ impl Occluders {
         } else {
             ((rotation * (at_light - origin)).extend(1.0), 0.0)
         };
-        let (mut triangles, mut any_edge_on) = (vec![], false);
+        let (mut triangles, mut back_faces) = (vec![], vec![]);
         for (instance, c) in casters.iter().enumerate() {
             let t = &c.world_from_object;
             let outer = t.matrix3.determinant() > 0.0;
             for (i, corners) in c.topology.triangles.iter().enumerate() {
                 let object = corners.map(|v| t.matrix3 * Vec3::from(c.positions[v as usize]).as_dvec3());
                 let view = object.map(|p| rotation * (p + (t.translation - origin)));
-                let facing = Facing::of(view, light);
-                let edge_on = facing.is_doubtful(Facing::BAND_F32);
-                any_edge_on |= edge_on;
-                let front = (facing.sign() > 0) != (flip && edge_on);
-                if c.shells && front != outer {
-                    continue;
-                }
+                let front = Facing::of(view, light).sign() > 0;
                 let terms = object.map(|p| p.length() + (t.translation - at_light).length());
                 let size = terms.into_iter().fold(extent, f64::max);
-                triangles.push(Triangle { corners: view, error: VERTEX * size, front, index: [instance, i] });
+                let error = VERTEX * size;
+                let list = if c.shells && front != outer { &mut back_faces } else { &mut triangles };
+                list.push(Triangle { corners: view, error, front, shell: c.shells, index: [instance, i] });
             }
         }
-        Self { triangles, light, any_edge_on, extent }
+        Self { triangles, back_faces, light, extent }
     }
 
     /// A sun overhead, along +Z.
-    #[cfg(test)]
     pub fn sun(triangles: Vec<Triangle>) -> Self {
-        Self { triangles, light: DVec3::Z.extend(0.0), any_edge_on: false, extent: 0.0 }
+        Self { triangles, back_faces: vec![], light: DVec3::Z.extend(0.0), extent: 0.0 }
     }
 
     /// Vector from a point to the light: its direction for a sun.
@@ -172,7 +169,7 @@ pub fn visibility(
     casters: &[Caster<'_>],
 ) -> Result<Mirror> {
     let view = View::new(data)?;
-    let occluders = Occluders::new(camera, light, casters, false);
+    let occluders = Occluders::new(camera, light, casters);
     Ok(Mirror::collect(view.every_pixel(|pixel| match place(&view, pixel) {
         Place::Decided(verdict) => verdict,
         Place::Open(g) => g.with_doubts(match occluders.layers(&g) {
@@ -194,7 +191,7 @@ pub fn covering(
     casters: &[Caster<'_>],
 ) -> Result<Vec<Vec<[usize; 2]>>> {
     let view = View::new(data)?;
-    let occluders = Occluders::new(camera, light, casters, false);
+    let occluders = Occluders::new(camera, light, casters);
     Ok(view.every_pixel(|pixel| match place(&view, pixel) {
         Place::Decided(_) => vec![],
         Place::Open(g) => {
@@ -226,7 +223,7 @@ pub fn grid_point(light: &LightView, q: DVec4) -> Option<DVec3> {
 
 /// Returns the triangles that count, of those that lie entirely beyond the light's near plane.
 pub fn projected(camera: &CameraView, light: &LightView, casters: &[Caster<'_>]) -> Vec<Projected> {
-    let occluders = Occluders::new(camera, light, casters, false);
+    let occluders = Occluders::new(camera, light, casters);
     let project = |t: &Triangle| {
         let c = &casters[t.index[0]];
         let corners = c.topology.triangles[t.index[1]]

@@ -1,7 +1,9 @@
 //! Mirror of the part of an area light that a receiver sees: counters of layers at 16 x 16 samples.
 //!
-//! The edges are those of all triangles, merged where triangles meet, without topology or silhouettes. Projection,
-//! clipping and crossings are computed in camera view space.
+//! The edges are those of all triangles, merged where triangles meet, without topology or silhouettes. What an edge
+//! weighs depends on the receiver: each face that meets there counts by the side of its plane on which the receiver lies.
+//! So the sum is exact for every point of the light, also where a face's plane cuts the light and its points see different
+//! silhouettes. Projection, clipping and crossings are computed in camera view space.
 
 use super::grid::{GridReceiver, Place, place};
 use super::layers::{self, Layers, Occluders, Triangle, VERTEX};
@@ -15,21 +17,36 @@ use std::collections::BTreeMap;
 /// Rows of samples, and samples of a row.
 const ROWS: usize = 16;
 
-/// An edge at which layers end, in camera view space.
-#[derive(Clone, Copy, Debug)]
+/// An edge at which layers may end, in camera view space.
+#[derive(Clone, Debug)]
 struct Edge {
     a: DVec3,
     b: DVec3,
-    /// Layers that end here. In the light's image they lie where `(b - a).perp_dot(p - a)` is positive.
-    weight: i32,
+    /// Faces that meet here: index among the faces, and the layers that end here because of a face turned to the
+    /// receiver with its back. In the light's image these lie where `(b - a).perp_dot(p - a)` is positive.
+    faces: Vec<(usize, i32)>,
     /// Bound of the ends' error, world units.
     error: f64,
 }
 
+/// Plane of a triangle.
+struct Face {
+    corner: DVec3,
+    /// Unit normal; 0 for a triangle without an area.
+    normal: DVec3,
+    /// Bound of the error of a distance from the plane near the triangle.
+    error: f64,
+    /// Counter-clockwise seen from the light's centre.
+    front: bool,
+    /// An edge between two such faces ends half as many layers as faces change.
+    shell: bool,
+}
+
 /// The light, and what lies between it and the receivers.
 struct Scene {
-    /// The occluders, and the edges that bound them.
+    /// The occluders, all faces of their surfaces, and all edges between them.
     occluders: Occluders,
+    faces: Vec<Face>,
     edges: Vec<Edge>,
     /// Unit vectors along the sides of the light, and the direction in which the distance from it grows.
     sides: [DVec3; 2],
@@ -43,25 +60,41 @@ struct Scene {
 type End = [u64; 3];
 
 /// Merges the sides of the triangles of each instance. `mirrored` says that the light's image is left-handed.
-fn edges(triangles: &[Triangle], mirrored: bool) -> Vec<Edge> {
+fn edges<'a>(triangles: impl Iterator<Item = &'a Triangle>, mirrored: bool) -> Vec<Edge> {
     let key = |p: DVec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let mut all: BTreeMap<(usize, End, End), Edge> = BTreeMap::new();
-    for t in triangles {
+    for (face, t) in triangles.enumerate() {
         let [a, b, c] = t.corners;
         for (from, to) in [(a, b), (b, c), (c, a)] {
-            let sign = if t.front != mirrored { 1 } else { -1 };
+            let sign = if mirrored { -1 } else { 1 };
             let swapped = key(from) > key(to);
             let (a, b, sign) = if swapped { (to, from, -sign) } else { (from, to, sign) };
-            let e = all.entry((t.index[0], key(a), key(b))).or_insert(Edge { a, b, weight: 0, error: 0.0 });
-            e.weight += sign;
+            let e = all.entry((t.index[0], key(a), key(b))).or_insert(Edge { a, b, faces: vec![], error: 0.0 });
+            e.faces.push((face, sign));
             e.error = e.error.max(t.error);
         }
     }
-    let turned = |e: Edge| match e.weight {
-        ..0 => Edge { a: e.b, b: e.a, weight: -e.weight, ..e },
-        _ => e,
-    };
-    all.into_values().filter(|e| e.weight != 0 && e.a != e.b).map(turned).collect()
+    all.into_values().filter(|e| e.a != e.b).collect()
+}
+
+impl Face {
+    fn new(t: &Triangle) -> Self {
+        let [a, b, c] = t.corners;
+        let normal = (b - a).cross(c - a);
+        // The plane of a sliver is known as well as its shorter sides tell.
+        let mut lengths = [(b - a).length(), (c - a).length(), (c - b).length()];
+        lengths.sort_by(f64::total_cmp);
+        let [short, middle, _] = lengths;
+        let sliver = if normal == DVec3::ZERO { 0.0 } else { short * middle / normal.length() };
+        let error = t.error + VERTEX * sliver * (short + middle);
+        Self { corner: a, normal: normal.normalize_or_zero(), error, front: t.front, shell: t.shell }
+    }
+
+    /// Returns 1 if the point sees the face from behind, else -1, and whether rounding may change that.
+    fn turned(&self, p: DVec3, moved: f64) -> (i32, bool) {
+        let above = self.normal.dot(p - self.corner);
+        (if above < 0.0 { 1 } else { -1 }, above.abs() < 4.0 * (self.error + moved))
+    }
 }
 
 /// Samples of the light: 16 bits for each row.
@@ -84,16 +117,8 @@ struct OnLight {
 }
 
 impl Scene {
-    /// With `flip`, triangles that are edge-on to the light count as turned the other way.
-    fn new(
-        view: &View<'_>,
-        camera: &CameraView,
-        light: &LightView,
-        casters: &[Caster<'_>],
-        disc: bool,
-        flip: bool,
-    ) -> Self {
-        let occluders = Occluders::new(camera, light, casters, flip);
+    fn new(view: &View<'_>, camera: &CameraView, light: &LightView, casters: &[Caster<'_>], disc: bool) -> Self {
+        let occluders = Occluders::new(camera, light, casters);
         let sides = [0, 1].map(|i| view.light_side(i));
         let rotation = camera.world_from_view.matrix3.transpose();
         let axis = rotation * light.direction();
@@ -101,9 +126,25 @@ impl Scene {
             LightKind::Spot { size } => 0.5 * size,
             LightKind::Directional { angle } => (0.5 * angle).tan(),
         };
+        Self::of(occluders, sides, axis, half, disc)
+    }
+
+    fn of(occluders: Occluders, sides: [DVec3; 2], axis: DVec3, half: f64, disc: bool) -> Self {
         let mirrored = sides[0].cross(sides[1]).dot(-axis) < 0.0;
-        let edges = edges(&occluders.triangles, mirrored);
-        Self { occluders, edges, sides, axis, half, disc }
+        let all = || occluders.triangles.iter().chain(&occluders.back_faces);
+        let (faces, edges) = (all().map(Face::new).collect(), edges(all(), mirrored));
+        Self { occluders, faces, edges, sides, axis, half, disc }
+    }
+
+    /// Returns the layers that end at an edge, where `turned` tells how each face is turned.
+    fn weight(&self, e: &Edge, turned: impl Fn(usize) -> i32) -> i32 {
+        let sum: i32 = e.faces.iter().map(|&(face, sign)| sign * turned(face)).sum();
+        if self.faces[e.faces[0].0].shell { sum / 2 } else { sum }
+    }
+
+    /// Returns the layers that end at an edge for the light's centre.
+    fn centre_weight(&self, e: &Edge) -> i32 {
+        self.weight(e, |face| if self.faces[face].front { 1 } else { -1 })
     }
 
     fn is_sun(&self) -> bool {
@@ -181,14 +222,22 @@ impl Scene {
         let moved = 4.0 * g.receiver.position_error.length() + g.step_error + VERTEX * p.length();
         let mut counts = [[layers as i32; ROWS]; ROWS];
         let mut doubtful: Bits = [0; ROWS];
+        let turned: Vec<(i32, bool)> = self.faces.iter().map(|f| f.turned(p, moved)).collect();
         for e in &self.edges {
+            let weight = self.weight(e, |face| turned[face].0);
+            // The sides of a face that is seen edge-on lie on each other.
+            let is_sure = e.faces.iter().all(|f| !turned[f.0].1);
+            if weight == 0 && is_sure {
+                continue;
+            }
             let Some(on) = self.project(e, p, n) else { continue };
             let [a, b] = on.q;
             let low = a.min(b);
             let high = a.max(b);
             let least = on.scale[0].min(on.scale[1]);
             let tolerance = |scale: f64, q: DVec2| {
-                3.0 * scale * (e.error + moved) / self.half + VERTEX * (1.0 + q.abs().max_element())
+                let off = if is_sure { 3.0 } else { 6.0 } * scale * (e.error + moved) / self.half;
+                off + VERTEX * (1.0 + q.abs().max_element())
             };
             let widest = 1.0 + 1.0 / 16.0 + tolerance(least, DVec2::ZERO);
             if low.max_element() > widest || high.min_element() < -widest {
@@ -223,7 +272,7 @@ impl Scene {
                 for (column, count) in counts[row].iter_mut().enumerate() {
                     let sample = self.sample(row, column).x;
                     let horizontal = if spans { covered(sample) - covered(0.0) } else { 0 };
-                    *count += e.weight * (vertical + horizontal);
+                    *count += weight * (vertical + horizontal);
                     if spans && (sample - x).abs() < off {
                         doubtful[row] |= 1 << column;
                     }
@@ -259,6 +308,15 @@ fn row_height(row: usize) -> f64 {
     (2.0 * row as f64 + 1.0) / ROWS as f64 - 1.0
 }
 
+/// Samples of a light: places in [-1, 1], in units of half its side, and their weights, which sum up to 1.
+pub fn samples(disc: bool) -> Vec<(DVec2, f64)> {
+    let scene = Scene::of(Occluders::sun(vec![]), [DVec3::X, DVec3::Y], DVec3::NEG_Z, 1.0, disc);
+    let weights: Vec<f64> = (0..ROWS).map(|row| scene.width(row_height(row))).collect();
+    let all = weights.iter().sum::<f64>() * ROWS as f64;
+    let place = |i: usize| (scene.off_rows(scene.sample(i / ROWS, i % ROWS)), weights[i / ROWS] / all);
+    (0..ROWS * ROWS).map(place).collect()
+}
+
 /// Mirror of `exact_soft.comp` for scenes without masked casters. With `disc`, the light is a disc.
 ///
 /// # Errors
@@ -271,23 +329,16 @@ pub fn visibility(
     disc: bool,
 ) -> Result<Mirror> {
     let view = View::new(data)?;
-    let mut scenes = vec![Scene::new(&view, camera, light, casters, disc, false)];
-    if scenes[0].occluders.any_edge_on {
-        scenes.push(Scene::new(&view, camera, light, casters, disc, true));
-    }
+    let scene = Scene::new(&view, camera, light, casters, disc);
     let doubtful = Verdict { visibility: 0.5, doubt: 1.0, rounding: 0.0 };
     Ok(Mirror::collect(view.every_pixel(|pixel| match place(&view, pixel) {
         Place::Decided(verdict) => verdict,
         Place::Open(g) => {
-            let one = |scene: &Scene| {
-                let Layers { least, most } = scene.occluders.layers(&g);
-                match scene.shares(&g, least) {
-                    Some(s) if least == most => Verdict { visibility: s.seen, doubt: 0.0, rounding: s.doubt },
-                    _ => doubtful,
-                }
-            };
-            let first = one(&scenes[0]);
-            g.with_doubts(scenes[1..].iter().fold(first, |v, scene| v.or_verdict(one(scene))))
+            let Layers { least, most } = scene.occluders.layers(&g);
+            g.with_doubts(match scene.shares(&g, least) {
+                Some(s) if least == most => Verdict { visibility: s.seen, doubt: 0.0, rounding: s.doubt },
+                _ => doubtful,
+            })
         }
     })))
 }
@@ -311,7 +362,16 @@ fn grid_point(camera: &CameraView, light: &LightView, p: DVec3) -> Option<DVec3>
     layers::grid_point(light, light.clip_from_view * v.extend(1.0))
 }
 
-/// Returns the edges that lie entirely beyond the light's near plane.
+/// Returns an edge that the light's centre sees as a silhouette, in the light's image; `None` for other edges, and those
+/// that do not lie entirely beyond the light's near plane.
+fn centre_silhouette(scene: &Scene, camera: &CameraView, light: &LightView, e: &Edge) -> Option<GridEdge> {
+    let weight = scene.centre_weight(e);
+    let [a, b] = if weight < 0 { [e.b, e.a] } else { [e.a, e.b] };
+    let [a, b] = [a, b].map(|p| grid_point(camera, light, p));
+    (weight != 0).then_some(GridEdge { ends: [a?, b?], weight: weight.abs() })
+}
+
+/// Returns the silhouettes of the light's centre that lie entirely beyond the light's near plane.
 ///
 /// # Errors
 /// Fails if the images do not fit the constants.
@@ -322,16 +382,12 @@ pub fn grid_edges(
     casters: &[Caster<'_>],
 ) -> Result<Vec<GridEdge>> {
     let view = View::new(data)?;
-    let scene = Scene::new(&view, camera, light, casters, false, false);
-    let project = |e: &Edge| {
-        let [a, b] = [e.a, e.b].map(|p| grid_point(camera, light, p));
-        Some(GridEdge { ends: [a?, b?], weight: e.weight })
-    };
-    Ok(scene.edges.iter().filter_map(project).collect())
+    let scene = Scene::new(&view, camera, light, casters, false);
+    Ok(scene.edges.iter().filter_map(|e| centre_silhouette(&scene, camera, light, e)).collect())
 }
 
-/// Returns for every pixel the edges of which the receiver sees a part on the light, in their entirety: those that pass
-/// well within the light, before the receiver and above its plane.
+/// Returns for every pixel the silhouettes of the light's centre of which the receiver sees a part on the light, in their
+/// entirety: those that pass well within the light, before the receiver and above its plane.
 ///
 /// # Errors
 /// Fails if the images do not fit the constants.
@@ -342,7 +398,7 @@ pub fn reaching(
     casters: &[Caster<'_>],
 ) -> Result<Vec<Vec<GridEdge>>> {
     let view = View::new(data)?;
-    let scene = Scene::new(&view, camera, light, casters, false, false);
+    let scene = Scene::new(&view, camera, light, casters, false);
     Ok(view.every_pixel(|pixel| {
         let Place::Open(g) = place(&view, pixel) else { return vec![] };
         let (p, n) = (g.receiver.position, g.receiver.normal);
@@ -352,11 +408,8 @@ pub fn reaching(
             // Some point of the segment lies well within the light.
             (0..=64).any(|i| a.lerp(b, f64::from(i) / 64.0).abs().max_element() < 0.9)
         };
-        let project = |e: &Edge| {
-            let [a, b] = [e.a, e.b].map(|p| grid_point(camera, light, p));
-            Some(GridEdge { ends: [a?, b?], weight: e.weight })
-        };
-        scene.edges.iter().filter(is_seen).filter_map(project).collect()
+        let silhouette = |e: &Edge| centre_silhouette(&scene, camera, light, e);
+        scene.edges.iter().filter(is_seen).filter_map(silhouette).collect()
     }))
 }
 
@@ -365,19 +418,18 @@ mod tests {
     use super::*;
 
     fn triangle(corners: [DVec3; 3]) -> Triangle {
-        Triangle { corners, error: 0.0, front: true, index: [0, 0] }
+        Triangle { corners, error: 0.0, front: true, shell: false, index: [0, 0] }
     }
 
     /// A square of two triangles 1 above a receiver at the origin, under a sun of half-width 1.
     fn under(corners: [[f64; 2]; 4], disc: bool) -> f64 {
         let at = |i: usize| DVec3::new(corners[i][0], corners[i][1], 1.0);
         let triangles = vec![triangle([at(0), at(1), at(2)]), triangle([at(0), at(2), at(3)])];
-        let edges = edges(&triangles, false);
-        assert_eq!(edges.len(), 4, "the common side of two triangles is no edge");
         let inside =
             |p: [f64; 2]| corners[0][0] < p[0] && p[0] < corners[1][0] && corners[0][1] < p[1] && p[1] < corners[2][1];
-        let occluders = Occluders::sun(triangles);
-        let scene = Scene { occluders, edges, sides: [DVec3::X, DVec3::Y], axis: DVec3::NEG_Z, half: 1.0, disc };
+        let scene = Scene::of(Occluders::sun(triangles), [DVec3::X, DVec3::Y], DVec3::NEG_Z, 1.0, disc);
+        let silhouettes = scene.edges.iter().filter(|e| scene.centre_weight(e) != 0).count();
+        assert_eq!(silhouettes, 4, "the common side of two triangles is no silhouette");
         let g = GridReceiver::at_origin(DVec3::Z);
         scene.shares(&g, inside([0.0; 2]).into()).unwrap().seen
     }

@@ -6,6 +6,7 @@ mod invariance;
 mod lists;
 mod overflow;
 mod soft;
+mod traced;
 
 use crate::caster_edges::shadow_volumes::{cases, is_outside, topologies};
 use crate::common::{Shot, desc, renderer, shipped_scene, visibility};
@@ -85,13 +86,15 @@ fn spot_from(eye: DVec3, near: f64) -> LightView {
     LightView::spot(look_at(eye, DVec3::ZERO), 1.2, near, 3.0 * eye.length(), 0.0)
 }
 
+/// Returns casters over a ground under a sun.
+fn over(parts: Vec<(Mesh, DAffine3)>) -> Scene {
+    let ground = (plane(8.0), moved(dvec3(0.0, -0.001, 0.0)));
+    let all = std::iter::once(ground).chain(parts).collect();
+    made::scene(all, perspective(dvec3(2.0, 4.0, 7.0), dvec3(0.0, 0.5, 0.0), 0.1), made::sun(DVec3::Y))
+}
+
 /// The small scenes of the shadow volumes, and further ones that are awkward for lists.
 fn stages(host: &Host) -> impl Iterator<Item = Stage<'_>> {
-    let over = |parts: Vec<(Mesh, DAffine3)>| {
-        let ground = (plane(8.0), moved(dvec3(0.0, -0.001, 0.0)));
-        let all = std::iter::once(ground).chain(parts).collect();
-        made::scene(all, perspective(dvec3(2.0, 4.0, 7.0), dvec3(0.0, 0.5, 0.0), 0.1), made::sun(DVec3::Y))
-    };
     let lamp = dvec3(0.4, 5.0, 0.7);
     let own = [
         // A card that hangs between the light and its near plane.
