@@ -73,7 +73,7 @@ fn found(host: &Host, stage: &Stage<'_>) -> Found {
     let depths = GridReceivers::new(context, SIZE, CELLS, false).unwrap();
     let format = vk::Format::R32_SFLOAT;
     let visibility = Image::new(context.device(), &ImageDesc::storage("visibility", format, SIZE)).unwrap();
-    let triangles = TriangleLists::new(context, casters, CELLS, ROOM).unwrap();
+    let triangles = TriangleLists::new(context, casters, CELLS, ROOM, true).unwrap();
     let edges = EdgeLists::new(context, casters, CELLS, ROOM).unwrap();
     run_passes(host, |frame| {
         let inputs = r.inputs();
@@ -81,7 +81,7 @@ fn found(host: &Host, stage: &Stage<'_>) -> Found {
         let view = view.update(frame, &inputs);
         silhouettes.record(frame, &inputs, None)?;
         depths.record(frame, view, &inputs, &push, &visibility, None)?;
-        triangles.record(frame, &depths, &silhouettes, &push)?;
+        triangles.record(frame, &depths, &silhouettes, &push, Some(&edges))?;
         edges.record(frame, &depths, &silhouettes, &push)
     });
     Found {

@@ -4,18 +4,17 @@ use super::Stage;
 use crate::common::{frame, with_gpu};
 
 #[test]
-fn casters_without_room_fall_back_to_the_map_and_are_counted() {
+fn casters_without_room_fall_back_and_are_counted() {
     with_gpu(|host| {
         for name in ["jenga", "fence"] {
             let mut stage = Stage::shipped(host, name);
-            let map = stage.seen("sm", &[]);
-            for id in ["exact-hard", "exact-soft"] {
+            for (id, other) in [("exact-hard", "sm"), ("exact-soft", "soft-auto")] {
+                let fallback = stage.seen(other, &[]);
                 let exact = stage.seen(id, &[]);
                 let mut differing = vec![];
                 for room in ["1", "3000", "8000", "10000", "20000", "60000"] {
                     let (seen, timing) = frame(&mut stage.renderer, id, &[("entries", room)]);
-                    // Each pixel has either the exact value or the map's.
-                    let wrong = (0..seen.len()).filter(|&i| seen[i] != exact[i] && seen[i] != map[i]).count();
+                    let wrong = (0..seen.len()).filter(|&i| seen[i] != exact[i] && seen[i] != fallback[i]).count();
                     assert_eq!(wrong, 0, "{name} {id}, room for {room}");
                     let counts: Vec<_> = timing.passes.iter().flat_map(|p| &p.counts).collect();
                     let room: u32 = room.parse().unwrap();
@@ -26,6 +25,9 @@ fn casters_without_room_fall_back_to_the_map_and_are_counted() {
                     let other = (0..seen.len()).filter(|&i| seen[i] != exact[i]).count();
                     println!("{name} {id}, room for {room}: {other} pixels differ; {counts:?}");
                     assert!(other == 0 || over > 0, "{name} {id}, room for {room}: {other} pixels, {counts:?}");
+                    if let Some((_, pixels)) = counts.iter().find(|c| c.0 == "fallback_pixels") {
+                        assert!(other <= *pixels as usize && (*pixels == 0 || over > 0), "{name}, room for {room}");
+                    }
                     differing.push(other);
                 }
                 assert!(differing[0] > 100 && differing.last() == Some(&0), "{name} {id}: {differing:?}");
