@@ -248,6 +248,11 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
+    /// Makes an image of an earlier frame ready for later commands of this one.
+    pub(crate) fn use_again(&mut self, image: &Image) {
+        self.transition([image].into_iter(), vk::PipelineStageFlags2::COMPUTE_SHADER);
+    }
+
     /// Writes bytes (a multiple of 4) into a buffer, in the order of the commands. The bytes are copied into the
     /// command buffer, so the caller need not keep them.
     pub(crate) fn update(&mut self, buffer: &Buffer, bytes: &[u8]) {

@@ -45,6 +45,10 @@ pub struct Inputs<'a> {
     /// the map's image and view, and the light stay the same. `None` recomputes them every frame. Two lights may use
     /// the same numbers.
     pub light_version: Option<u64>,
+    /// A number that the caller changes whenever the content of `depth` or `normal` changes. While this number, the
+    /// camera, both images, and everything that `light_version` stands for stay the same, the technique records no
+    /// pass, and its output keeps the visibility of the frame before. `None` records every frame.
+    pub camera_version: Option<u64>,
     /// Transforms of the instances of [`Setup::casters`](field@crate::technique::Setup::casters) from their own space
     /// to world space; any affine transform is allowed. Empty for techniques without casters.
     pub casters: &'a [DAffine3],

@@ -22,6 +22,7 @@ use crate::error::unknown;
 use crate::gpu::{Buffer, Device, Image, ImageDesc, Recorded};
 use crate::{Context, Error, Frame, ImageRef, Inputs, Need, Result};
 use ash::vk;
+use common::kept::{Kept, OfFrame};
 use common::view::ViewBuffer;
 use std::sync::Arc;
 
@@ -135,12 +136,19 @@ struct Prepared {
     view: ViewBuffer,
     map_size: [u32; 2],
     visibility: Image,
+    /// The content of `visibility`.
+    kept: Kept<OfFrame>,
     left: Vec<Recorded>,
 }
 
 impl Prepared {
     fn record_passes(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
         inputs.check(self.info.id, self.visibility.extent(), self.map_size)?;
+        if self.kept.holds(inputs) {
+            frame.use_again(&self.visibility);
+            return Ok(self.visibility.as_ref());
+        }
+        self.kept.make(frame, inputs);
         frame.begin_group(self.info.title);
         let view = self.view.update(frame, inputs);
         self.passes.record(frame, view, inputs, &self.visibility)?;
@@ -337,6 +345,7 @@ pub fn prepare(id: &str, context: &Context, setup: &Setup) -> Result<Box<dyn Tec
         view: ViewBuffer::new(context.device())?,
         map_size: setup.map_size,
         visibility: visibility_image(context.device(), &format!("{id} visibility"), setup)?,
+        kept: Kept::default(),
         left: vec![],
     }))
 }

@@ -240,6 +240,7 @@ impl Engine {
             shadow_map: told.shadow_map,
             light: &[told.light],
             light_version: None,
+            camera_version: None,
             casters: &[],
         };
         let cmd = self.slots[0].cmd;
@@ -270,6 +271,7 @@ impl Engine {
             shadow_map: input(&self.shadow_map, SHADOW_INPUT),
             light: &[now.light],
             light_version: Some(now.light_version),
+            camera_version: None,
             casters: &[],
         };
         // SAFETY: the command buffer is recording and submitted in order, and the images outlive it.

@@ -4,7 +4,7 @@ use super::console::is_stdout;
 use super::report;
 use clap::Args;
 use edgeshade::host::{Host, HostDesc, Timing};
-use edgeshade::scene::{CasterFaces, CasterOptions, MAX_SIZE, Masked};
+use edgeshade::scene::{CasterFaces, CasterOptions, MAX_SIZE, Masked, Moving};
 use edgeshade::{Error, Result};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -151,6 +151,29 @@ pub struct TruthArgs {
     /// folder]
     #[arg(long, value_name = "DIR|off")]
     pub cache: Option<PathBuf>,
+}
+
+/// Values of `--moving`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Moves {
+    /// Light, casters and camera
+    #[default]
+    Everything,
+    /// The camera alone
+    Camera,
+    /// Nothing: all but the first frame keep its shadows
+    Nothing,
+}
+
+impl From<Moves> for Moving {
+    fn from(moves: Moves) -> Self {
+        match moves {
+            Moves::Everything => Self::Everything,
+            Moves::Camera => Self::Camera,
+            Moves::Nothing => Self::Nothing,
+        }
+    }
 }
 
 /// Condition for laying a floor under the scene.

@@ -66,6 +66,9 @@ pub struct Args {
     /// Side of the shadow map in texels
     #[arg(long, value_name = "N", default_value = "1024", value_parser = args::map_size)]
     shadow_map: u32,
+    /// Changes from frame to frame that the technique is told of; results that depend on nothing else are kept
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    moving: args::Moves,
     /// Number of frames to measure
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
@@ -124,6 +127,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
         size,
         map_size: args.shadow_map,
         casters: args.scene.casters(),
+        moving: args.moving.into(),
         intermediates: !view::NAMES.contains(&args.view.as_str()),
         statistics: args.statistics,
         ..RenderDesc::default()
@@ -147,6 +151,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
         size: args.scene.size,
         shadow_map: args.shadow_map,
         supersample: args.supersample,
+        moving: args.moving,
         frames: rendered.frames.len() as u32,
         passes: stats::passes(&rendered.frames),
         total_gpu_ms: stats::total(&rendered.frames).map(|s| s.median),

@@ -1,6 +1,6 @@
 //! JSON that the subcommands write.
 
-use super::args::make_folder_of;
+use super::args::{Moves, make_folder_of};
 use super::console;
 use super::stats::PassStats;
 use edgeshade::host::{Host, Timing};
@@ -87,6 +87,7 @@ pub struct Render {
     pub size: [u32; 2],
     pub shadow_map: u32,
     pub supersample: u32,
+    pub moving: Moves,
     pub frames: u32,
     pub passes: Vec<PassStats>,
     pub total_gpu_ms: Option<f64>,

@@ -18,5 +18,5 @@ pub use gpu_scene::GpuScene;
 pub use light_fit::{MAX_SPOT_FOV, light_view, light_view_for, texel_in_pixels};
 pub use model::*;
 pub use raster::{CasterFaces, CasterOptions, GBuffer, ShadowMap};
-pub use renderer::{MAX_SIZE, RenderDesc, Renderer};
+pub use renderer::{MAX_SIZE, Moving, RenderDesc, Renderer};
 pub use shade::{Shade, ShadeOptions, ShadePush};

@@ -17,6 +17,18 @@ use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
 /// Largest side of an image or a map, pixels or texels.
 pub const MAX_SIZE: u32 = 16384;
 
+/// What changes from one frame to the next. Results that depend on nothing else are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Moving {
+    /// Light, casters and camera: the shadow map is drawn in every frame.
+    #[default]
+    Everything,
+    /// The camera alone.
+    Camera,
+    /// Nothing.
+    Nothing,
+}
+
 /// Options of a renderer, apart from the scene.
 #[derive(Clone, Debug)]
 pub struct RenderDesc {
@@ -32,8 +44,8 @@ pub struct RenderDesc {
     pub shade: ShadeOptions,
     /// Passes the G-buffer's normals to the technique; otherwise it derives them from depth.
     pub normals: bool,
-    /// Draws the shadow map again every frame, as for a moving light.
-    pub dynamic_light: bool,
+    /// What the technique is told to have changed since the frame before, whether it did or not.
+    pub moving: Moving,
     /// Makes techniques produce their intermediate images too.
     pub intermediates: bool,
     /// Counts the work that every pass sends through the pipeline (needs
@@ -52,7 +64,7 @@ impl Default for RenderDesc {
             output: OutputFormat::R16,
             shade: ShadeOptions::default(),
             normals: true,
-            dynamic_light: true,
+            moving: Moving::default(),
             intermediates: false,
             statistics: false,
             adjacency: true,
@@ -84,6 +96,8 @@ struct View {
     light: LightView,
     /// Number of changes of the shadow map.
     light_version: u64,
+    /// Number of changes of camera and G-buffer; `None` if they count as changed in every frame.
+    camera_version: Option<u64>,
     normals: bool,
 }
 
@@ -97,6 +111,7 @@ impl View {
             shadow_map: map.image().as_ref(),
             light: std::slice::from_ref(&self.light),
             light_version: Some(self.light_version),
+            camera_version: self.camera_version,
             casters: casters.map_or(&[], |c| &c.transforms),
         }
     }
@@ -160,7 +175,13 @@ impl<'h> Renderer<'h> {
             },
             map_is_current: false,
             fitted: Some(light.clone()),
-            view: View { camera, light: view, light_version: 0, normals: desc.normals },
+            view: View {
+                camera,
+                light: view,
+                light_version: 0,
+                camera_version: (desc.moving == Moving::Nothing).then_some(0),
+                normals: desc.normals,
+            },
             casters,
             host,
             desc,
@@ -183,7 +204,7 @@ impl<'h> Renderer<'h> {
 
     /// Renders one frame and returns its times.
     pub fn frame(&mut self, technique: &mut dyn Technique) -> Result<FrameTiming> {
-        let draw_map = self.desc.dynamic_light || !self.map_is_current;
+        let draw_map = self.desc.moving == Moving::Everything || !self.map_is_current;
         let host = self.host;
         let (timings, mut drawn) = self.split();
         let timing = host.frame(timings, |frame| drawn.record(frame, technique, draw_map))?;
@@ -301,6 +322,7 @@ impl<'h> Renderer<'h> {
                 self.view.light = light;
             }
         }
+        self.view.camera_version = self.view.camera_version.map(|version| version + 1);
         // A camera that saw nothing has left the map empty.
         self.map_is_current = false;
         Ok(())

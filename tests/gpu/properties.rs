@@ -5,7 +5,7 @@ use crate::common::{every_nth, every_shipped, is_full_sweep, with_gpu};
 use crate::made::{self, moved, perspective, plane, point, spot, still_life, sun};
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::RayScene;
-use edgeshade::scene::{RenderDesc, Renderer, Scene};
+use edgeshade::scene::{Moving, RenderDesc, Renderer, Scene};
 use edgeshade::technique::{ALL, Kind};
 use edgeshade::view::{LightView, look_at};
 use glam::{DAffine3, DMat3, DVec3, dvec3};
@@ -302,7 +302,7 @@ fn a_kept_light_equals_a_new_one() {
         let scene = shipped_scene("jenga");
         let settings = [("width", "7"), ("skip", "tiles")];
         let fresh = visibility(&mut renderer(host, &scene, desc(SIZE, 333)), "pcf", &settings);
-        let mut kept = renderer(host, &scene, RenderDesc { dynamic_light: false, ..desc(SIZE, 333) });
+        let mut kept = renderer(host, &scene, RenderDesc { moving: Moving::Camera, ..desc(SIZE, 333) });
         let mut technique = prepare(&kept, "pcf", &settings);
         let names = |t: edgeshade::timing::FrameTiming| t.passes.into_iter().map(|p| p.name).collect::<Vec<_>>();
         let first = names(kept.frame(technique.as_mut()).unwrap());

@@ -5,7 +5,7 @@ use super::driver::*;
 use super::judge::mapless;
 use crate::cli::stats::{self, FRAME_PASSES, PassStats, Span};
 use edgeshade::Need;
-use edgeshade::scene::{RenderDesc, Renderer, Scene};
+use edgeshade::scene::{Moving, RenderDesc, Renderer, Scene};
 use edgeshade::timing::{FrameTiming, PassTiming};
 use glam::{DAffine3, DVec3, U64Vec3, dvec3, u64vec3};
 use serde_json::Value;
@@ -148,7 +148,7 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
         let desc = RenderDesc {
             size: plan.size,
             map_size: MAP,
-            dynamic_light: is_moving,
+            moving: if is_moving { Moving::Everything } else { Moving::Camera },
             statistics,
             ..RenderDesc::default()
         };

@@ -8,7 +8,7 @@ use crate::cli::techniques::{self, Choice};
 use crate::cli::truth::Tracer;
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::Truth;
-use edgeshade::scene::{Light, LightShape, RenderDesc, Renderer};
+use edgeshade::scene::{Light, LightShape, Moving, RenderDesc, Renderer};
 use edgeshade::technique::{self, Kind, OutputFormat};
 use edgeshade::timing::FrameTiming;
 use edgeshade::view::LightView;
@@ -129,7 +129,8 @@ pub fn hard(light: &Light) -> Light {
 /// Renderer for measurements: it writes visibility as `f32`, and redraws the shadow map only when something has
 /// moved.
 pub fn renderer<'h>(host: &'h Host, stage: &Stage, size: [u32; 2], map_size: u32) -> Result<Renderer<'h>> {
-    let desc = RenderDesc { size, map_size, output: OutputFormat::R32, dynamic_light: false, ..RenderDesc::default() };
+    let desc =
+        RenderDesc { size, map_size, output: OutputFormat::R32, moving: Moving::Camera, ..RenderDesc::default() };
     Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
 }
 

@@ -6,7 +6,7 @@ use super::judge::{mask, tracer};
 use crate::cli::stats;
 use crate::cli::truth::Seed;
 use edgeshade::metrics::{self, Report};
-use edgeshade::scene::{RenderDesc, Renderer};
+use edgeshade::scene::{Moving, RenderDesc, Renderer};
 use edgeshade::technique::OutputFormat;
 use edgeshade::timing::FrameTiming;
 
@@ -56,13 +56,12 @@ fn samples(plan: &Plan) -> u32 {
 fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     let plan = run.plan;
     let stage = plan.stage(scene)?;
-    let renderer = |map_size, dynamic_light| {
-        let desc =
-            RenderDesc { size: plan.size, map_size, output: OutputFormat::R32, dynamic_light, ..RenderDesc::default() };
+    let renderer = |map_size, moving| {
+        let desc = RenderDesc { size: plan.size, map_size, output: OutputFormat::R32, moving, ..RenderDesc::default() };
         Renderer::new(host, &stage.scene, stage.camera, &stage.light, desc)
     };
     let (truth, mask) = {
-        let mut renderer = renderer(plan.maps[0], true)?;
+        let mut renderer = renderer(plan.maps[0], Moving::Everything)?;
         let (truth, _) = tracer(&stage, renderer.light(), plan.size).truth(samples(plan), Seed::Truth)?;
         let mask = mask(host, &mut renderer, &truth)?;
         (truth.visibility, mask)
@@ -70,7 +69,7 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
     run.start(scene);
     for &map in plan.maps {
         // With the first light all that the map yields is made anew in every frame; with the second it is kept.
-        let mut renderers = [renderer(map, true)?, renderer(map, false)?];
+        let mut renderers = [renderer(map, Moving::Everything)?, renderer(map, Moving::Camera)?];
         let members: Vec<_> = plan.members(scene, map).map(|(variant, _)| variant).collect();
         let both: Vec<_> = [0, 1].into_iter().flat_map(|r| members.iter().map(move |v| (r, *v))).collect();
         let drawn = run.in_turns(&mut renderers, &both)?;

@@ -470,6 +470,7 @@ fn depth_that_was_drawn_otherwise_is_served_by_the_cap_bias() {
                         shadow_map: r.shadow_map().as_ref(),
                         light: std::slice::from_ref(r.light()),
                         light_version: None,
+                        camera_version: None,
                         casters: &transforms,
                     };
                     let seen = visibility_of(host, t.as_mut(), &inputs);

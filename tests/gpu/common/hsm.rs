@@ -5,7 +5,7 @@ use crate::common::{desc, plain_inputs, prepare, renderer, run_passes, shipped_s
 use crate::common::{upload_depths, with_gpu};
 use crate::made;
 use edgeshade::reference::common::hsm;
-use edgeshade::scene::{RenderDesc, fit, light_view};
+use edgeshade::scene::{Moving, RenderDesc, fit, light_view};
 use edgeshade::technique::common::hsm::Hsm;
 use glam::DVec3;
 
@@ -39,7 +39,7 @@ fn levels_equal_the_mirror() {
 fn it_is_kept_while_the_light_stands_still() {
     with_gpu(|host| {
         let scene = shipped_scene("jenga");
-        let mut r = renderer(host, &scene, RenderDesc { dynamic_light: false, ..desc([96, 54], 333) });
+        let mut r = renderer(host, &scene, RenderDesc { moving: Moving::Camera, ..desc([96, 54], 333) });
         let mut technique = prepare(&r, "pcss", &[]);
         let mut made = || {
             let passes = r.frame(technique.as_mut()).unwrap().passes;

@@ -157,6 +157,7 @@ impl Shot {
             shadow_map: renderer.shadow_map().as_ref(),
             light: std::slice::from_ref(renderer.light()),
             light_version: None,
+            camera_version: None,
             casters: &[],
         });
         Self {
@@ -273,5 +274,5 @@ pub fn upload_depths(host: &Host, depths: &[f32], size: [u32; 2], array: bool) -
 /// Returns inputs without normals and casters, of a light from which nothing is kept.
 pub fn plain_inputs<'a>(camera: &'a CameraView, depth: &Image, map: &Image, light: &'a [LightView]) -> Inputs<'a> {
     let (depth, shadow_map) = (depth.as_ref(), map.as_ref());
-    Inputs { camera, depth, normal: None, shadow_map, light, light_version: None, casters: &[] }
+    Inputs { camera, depth, normal: None, shadow_map, light, light_version: None, camera_version: None, casters: &[] }
 }

@@ -3,7 +3,7 @@
 
 use super::every_technique;
 use crate::common::{assert_same_bits, desc, messages_of, prepare, renderer, with_gpu};
-use crate::made::{spot, still_life, sun};
+use crate::made::{self, spot, still_life, sun};
 use crate::noise::visibility_of;
 use edgeshade::host::Host;
 use edgeshade::scene::{Light, LightShape, Renderer, light_view};
@@ -206,6 +206,52 @@ fn the_same_light_keeps_its_results() {
             let once: Vec<_> = first.iter().filter(|name| !second.contains(name)).collect();
             let keeps = KEEPING.contains(&id) || !settings.is_empty();
             assert_eq!(!once.is_empty(), keeps, "{id} {settings:?}: only in the first frame: {once:?}");
+        }
+    });
+}
+
+/// A picture is kept if nothing has changed since the frame before, and made anew after any change.
+#[test]
+fn an_unchanged_frame_keeps_its_picture() {
+    with_gpu(|host| {
+        let [a, b, _] = lights();
+        let scene = still_life(a.clone());
+        let mut r = drawn(host, &a);
+        let other = drawn(host, &b);
+        let here = *r.camera();
+        let all: Vec<_> = every_technique().collect();
+        let mut techniques: Vec<_> = all.iter().map(|(id, settings)| prepare(&r, id, settings)).collect();
+        let version = |camera_version| Inputs { camera_version: Some(camera_version), ..inputs(&r) };
+        let first: Vec<_> = techniques.iter_mut().map(|t| visibility_of(host, t.as_mut(), &version(1))).collect();
+        // Depth and normals change, but the caller does not say so.
+        let there = made::perspective(dvec3(1.5, 4.0, 6.0), DVec3::ZERO, 0.1).view(SIZE);
+        r.set_camera(&scene, there).unwrap();
+        r.frame(prepare(&r, "sm", &[]).as_mut()).unwrap();
+        let unsaid = Inputs { camera: &here, camera_version: Some(1), ..inputs(&r) };
+        let changes = [
+            ("version", Inputs { camera_version: Some(2), ..unsaid }),
+            ("no version", Inputs { camera_version: None, ..unsaid }),
+            ("camera", Inputs { camera: r.camera(), ..unsaid }),
+            ("normals", Inputs { normal: None, ..unsaid }),
+            ("images", Inputs { depth: other.inputs().depth, normal: other.inputs().normal, ..unsaid }),
+            ("light's version", Inputs { light_version: Some(8), ..unsaid }),
+            ("light", Inputs { light: other.inputs().light, ..unsaid }),
+            ("map", Inputs { shadow_map: other.inputs().shadow_map, ..unsaid }),
+        ];
+        for (((id, settings), technique), first) in all.iter().zip(&mut techniques).zip(first) {
+            let kept = visibility_of(host, technique.as_mut(), &unsaid);
+            assert_same_bits(&first, &kept, &format!("{id} {settings:?}: kept"));
+            for (what, changed) in &changes {
+                let mut technique = prepare(&r, id, settings);
+                visibility_of(host, technique.as_mut(), &unsaid);
+                let fresh = visibility_of(host, prepare(&r, id, settings).as_mut(), changed);
+                let seen = visibility_of(host, technique.as_mut(), changed);
+                assert_same_bits(&fresh, &seen, &format!("{id} {settings:?}: another {what}"));
+            }
+            let fresh = visibility_of(host, prepare(&r, id, settings).as_mut(), &changes[0].1);
+            assert!(fresh != first, "{id} {settings:?}: the pictures are the same");
+            let seen = visibility_of(host, technique.as_mut(), &changes[0].1);
+            assert_same_bits(&fresh, &seen, &format!("{id} {settings:?}: made anew"));
         }
     });
 }

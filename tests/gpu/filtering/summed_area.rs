@@ -42,6 +42,7 @@ pub fn tabulated_range(
         shadow_map: map.as_ref(),
         light: &light,
         light_version: None,
+        camera_version: None,
         casters: &[],
     };
     host.run(|cmd| {

@@ -78,6 +78,7 @@ fn shipped_scenes_are_equal_bit_for_bit() {
                 shadow_map: r.shadow_map().as_ref(),
                 light: std::slice::from_ref(r.light()),
                 light_version: None,
+                camera_version: None,
                 casters: &[],
             };
             let hard = run(host, &inputs, [map; 2], "sm", &[]);

@@ -9,7 +9,7 @@ use edgeshade::host::Host;
 use edgeshade::reference::caster_edges::edge_segments::{Segment, clip_from_object};
 use edgeshade::reference::caster_edges::silhouettes::{Facing, facing, silhouettes};
 use edgeshade::reference::caster_edges::{edsm, sssm};
-use edgeshade::scene::{Light, RenderDesc, Renderer, Scene};
+use edgeshade::scene::{Light, Moving, RenderDesc, Renderer, Scene};
 use edgeshade::technique::{Params, find};
 use edgeshade::view::LightKind;
 use glam::{DAffine3, DMat3, DVec3, dvec3};
@@ -225,7 +225,7 @@ fn a_kept_light_keeps_the_maps() {
             ("edsm", &[], "edge distances"),
         ] {
             let fresh = frame(&mut renderer(host, &scene, desc(SIZE, 128)), id, settings).0;
-            let mut kept = renderer(host, &scene, RenderDesc { dynamic_light: false, ..desc(SIZE, 128) });
+            let mut kept = renderer(host, &scene, RenderDesc { moving: Moving::Camera, ..desc(SIZE, 128) });
             let mut technique = prepare(&kept, id, settings);
             for first in [true, false] {
                 let names: Vec<_> =
