@@ -47,35 +47,82 @@ bool isBesideLight(vec4 plane, GridReceiver g) {
   return side > 0.0;
 }
 
+// An edge as the receiver sees it.
+struct SeenEdge {
+  vec2 away_a, away_b;   // ends, from the receiver: ndc
+  float above_a, above_b; // and depth, positive towards the light
+  vec2 whole; // the part within the square around the light: a range from 0 at a to 1 at b
+  vec2 range; // and above the receiver's plane
+};
+
+// Returns false for an edge of which no part lies within the square around the light and above the receiver's plane.
+// Beyond the square, its ends may be arbitrarily far away.
+bool seeEdge(GridEdge e, GridReceiver g, vec2 slope, out SeenEdge s) {
+  s.away_a = e.a.xy - g.ndc;
+  s.away_b = e.b.xy - g.ndc;
+  s.above_a = g.depth - e.a.z;
+  s.above_b = g.depth - e.b.z;
+  s.whole = vec2(0.0, 1.0);
+  vec2 wide_a = push.kappa * s.above_a, wide_b = push.kappa * s.above_b;
+  bool inside = cutRange(vec4(wide_a - s.away_a, wide_a + s.away_a), vec4(wide_b - s.away_b, wide_b + s.away_b), s.whole);
+  s.range = s.whole;
+  float least = 1e-6 * abs(g.depth);
+  cutRange(s.above_a - least, s.above_b - least, s.range);
+  cutRange(s.above_a + dot(slope, s.away_a), s.above_b + dot(slope, s.away_b), s.range);
+  return inside && s.range.x < s.range.y;
+}
+
+// The ends of the part of an edge, on the light.
+void endsOnLight(SeenEdge s, out vec2 from, out vec2 to) {
+  vec2 along = s.away_b - s.away_a;
+  float rise = s.above_b - s.above_a;
+  // Places between are computed from the end that is nearer to the receiver: the other one may be at the light.
+  bool from_b = s.above_b < s.above_a;
+  vec3 base = from_b ? vec3(s.away_b, s.above_b) : vec3(s.away_a, s.above_a);
+  vec2 t = from_b ? s.range - 1.0 : s.range;
+  precise vec2 first = (base.xy + t.x * along) / (push.kappa * (base.z + t.x * rise));
+  precise vec2 last = (base.xy + t.y * along) / (push.kappa * (base.z + t.y * rise));
+  precise vec2 at_a = s.away_a / (push.kappa * s.above_a);
+  precise vec2 at_b = s.away_b / (push.kappa * s.above_b);
+  from = ontoRows(s.range.x > 0.0 ? first : at_a, DISC);
+  to = ontoRows(s.range.y < 1.0 ? last : at_b, DISC);
+}
+
 // Share of the light that the receiver sees.
 float lightSeen(Receiver r, GridReceiver g, uint cell) {
   vec2 slope = planeSlope(r, g), tilt = slope * push.kappa;
   LightBits bits = noLayers();
   bool partly = reachesBelow(tilt);
   uint changes = 0;
-  float least = 1e-6 * abs(g.depth);
-  for (uint i = edge_starts[cell]; i < edge_starts[cell + 1]; ++i) {
-    uint edge = edge_entries[i];
-    GridEdge e = grid_edges[edge];
-    vec2 away_a = e.a.xy - g.ndc, away_b = e.b.xy - g.ndc;
-    float above_a = g.depth - e.a.z, above_b = g.depth - e.b.z;
-    // The part of the edge within the square around the light. Beyond, its ends may be arbitrarily far away.
-    vec2 range = vec2(0.0, 1.0), wide_a = push.kappa * above_a, wide_b = push.kappa * above_b;
-    if (!cutRange(vec4(wide_a - away_a, wide_a + away_a), vec4(wide_b - away_b, wide_b + away_b), range)) continue;
-    // The part nearer to the light than the receiver, and above the receiver's plane.
-    cutRange(above_a - least, above_b - least, range);
-    cutRange(above_a + dot(slope, away_a), above_b + dot(slope, away_b), range);
-    if (!(range.x < range.y)) continue;
-    partly = true;
-    // The sides of a face whose plane cuts the light count on one side of the plane only.
-    if (edge >= push.silhouettes && !isBesideLight(face_planes[(edge - push.silhouettes) / 3], g)) continue;
-    vec2 along = away_b - away_a;
-    float rise = above_b - above_a;
-    precise vec2 from = (away_a + range.x * along) / (push.kappa * (above_a + range.x * rise));
-    precise vec2 to = range.y < 1.0 ? (away_a + range.y * along) / (push.kappa * (above_a + range.y * rise))
-                                    : away_b / (push.kappa * above_b);
-    addEdge(bits, ontoRows(from, DISC), ontoRows(to, DISC), e.weight, DISC);
-    changes += uint(e.weight);
+  // Where the horizon cuts an edge, the boundary of the layer follows it. All cuts follow it to the same end, so that
+  // their ways beyond the layer cancel out.
+  vec2 along_horizon = ontoRows(vec2(-tilt.y, tilt.x) * (8.0 / max(length(tilt), 1e-30)), DISC);
+  uint end = edge_starts[cell + 1];
+  SeenEdge s;
+  for (uint block = edge_starts[cell]; block < end; block += 32) {
+    // Few of the edges count. They are found first, so that threads of a subgroup work on theirs together.
+    uint counted = 0, size = min(32, end - block);
+    for (uint i = 0; i < size; ++i) counted |= uint(seeEdge(grid_edges[edge_entries[block + i]], g, slope, s)) << i;
+    partly = partly || counted != 0;
+    bool after_from = false, after_to = false; // the way along the horizon before or after the edge is next
+    while (counted != 0) {
+      uint edge = edge_entries[block + uint(findLSB(counted))];
+      GridEdge e = grid_edges[edge];
+      seeEdge(e, g, slope, s);
+      vec2 from, to;
+      endsOnLight(s, from, to);
+      vec2 first = after_from ? from + along_horizon : after_to ? to : from;
+      vec2 last = after_from ? from : after_to ? to + along_horizon : to;
+      // The sides of a face whose plane cuts the light count on one side of the plane only.
+      bool counts = edge < push.silhouettes || isBesideLight(face_planes[(edge - push.silhouettes) / 3], g);
+      int weight = counts ? e.weight : 0;
+      addEdge(bits, first, last, weight, DISC);
+      changes += uint(weight);
+      bool is_edge = !after_from && !after_to;
+      after_to = s.range.y < s.whole.y && (after_from || is_edge && s.range.x == s.whole.x);
+      after_from = s.range.x > s.whole.x && is_edge;
+      if (!after_from && !after_to) counted &= counted - 1;
+    }
   }
   uint layers = layersOver(vec3(g.ndc, g.depth), cell, partly);
   if (!partly) return layers == 0 ? 1.0 : 0.0;
