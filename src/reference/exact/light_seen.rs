@@ -151,16 +151,17 @@ impl Scene {
         self.occluders.light.w == 0.0
     }
 
-    /// Projects the part of an edge that lies nearer to the light than `p`, and above the plane through it with normal
-    /// `n`, onto the light.
-    fn project(&self, e: &Edge, p: DVec3, n: DVec3) -> Option<OnLight> {
+    /// Projects the part of an edge that lies nearer to the light than `p` onto the light. With `above`, the part below the
+    /// plane through `p` with this normal is left out.
+    fn project(&self, e: &Edge, p: DVec3, above: Option<DVec3>) -> Option<OnLight> {
         let (axis, light) = (self.axis, self.occluders.light.truncate());
         // How much nearer to the light, and the distance from a spot light's plane.
         let own = if self.is_sun() { f64::INFINITY } else { axis.dot(p - light) };
         let near = |v: DVec3| axis.dot(p - v);
         let size = if self.is_sun() { near(e.a).abs().max(near(e.b).abs()) } else { own };
         let margins = |v: DVec3| {
-            [near(v) - 1e-7 * size, n.dot(v - p), if self.is_sun() { 1.0 } else { own - near(v) - 1e-5 * own }]
+            let above = above.map_or(1.0, |n| n.dot(v - p));
+            [near(v) - 1e-7 * size, above, if self.is_sun() { 1.0 } else { own - near(v) - 1e-5 * own }]
         };
         let (mut from, mut to) = (0.0f64, 1.0f64);
         for (a, b) in margins(e.a).into_iter().zip(margins(e.b)) {
@@ -230,7 +231,7 @@ impl Scene {
             if weight == 0 && is_sure {
                 continue;
             }
-            let Some(on) = self.project(e, p, n) else { continue };
+            let Some(on) = self.project(e, p, None) else { continue };
             let [a, b] = on.q;
             let low = a.min(b);
             let high = a.max(b);
@@ -403,7 +404,7 @@ pub fn reaching(
         let Place::Open(g) = place(&view, pixel) else { return vec![] };
         let (p, n) = (g.receiver.position, g.receiver.normal);
         let is_seen = |e: &&Edge| {
-            let Some(on) = scene.project(e, p, n) else { return false };
+            let Some(on) = scene.project(e, p, Some(n)) else { return false };
             let [a, b] = on.q;
             // Some point of the segment lies well within the light.
             (0..=64).any(|i| a.lerp(b, f64::from(i) / 64.0).abs().max_element() < 0.9)

@@ -44,7 +44,7 @@ fn counted(host: &Host, r: &mut Renderer<'_>, settings: &[(&str, &str)]) -> (Vec
 }
 
 /// Random numbers in [-1, 1).
-struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
     fn next(&mut self) -> f64 {
@@ -52,7 +52,7 @@ impl Random {
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    fn point(&mut self) -> DVec3 {
+    pub fn point(&mut self) -> DVec3 {
         dvec3(self.next(), self.next(), self.next())
     }
 }

@@ -93,7 +93,7 @@ fn hard_shadows_equal_ray_traced_truth() {
 }
 
 /// Returns the scene with every position multiplied by `factor`, then moved.
-fn transformed(scene: &Scene, factor: f64, by: DVec3) -> Scene {
+pub fn transformed(scene: &Scene, factor: f64, by: DVec3) -> Scene {
     let scale = DAffine3::from_scale(DVec3::splat(factor));
     let place = |t: DAffine3| DAffine3 { translation: factor * t.translation + by, ..t };
     let mut all = scene.clone();

@@ -1,9 +1,11 @@
 //! Exact shadows from lists in a grid: every result against brute force over all casters, ray tracing or closed forms.
 
+mod awkward;
 mod closed_forms;
 mod hard;
 mod invariance;
 mod lists;
+mod motion;
 mod overflow;
 mod soft;
 mod traced;
