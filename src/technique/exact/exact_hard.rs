@@ -1,6 +1,7 @@
 //! Exact hard shadows.
 
 use super::grid::{COARSEST, GridPush, GridReceivers, TriangleLists};
+use super::list_view::ListView;
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::caster_edges::silhouettes::Silhouettes;
 use crate::technique::common::bindings::ReceiverBindings;
@@ -52,6 +53,7 @@ struct ExactHard {
     cells: u32,
     entries: u32,
     normal_offset: f32,
+    view: Option<ListView>,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
@@ -68,6 +70,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         cells,
         entries,
         normal_offset: p.float("normal_offset"),
+        view: setup.intermediates.then(|| ListView::new(context, setup.extent, false)).transpose()?,
     }))
 }
 
@@ -79,6 +82,9 @@ impl Passes for ExactHard {
         self.receivers.record(frame, view, inputs, &push, visibility, None)?;
         self.triangles.record(frame, &self.receivers, &self.silhouettes, &push, None)?;
         let [header, starts, entries] = self.triangles.lists().bind();
+        if let Some(view) = &self.view {
+            view.record(frame, &self.receivers, &self.triangles, None, &push)?;
+        }
         let [width, height] = visibility.extent();
         frame.dispatch(&Pass {
             name: "triangles over receivers",
@@ -97,7 +103,14 @@ impl Passes for ExactHard {
         })
     }
 
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.view.as_ref().map(ListView::images).unwrap_or_default()
+    }
+
     fn memory_bytes(&self) -> u64 {
-        self.silhouettes.memory_bytes() + self.receivers.memory_bytes() + self.triangles.memory_bytes()
+        self.silhouettes.memory_bytes()
+            + self.receivers.memory_bytes()
+            + self.triangles.memory_bytes()
+            + self.view.as_ref().map_or(0, ListView::memory_bytes)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::exact_hard::{CELLS, ENTRIES};
 use super::grid::{COARSEST, EdgeLists, GridPush, GridReceivers, TriangleLists};
+use super::list_view::ListView;
 use crate::gpu::{Buffer, Image, ImageDesc, bindings};
 use crate::technique::caster_edges::silhouettes::Silhouettes;
 use crate::technique::common::bindings::CameraBindings;
@@ -50,6 +51,7 @@ struct ExactSoft {
     fallback_list: Arc<Buffer>,
     cells: u32,
     entries: u32,
+    view: Option<ListView>,
 }
 
 /// Shadows of alpha-masked casters, which have no triangles here: those of the whole shadow map, filtered.
@@ -82,7 +84,8 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         let constants = [("MASKED", casters.masked().into()), ("DISC", disc.into()), ("STEP", step as u32)];
         context.pipeline::<SoftBindings, GridPush>("exact/exact_soft.comp", &constants)
     };
-    let shade = PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off", shade)?;
+    let shade =
+        PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off" && !setup.intermediates, shade)?;
     let fallback_list = Arc::new(pixel_list(context, "pixels without lists", setup.extent)?);
     Ok(Box::new(ExactSoft {
         silhouettes: Silhouettes::new(context, casters, true)?,
@@ -95,6 +98,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         fallback_list,
         cells,
         entries,
+        view: setup.intermediates.then(|| ListView::new(context, setup.extent, true)).transpose()?,
     }))
 }
 
@@ -129,6 +133,9 @@ impl Passes for ExactSoft {
             FacePlanes: self.edges.planes(),
             fallback: Bind::Buffer(&self.fallback_list),
         };
+        if let Some(view) = &self.view {
+            view.record(frame, &self.receivers, &self.triangles, Some(&self.edges), &push)?;
+        }
         let push = self.edges.push(push);
         let names = ["layers over receivers", "edges on the light"];
         clear_list(frame, &self.fallback_list);
@@ -137,8 +144,13 @@ impl Passes for ExactSoft {
         self.fallback.record_listed(frame, view, inputs, visibility)
     }
 
+    fn intermediates(&self) -> Vec<(&'static str, &Image)> {
+        self.view.as_ref().map(ListView::images).unwrap_or_default()
+    }
+
     fn memory_bytes(&self) -> u64 {
-        self.silhouettes.memory_bytes()
+        self.view.as_ref().map_or(0, ListView::memory_bytes)
+            + self.silhouettes.memory_bytes()
             + self.receivers.memory_bytes()
             + self.triangles.memory_bytes()
             + self.edges.memory_bytes()

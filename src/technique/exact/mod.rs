@@ -3,3 +3,4 @@
 pub mod exact_hard;
 pub mod exact_soft;
 pub mod grid;
+mod list_view;

@@ -9,6 +9,7 @@ mod motion;
 mod overflow;
 mod soft;
 mod traced;
+mod views;
 
 use crate::caster_edges::shadow_volumes::{cases, is_outside, topologies};
 use crate::common::{Shot, desc, renderer, shipped_scene, visibility};
