@@ -121,9 +121,9 @@ impl std::fmt::Display for Against {
 }
 
 impl Against {
-    /// Returns a message if a pixel is wrong, or if more than a twentieth are ties.
+    /// Returns a message if a pixel is wrong, or if more than a fifteenth are ties.
     pub fn fault(&self, what: &str) -> Option<String> {
-        (!self.wrong.is_empty() || self.ties * 20 > self.pixels).then(|| format!("{what}: {self}"))
+        (!self.wrong.is_empty() || self.ties * 15 > self.pixels).then(|| format!("{what}: {self}"))
     }
 }
 
