@@ -32,7 +32,7 @@ float shadowTest(ShadowPoint p, ivec2 texel) {
   return shadowTest(receiverDepth(p, texel), shadowMapDepth(shadow_map, texel, 0, ivec2(view.map_size)));
 }
 
-uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
+uint receiverTests2x2(ShadowPoint p, ivec2 corner) {
   // Rounding cannot select other texels at the common corner of the four. Gather order:
   // (0, 1), (1, 1), (1, 0), (0, 0). The sampler's border is white, or repeats the map's border with MAP_GOES_ON.
   vec4 stored = textureGather(shadow_map, vec3(vec2(corner + 1) / vec2(view.map_size), 0.0));
@@ -41,6 +41,11 @@ uint shadowTest2x2(ShadowPoint p, ivec2 corner) {
          uint(shadowTest(receiverDepth(p, testedTexel(corner + ivec2(0, 1))), stored.x)) << 2 |
          uint(shadowTest(receiverDepth(p, testedTexel(corner + ivec2(1, 1))), stored.y)) << 3;
 }
+
+// A shader that defines OWN_TESTS defines the four tests itself.
+#ifndef OWN_TESTS
+uint shadowTest2x2(ShadowPoint p, ivec2 corner) { return receiverTests2x2(p, corner); }
+#endif
 
 // Returns true if the visibility needs no texel of the shadow map; `decided` then holds it.
 bool rbsmReceiver(Receiver r, out ShadowPoint p, out float decided) {

@@ -26,9 +26,8 @@ struct TilePixels {
 // Bound of the length of the difference of two unit normals whose encodings differ by at most `d` in every component. The
 // octahedron's faces rise by as much as |x| + |y|, and no point of it is nearer to the origin than sqrt(1/3).
 float normalTurn(float d, vec3 encoded) {
-  return view.normal_encoding == NORMAL_CARTESIAN            ? 3.5 * d / length(encoded)
-         : view.normal_encoding == NORMAL_OCTAHEDRAL_UNSIGNED ? 8.6 * d
-                                                              : 4.3 * d;
+  float cartesian = 3.5 / length(encoded), octahedral = view.normal_encoding == NORMAL_OCTAHEDRAL_UNSIGNED ? 8.6 : 4.3;
+  return d * (view.normal_encoding == NORMAL_CARTESIAN ? cartesian : octahedral);
 }
 
 TilePixels tilePixels(ivec2 corner, ivec2 base, Receiver r) {
@@ -71,6 +70,7 @@ struct TileReceivers {
   vec2 slope;     // of the base's plane, depth per texel
   vec2 turn;      // largest difference of a receiver's slope from it
   vec2 shift;     // least and largest depth over the base's plane of a receiver, bias subtracted
+  float texel_depth; // largest one, see MapReceiver
 };
 
 // Returns the class of a tile that needs no texel of the shadow map; otherwise HSM_PENUMBRA, and `is_bounded` tells whether
@@ -121,8 +121,8 @@ int tileReceivers(ivec2 corner, AreaLight a, float normal_offset, float depth_bi
   // Bound of the error by which receivers leave the light (receiverAt). Elevations and positions round by as much.
   float rounding = POSITION_ULPS * (length(r.position) + reach);
   vec2 elevation = p.elevation + 2.0 * rounding * vec2(-1.0, 1.0);
-  float off_plane = is_spot ? max(abs(elevation.x), abs(elevation.y)) : 0.0;
-  float change = p.turn * (far + (is_spot ? reach : 0.0)) + off_plane + 1e-5 * far;
+  float spot = is_spot ? 1.0 : 0.0;
+  float change = p.turn * (far + spot * reach) + spot * max(abs(elevation.x), abs(elevation.y)) + 1e-5 * far;
   if (facing + change < 0.0) return HSM_UMBRA;
   if (facing - change > 0.0 && w.x > 0.0 && any(outside)) return HSM_LIT;
 
@@ -132,14 +132,15 @@ int tileReceivers(ivec2 corner, AreaLight a, float normal_offset, float depth_bi
   float size = texelSize(m, l, map_size) / l.w, step = planeOffsetTexels(m, r.normal);
   float least_offset = normal_offset * size * w.x * max(step - p.turn, 0.0) * 0.9999 + max(rounding - 2.0 * POSITION_ULPS * reach, 0.0);
   float largest_offset = normal_offset * size * w.y * (step + p.turn) * 1.0001 + rounding + 1.0001 * depth_error;
-  change += is_spot ? largest_offset : 0.0;
+  change += spot * largest_offset;
   // Planes seen nearly edge-on have no reliable slope.
-  if (facing - change < 0.01 * (far + (is_spot ? reach + largest_offset : 0.0))) return HSM_PENUMBRA;
+  if (facing - change < 0.01 * (far + spot * (reach + largest_offset))) return HSM_PENUMBRA;
 
   // Gradients of place (uv) and depth, see receiverPlane.
   float inverse_w = 1.0 / l.w;
   vec3 U = 0.5 * inverse_w * (rowOf(m, 0) - l.ndc.x * row_w), V = 0.5 * inverse_w * (rowOf(m, 1) - l.ndc.y * row_w);
-  vec3 D = view.light_depth_scale[0] > 0.0 ? view.light_depth_scale[0] * inverse_w * inverse_w * row_w : rowOf(m, 2);
+  vec3 D_spot = view.light_depth_scale[0] * inverse_w * inverse_w * row_w, D_sun = rowOf(m, 2);
+  vec3 D = view.light_depth_scale[0] > 0.0 ? D_spot : D_sun;
   vec2 plane = receiverPlane(m, view.light_depth_scale[0], l, r.normal);
   float gradient = length(D - plane.x * U - plane.y * V);
   w += length(row_w) * largest_offset * vec2(-1.0, 1.0);
@@ -162,6 +163,8 @@ int tileReceivers(ivec2 corner, AreaLight a, float normal_offset, float depth_bi
   t.z = lightDistance(a, depth.y);
   t.at = l.uv * map_size;
   t.depth = l.depth;
+  // Under a spot light it falls with w.
+  t.texel_depth = texelDepth(m, view.light_depth_scale[0], l, map_size) * max(1.001 * l.w / w.x, 1.0);
 
   // Depth over the base's plane. A normal that turns by x has the component 1 - x x/2 along the base's.
   vec2 e = elevation + vec2(least_offset * max(1.0 - 0.5 * p.turn * p.turn, 0.0), largest_offset);
@@ -207,6 +210,26 @@ int classifyTile(sampler2D hsm, sampler2D blocks, ivec2 corner, AreaLight a, flo
     if (k + 1 < rounds) half_texels = max(windowTexels(searchHalfWidth(a, t.z, nearest) * reach), vec2(least_texels));
   }
   [[dont_unroll]] for (int k = 0; k < 1 && is_bounded && found == HSM_PENUMBRA; ++k) {
+    found = classifyBlocks(blocks, r, first, last, drop);
+  }
+  return found;
+}
+
+// Classifies a tile whose pixels test all texels within `reach` texels of their own, along each axis, on their planes. The
+// receivers may lie in front of these by `slack` times their texel depth per texel of distance.
+int classifyKernels(sampler2D blocks, ivec2 corner, float normal_offset, float depth_bias, float slack, bool is_fixed, float reach) {
+  TileReceivers t;
+  bool is_bounded;
+  // Only a light's area needs the distances.
+  int found = tileReceivers(corner, AreaLight(vec2(0.0), 0.0, 0.0, 1.0, 0.0), normal_offset, depth_bias, is_fixed, t, is_bounded);
+  [[dont_unroll]] for (int k = 0; k < 1 && is_bounded && found == HSM_PENUMBRA; ++k) {
+    ivec2 first = ivec2(floor(t.low - reach - 0.02)), last = ivec2(floor(t.high + reach + 0.02));
+    float turned = dot(t.turn, vec2(reach + 1.02));
+    SoftReceiver r;
+    r.at = t.at;
+    r.slope = t.slope;
+    r.map.depth = t.depth + t.shift.y + turned;
+    float drop = t.shift.y - t.shift.x + 2.0 * turned + slack * t.texel_depth * float(last.x - first.x + last.y - first.y);
     found = classifyBlocks(blocks, r, first, last, drop);
   }
   return found;

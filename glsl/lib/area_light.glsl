@@ -33,17 +33,17 @@ AreaLight areaLight(vec4 factors, float depth_scale) {
 // Linear distance of a stored depth. The limit keeps it finite at the far end, where single precision may leave nothing
 // of o - d.
 float lightDistance(AreaLight a, float depth) {
-  precise float z = a.depth_scale > 0.0 ? a.depth_scale / max(a.depth_offset - depth, 1e-7) : depth * a.depth_offset;
-  return z;
+  precise float spot = a.depth_scale / max(a.depth_offset - depth, 1e-7), sun = depth * a.depth_offset;
+  return a.depth_scale > 0.0 ? spot : sun;
 }
 
 // Half-width (uv) of the light as seen from a receiver at z, projected onto the map through a point at z_blocker; 0 for
 // a blocker behind the receiver.
 vec2 filterHalfWidth(AreaLight a, float z, float z_blocker) {
   float between = max(z - z_blocker, 0.0);
-  float inverse = a.depth_scale > 0.0 ? 1.0 / max(z * z_blocker, 1e-30) : 1.0;
-  precise vec2 half_width = between > 0.0 ? a.uv * (between * inverse) : vec2(0.0);
-  return half_width;
+  float spot = 1.0 / max(z * z_blocker, 1e-30), inverse = a.depth_scale > 0.0 ? spot : 1.0;
+  precise vec2 half_width = a.uv * (between * inverse);
+  return between > 0.0 ? half_width : vec2(0.0);
 }
 
 // Half-width (uv) of the window that holds every blocker no nearer to the light than z_nearest.
@@ -52,9 +52,9 @@ vec2 searchHalfWidth(AreaLight a, float z, float z_nearest) { return filterHalfW
 // Full width of the penumbra, world units, on a receiver parallel to the map.
 float penumbraWidth(AreaLight a, float z, float z_blocker) {
   float between = max(z - z_blocker, 0.0);
-  float inverse = a.depth_scale > 0.0 ? 1.0 / max(z_blocker, 1e-30) : 1.0;
-  precise float width = between > 0.0 ? 2.0 * a.world * (between * inverse) : 0.0;
-  return width;
+  float spot = 1.0 / max(z_blocker, 1e-30), inverse = a.depth_scale > 0.0 ? spot : 1.0;
+  precise float width = 2.0 * a.world * (between * inverse);
+  return between > 0.0 ? width : 0.0;
 }
 
 #endif

@@ -37,7 +37,8 @@ float texelSize(mat4 light_clip_from_view, LightPoint l, vec2 map_size) {
 
 // Change of the stored depth over a texel's world size along the light's axis.
 float texelDepth(mat4 light_clip_from_view, float depth_scale, LightPoint l, vec2 map_size) {
-  float depth_per_unit = depth_scale > 0.0 ? depth_scale / (l.w * l.w) : length(rowOf(light_clip_from_view, 2));
+  float spot = depth_scale / (l.w * l.w), sun = length(rowOf(light_clip_from_view, 2));
+  float depth_per_unit = depth_scale > 0.0 ? spot : sun;
   precise float depth = depth_per_unit * texelSize(light_clip_from_view, l, map_size);
   return depth;
 }
@@ -63,7 +64,8 @@ vec2 receiverPlane(mat4 light_clip_from_view, float depth_scale, LightPoint l, v
   float r = 1.0 / l.w;
   vec3 U = 0.5 * r * (x - l.ndc.x * w);
   vec3 V = 0.5 * r * (y - l.ndc.y * w);
-  vec3 D = depth_scale > 0.0 ? depth_scale * r * r * w : z;
+  vec3 D_spot = depth_scale * r * r * w;
+  vec3 D = depth_scale > 0.0 ? D_spot : z;
   vec3 area = cross(U, V);
   float facing = dot(n, area);
   if (abs(facing) < 1e-3 * length(area)) return vec2(0.0);

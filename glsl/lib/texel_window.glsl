@@ -3,8 +3,8 @@
 // "Revectorization-Based Soft Shadow Mapping", algorithm 3, in both directions and for all shapes of edge. Include like
 // lib/rbsm.glsl, with WINDOW_MOST defined as the largest number of texels along a side, 1 to 31.
 //
-// The shader tests every texel of the window and of the ring around it. It calls clearWindow, then setWindowRow for each
-// row, and then followBeyond.
+// The shader calls testWindow and then followBeyond. Instead of testWindow it may test every texel of the window and of the
+// ring around it itself: it calls clearWindow, then setWindowRow for each row.
 #ifndef EDGESHADE_TEXEL_WINDOW
 #define EDGESHADE_TEXEL_WINDOW
 #extension GL_EXT_control_flow_attributes : require
@@ -42,6 +42,22 @@ void setWindowRow(int j, ivec2 size, uint tests, bool left, bool right) {
   window_ring[2] = j == size.y ? tests : window_ring[2];
   window_ring[3] = j == -1 ? tests : window_ring[3];
   [[unroll]] for (int k = 0; k < WINDOW_MOST; ++k) window_rows[k] = k == j ? tests : window_rows[k];
+}
+
+// Tests a window of at most 30 x 30 texels that starts at `first`, and the ring around it, and stores the tests.
+void testWindow(ShadowPoint p, ivec2 first, ivec2 size) {
+  clearWindow();
+  [[dont_unroll]] for (int j = 0; j < size.y + 2; j += 2) {
+    // Bit i is the ring's column i.
+    uint upper = 0u, lower = 0u;
+    [[dont_unroll]] for (int i = 0; i < size.x + 2; i += 2) {
+      uint tests = shadowTest2x2(p, first - 1 + ivec2(i, j));
+      upper |= (tests & 3u) << i;
+      lower |= tests >> 2 << i;
+    }
+    setWindowRow(j - 1, size, upper >> 1 & lineBits(size.x), bitAt(upper, 0), bitAt(upper, size.x + 1));
+    setWindowRow(j, size, lower >> 1 & lineBits(size.x), bitAt(lower, 0), bitAt(lower, size.x + 1));
+  }
 }
 
 // Side of a square of bits that holds the window.

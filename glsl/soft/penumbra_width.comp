@@ -56,7 +56,8 @@ Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
       vec4 reference = softReference2x2(r, ivec2(x, y));
       precise vec2 width = max(min(vec2(x, x + 1) + 1.0, high.x) - max(vec2(x, x + 1), low.x), 0.0);
       precise vec4 share = width.xyyx * height.yyxx * vec4(greaterThan(min(reference, vec4(1.0)), stored));
-      precise vec4 z = MEAN_DEPTH ? stored : a.depth_scale > 0.0 ? a.depth_scale / max(a.depth_offset - stored, vec4(1e-7)) : stored * a.depth_offset;
+      precise vec4 spot = a.depth_scale / max(a.depth_offset - stored, vec4(1e-7)), sun = stored * a.depth_offset;
+      vec4 z = MEAN_DEPTH ? stored : mix(sun, spot, bvec4(a.depth_scale > 0.0));
       sum += dot(share, z);
       weight += dot(share, vec4(1.0));
     }

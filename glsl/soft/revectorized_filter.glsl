@@ -178,22 +178,6 @@ int tapsInRows(uint rows) {
   return n;
 }
 
-// Tests the window and the ring around it.
-void testWindow(ShadowPoint p, ivec2 first, ivec2 size) {
-  clearWindow();
-  [[dont_unroll]] for (int j = 0; j < size.y + 2; j += 2) {
-    // Bit i is the ring's column i.
-    uint upper = 0u, lower = 0u;
-    [[dont_unroll]] for (int i = 0; i < size.x + 2; i += 2) {
-      uint tests = shadowTest2x2(p, first - 1 + ivec2(i, j));
-      upper |= (tests & 3u) << i;
-      lower |= tests >> 2 << i;
-    }
-    setWindowRow(j - 1, size, upper >> 1 & lineBits(size.x), bitAt(upper, 0), bitAt(upper, size.x + 1));
-    setWindowRow(j, size, lower >> 1 & lineBits(size.x), bitAt(lower, 0), bitAt(lower, size.x + 1));
-  }
-}
-
 // Counts lit taps in a texel at an edge.
 float tapsInTexel(SoftReceiver r, vec2 half_texels, ivec2 texel, vec3 d, vec4 t) {
   ivec2 from = ivec2(tapsInColumns(lineBits(texel.x)), tapsInRows(lineBits(texel.y)));

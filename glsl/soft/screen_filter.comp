@@ -89,7 +89,7 @@ float filtered(ivec2 pixel, float own, float width) {
   // Pixels outside a spot's light count as lit, which says nothing about its shadows: such taps are skipped. Pixels
   // outside a sun's map are truly lit, since the map holds all casters.
   bool is_spot = view.light_depth_scale[0] > 0.0;
-  mat4 light_from_clip = is_spot ? view.light_clip_from_view[0] * view.view_from_clip : mat4(0.0);
+  mat4 light_from_clip = view.light_clip_from_view[0] * view.view_from_clip;
   precise float by_sigma = GAUSSIAN_REACH / half_taps;
   precise float sum = 0.0, weights = 0.0;
   for (int i = -taps; i <= taps; ++i) {
@@ -100,7 +100,7 @@ float filtered(ivec2 pixel, float own, float width) {
     precise vec4 clip = vec4((2.0 * vec2(at) + 1.0) / vec2(view.size) - 1.0, tap_depth, 1.0);
     precise float off = abs(dot(plane, clip)), signed_w = dot(w_row, clip), w = abs(signed_w);
     precise vec4 in_light = light_from_clip * clip * (signed_w < 0.0 ? -1.0 : 1.0);
-    bool reached = all(lessThanEqual(abs(in_light.xy), in_light.ww));
+    bool reached = any(bvec2(!is_spot, all(lessThanEqual(abs(in_light.xy), in_light.ww))));
     bool same = PLANES ? off <= off_plane * length(vec2(offset)) * w
                        : sameDepth(p.position.z, viewPosition(at, tap_depth).z, push.tolerance);
     bool taken = i == 0 || (same || SMOOTH_RANGE || !BILATERAL) && reached && at == inside && tap_depth != view.far_depth;

@@ -13,7 +13,7 @@ const KEEPERS: &[(&str, &[(&str, &str)])] = &[
     ("pcf", &[("width", "31")]),
     ("vsm", &[("filter", "gaussian"), ("mips", "off")]),
     ("msm", &[("filter", "gaussian"), ("bits", "16")]),
-    ("rpcf", &[("skip", "bounds")]),
+    ("rpcf", &[("skip", "quads")]),
     ("sssm", &[("generation", "raster")]),
     ("edsm", &[("border", "4")]),
     ("edsm-x", &[("generation", "raster"), ("border", "2")]),

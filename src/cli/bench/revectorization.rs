@@ -20,5 +20,5 @@ const FAMILY: &str = "sm rbsm:preset=published rbsm-filtered:preset=published rb
                       rbsm-filtered:skip=list rbsm-filtered:shapes=printed rbsm-branches:variant=filtered,skip=off rbsm-branches:variant=filtered,skip=list \
                       rbsm-listings rbsm-listings:variant=filtered rbsm-listings:variant=star \
                       rbsm-star:skip=off rbsm-star:skip=list rbsm-profile:skip=off rbsm-profile:skip=list \
-                      rbsm-profile:filter=ramp rbsm-profile:quality=neighbours rbsm-profile:quality=line pcf:width=7 rpcf:skip=off rpcf:skip=list \
-                      rpcf:skip=bounds rpcf:visibility=star rpcf:visibility=profile";
+                      rbsm-profile:filter=ramp rbsm-profile:quality=neighbours rbsm-profile:quality=line pcf:width=7 rpcf:skip=off rpcf:skip=quads \
+                      rpcf:skip=list rpcf:visibility=star rpcf:visibility=profile";

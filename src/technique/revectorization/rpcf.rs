@@ -30,10 +30,11 @@ pub const INFO: Info = Info {
         SLACK,
         Param::choice(
             "skip",
-            &["auto", "off", "list", "bounds"],
+            &["auto", "off", "list", "quads"],
             0,
-            "list pixels near an edge for a dispatch of their own (auto, list), or work on them at once (off); with \
-             bounds, depth bounds of the map's blocks decide pixels before any test, and the rest is listed; the image is the same",
+            "list pixels near an edge for a dispatch of their own (list), or work on them at once (off); quads decides tiles by \
+             depth bounds of the map's blocks, and shares the work of 2 x 2 pixels up to width 25; auto takes quads on a CPU, \
+             list on a GPU; the image is the same",
         ),
     ],
     published: &[("visibility", "printed"), ("receiver", "fixed"), ("normal_offset", "2"), ("depth_bias", "3")],
@@ -42,15 +43,18 @@ pub const INFO: Info = Info {
 };
 
 bindings! {
-    struct RpcfBindings { ..pixels: PixelBindings, blocks }
+    struct RpcfBindings { ..pixels: PixelBindings, blocks, open_tiles }
 }
 
 struct RevectorizedFiltering {
     pass: PixelPass,
-    /// Depth bounds that pixels ask before any texel.
+    /// Depth bounds that decide tiles.
     bounds: Option<DepthBounds>,
     push: RbsmPush,
 }
+
+/// Largest kernel whose pixels are worked on by quads: their windows, 5 texels wider, have to fit.
+const WIDEST_OF_QUADS: u32 = 25;
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
@@ -60,19 +64,29 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         "profile" => 2,
         _ => 3,
     };
-    let bounded = p.word("skip") == "bounds";
-    let pass = PixelPass::new(context, "rpcf pixels", setup.extent, p.word("skip") != "off", |step| {
+    // On a GPU the registers of a quad would leave too few threads at a time.
+    let wants_quads = match p.word("skip") {
+        "auto" => context.device().is_cpu(),
+        word => word == "quads",
+    };
+    // Profiles are followed for each pixel.
+    let by_quads = wants_quads && p.int("width") <= WIDEST_OF_QUADS && p.word("visibility") != "profile";
+    let pipeline = |step| {
         let constants = [
             ("FIXED", (p.word("receiver") == "fixed").into()),
             ("MAX_DISTANCE", p.int("max_distance")),
-            ("w", p.int("width")),
+            ("WIDTH", p.int("width")),
             ("FUNCTION", function),
             ("STEP", step as u32),
-            ("BOUNDED", bounded.into()),
+            ("QUADS", by_quads.into()),
         ];
         context.pipeline::<RpcfBindings, RbsmPush>("revectorization/rpcf.comp", &constants)
-    })?;
-    let bounds = if bounded { Some(DepthBounds::new(context, setup.map_size)?) } else { None };
+    };
+    let pass = match by_quads {
+        true => PixelPass::by_tiles(context, "rpcf pixels", setup.extent, true, pipeline)?,
+        false => PixelPass::new(context, "rpcf pixels", setup.extent, p.word("skip") != "off", pipeline)?,
+    };
+    let bounds = if by_quads { Some(DepthBounds::new(context, setup.map_size)?) } else { None };
     Ok(Box::new(RevectorizedFiltering { pass, bounds, push: revectorized::push(setup) }))
 }
 
@@ -85,6 +99,7 @@ impl Passes for RevectorizedFiltering {
             pixels: PixelBindings::new(view, inputs, visibility, self.pass.list()),
             // Without bounds, the shader's binding still needs an image, which it does not read.
             blocks: self.bounds.as_ref().map_or(Bind::Input(&inputs.depth), |b| Bind::Image(b.blocks())),
+            open_tiles: self.pass.tile_list(),
         };
         self.pass.record(frame, ["rpcf", "rpcf listed"], bind, bytemuck::bytes_of(&self.push), visibility)
     }

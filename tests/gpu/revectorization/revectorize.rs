@@ -171,9 +171,7 @@ fn check_rpcf(
         let (off, list) = (run("off"), run("list"));
         let what = format!("rpcf {word} {} w{width} {map_size} {receiver} M {max_distance}", scene.name);
         assert_same_bits(&off, &list, &format!("{what}, list"));
-        if *word == "filtered" {
-            assert_same_bits(&off, &run("bounds"), &format!("{what}, bounds"));
-        }
+        assert_same_bits(&off, &run("quads"), &format!("{what}, quads"));
         let shot = Shot::of(host, &renderer, true);
         let mirror = |w| rpcf::visibility(&shot.data(), &settings(*function, fixed, max_distance), w).unwrap();
         compare(&off, &mirror(width), 1e-4).check(&what, if width < 7 { 0.03 } else { 0.3 });
