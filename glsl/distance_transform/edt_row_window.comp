@@ -4,8 +4,8 @@
 //
 // Where one column is on the left of another, its seed is nearer to the pixels of a row up to some pixel, and the
 // other's seed to the pixels from there on. So the nearest column never moves left from one pixel to the next. Every
-// eighth pixel is compared with all columns in reach; the pixels between two of these are compared only with the
-// columns between the nearest ones of the two.
+// 16th pixel is compared with all columns in reach; the pixels between two of these are compared only with the columns
+// between the nearest ones of the two.
 //
 // A column without a seed in reach counts as one whose seed is NONE rows below. Such a seed lies beyond the radius of
 // every pixel, so it does not change any label.
@@ -38,18 +38,18 @@ const uint RING = 64;
 
 // Signed rows to the nearest seed of each column, plus NONE, in one byte: a ring of the words that were read last.
 uint offsets[RING];
-// Nearest column of every eighth pixel, from HALO pixels left of the tile that was read last to HALO pixels right of
-// it: squared distance << 8 | signed columns to it, plus HALO.
-uvec4 coarse0, coarse1, coarse2, coarse3, coarse4;
+// Nearest column of every 16th pixel, from HALO pixels left of the tile that was read last to HALO pixels right of it:
+// squared distance << 8 | signed columns to it, plus HALO.
+uvec2 coarse0, coarse1, coarse2, coarse3, coarse4;
 
-// Compares a column with four of the eighth pixels, the first of them at `first`; `key` is the square of its rows << 8.
-void compareCoarse(inout uvec4 coarse, int first, int column, uint key) {
-  ivec4 dx = column - first - ivec4(0, 8, 16, 24);
-  uvec4 keys = key + uvec4((dx * dx << 8) + dx + int(HALO));
-  coarse = mix(coarse, min(coarse, keys), lessThanEqual(abs(dx), ivec4(HALO)));
+// Compares a column with two of the 16th pixels, the first of them at `first`; `key` is the square of its rows << 8.
+void compareCoarse(inout uvec2 coarse, int first, int column, uint key) {
+  ivec2 dx = column - first - ivec2(0, 16);
+  uvec2 keys = key + uvec2((dx * dx << 8) + dx + int(HALO));
+  coarse = mix(coarse, min(coarse, keys), lessThanEqual(abs(dx), ivec2(HALO)));
 }
 
-// Compares a column of the new tile with the eighth pixels. Returns its entry in `offsets`. `i` is the row in the block.
+// Compares a column of the new tile with the 16th pixels. Returns its entry in `offsets`. `i` is the row in the block.
 uint readColumn(int column, uint bits, uint above, uint below, uint i) {
   uint over = bits & 0xffffffffu >> (31 - i), under = bits >> i;
   uint up = over != 0 ? i - findMSB(over) : i + above;
@@ -82,7 +82,7 @@ void readTile(uint x, uint ring, uint block, uint i) {
   coarse1 = coarse2;
   coarse2 = coarse3;
   coarse3 = coarse4;
-  coarse4 = uvec4(0xffffffffu);
+  coarse4 = uvec2(0xffffffffu);
 
   uvec4 mine = x + 4 * gl_LocalInvocationID.x + uvec4(0, 1, 2, 3), inside = min(mine, push.size.x - 1);
   uvec2 a = texelFetch(columns, ivec2(inside.x, block), 0).xy, b = texelFetch(columns, ivec2(inside.y, block), 0).xy;
@@ -101,17 +101,18 @@ void readTile(uint x, uint ring, uint block, uint i) {
   offsets[ring + 7] = readWord(7, bits, above, below, i);
 }
 
-// Compares a column with eight pixels; `dx` is its position from the first of them. A key holds the squared distance
-// without the part that all columns of the pixel share, then the row and the column of the seed: for equal distances
-// the smallest row wins, then the smallest column.
-void compareEight(uint offset, int dx, inout ivec4 left, inout ivec4 right) {
+// Compares a column with 16 pixels. A key holds the squared distance without the part that all columns of the pixel
+// share, then the row and the column of the seed: for equal distances the smallest row wins, then the smallest column.
+// `columns_key` is the key of the first pixel without rows; for each pixel further right, the key is smaller by `less`.
+void compareSixteen(uint offset, int columns_key, int less, inout ivec4 a, inout ivec4 b, inout ivec4 c, inout ivec4 d) {
   int dy = int(offset) - int(NONE);
-  int key0 = (dx * dx + dy * dy << 16) + int(offset << 8) + dx + 128;
-  int less = dx << 17; // (dx - i)^2 = dx^2 - 2 i dx + i^2
-  int key1 = key0 - less, key2 = key1 - less, key3 = key2 - less, key4 = key3 - less, key5 = key4 - less;
-  int key6 = key5 - less;
-  left = min(left, ivec4(key0, key1, key2, key3));
-  right = min(right, ivec4(key4, key5, key6, key6 - less));
+  int k0 = columns_key + (dy * dy << 16) + int(offset << 8), k1 = k0 - less, k2 = k1 - less, k3 = k2 - less;
+  int k4 = k3 - less, k5 = k4 - less, k6 = k5 - less, k7 = k6 - less, k8 = k7 - less, k9 = k8 - less;
+  int k10 = k9 - less, k11 = k10 - less, k12 = k11 - less, k13 = k12 - less, k14 = k13 - less, k15 = k14 - less;
+  a = min(a, ivec4(k0, k1, k2, k3));
+  b = min(b, ivec4(k4, k5, k6, k7));
+  c = min(c, ivec4(k8, k9, k10, k11));
+  d = min(d, ivec4(k12, k13, k14, k15));
 }
 
 // Stores four pixels from `p` on; `shared_part` completes the squared distances of their keys, and the columns of the
@@ -127,21 +128,31 @@ void storeQuad(uvec2 p, uint origin, ivec4 keys, ivec4 shared_part) {
   if (SQUARED) squared_distances[i] = mix(uvec4(NO_SEED), squared, reached);
 }
 
-// Stores eight pixels from `p` on, which lie `x` columns right of the first pixel of the tile; `from` and `to` are the
-// coarse entries of `p` and of the pixel after the eight. The columns from HALO left of the tile on begin at `ring`.
-void storeEight(uvec2 p, uint x, uint ring, uint from, uint to) {
-  uint first = x + (from & 0xffu), last = x + 8 + (to & 0xffu);
-  ivec4 left = ivec4(0x7fffffff), right = left;
+// Stores 16 pixels from `p` on, which lie `x` columns right of the first pixel of the tile; `from` and `to` are the
+// coarse entries of `p` and of the pixel after the 16. The columns from HALO left of the tile on begin at `ring`.
+void storeSixteen(uvec2 p, uint x, uint ring, uint from, uint to) {
+  uint first = x + (from & 0xffu), last = x + 16 + (to & 0xffu);
+  ivec4 a = ivec4(0x7fffffff), b = a, c = a, d = a;
   for (uint w = first / 4; w <= last / 4; w++) {
     uint word = offsets[(ring + w) % RING];
+    // Pixel i is dx - i columns away, and (dx - i)^2 = dx^2 - 2 i dx + i^2, of which i^2 is the shared part.
     int dx = 4 * int(w) - int(HALO + x);
-    compareEight(word & 0xffu, dx, left, right);
-    compareEight(word >> 8 & 0xffu, dx + 1, left, right);
-    compareEight(word >> 16 & 0xffu, dx + 2, left, right);
-    compareEight(word >> 24, dx + 3, left, right);
+    int less = dx << 17, key = (dx * dx << 16) + dx + 128;
+    compareSixteen(word & 0xffu, key, less, a, b, c, d);
+    key += less + (1 << 16) + 1; // (dx + 1)^2 = dx^2 + 2 dx + 1
+    less += 1 << 17;
+    compareSixteen(word >> 8 & 0xffu, key, less, a, b, c, d);
+    key += less + (1 << 16) + 1;
+    less += 1 << 17;
+    compareSixteen(word >> 16 & 0xffu, key, less, a, b, c, d);
+    key += less + (1 << 16) + 1;
+    less += 1 << 17;
+    compareSixteen(word >> 24, key, less, a, b, c, d);
   }
-  storeQuad(p, p.x, left, ivec4(0, 1, 4, 9));
-  storeQuad(p + uvec2(4, 0), p.x, right, ivec4(16, 25, 36, 49));
+  storeQuad(p, p.x, a, ivec4(0, 1, 4, 9));
+  storeQuad(p + uvec2(4, 0), p.x, b, ivec4(16, 25, 36, 49));
+  storeQuad(p + uvec2(8, 0), p.x, c, ivec4(64, 81, 100, 121));
+  storeQuad(p + uvec2(12, 0), p.x, d, ivec4(144, 169, 196, 225));
 }
 
 void main() {
@@ -150,7 +161,7 @@ void main() {
   // Tiles of the segment that the workgroup stores. It reads TILES more on either side.
   uint begin = gl_WorkGroupID.y * push.span, end = min(begin + push.span, tiles);
   for (uint w = 0; w < RING; w++) offsets[w] = 2 * NONE * 0x01010101u;
-  coarse0 = coarse1 = coarse2 = coarse3 = coarse4 = uvec4(0xffffffffu);
+  coarse0 = coarse1 = coarse2 = coarse3 = coarse4 = uvec2(0xffffffffu);
   uint tile = begin - min(begin, TILES), ring = 0, count = 0;
   // The first tile that no seed found so far makes worth reading.
   uint reach = 0;
@@ -169,10 +180,8 @@ void main() {
     count++;
     uvec2 p = uvec2(32 * (tile - 1 - TILES), y);
     uint left = ring + RING - 8 - HALO / 2;
-    storeEight(p, 0, left, coarse0.x, coarse0.y);
-    storeEight(p + uvec2(8, 0), 8, left, coarse0.y, coarse0.z);
-    storeEight(p + uvec2(16, 0), 16, left, coarse0.z, coarse0.w);
-    storeEight(p + uvec2(24, 0), 24, left, coarse0.w, coarse1.x);
+    storeSixteen(p, 0, left, coarse0.x, coarse0.y);
+    storeSixteen(p + uvec2(16, 0), 16, left, coarse0.y, coarse1.x);
   }
   if (gl_LocalInvocationID.x == 0) atomicAdd(active_tiles, count);
 }
