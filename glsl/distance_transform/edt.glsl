@@ -65,6 +65,17 @@ int firstNearer(uint b, uint c, uint y) {
   return (m + int(pb.x + pc.x) + 2) >> 1;
 }
 
+// True if pixel x of row y is nearer to seed c than to seed b, where b lies further left; see firstNearer. Neither
+// product exceeds the square of a side, so they fit in 32 bits without their signs.
+bool isNearer(uint b, uint c, uint x, uint y) {
+  uvec2 pb = seedOf(b), pc = seedOf(c);
+  int gb = abs(int(pb.y) - int(y)), gc = abs(int(pc.y) - int(y));
+  int m = int(2 * x) - int(pb.x + pc.x);
+  uint p = (pc.x - pb.x) * uint(abs(m)), n = uint(abs(gc - gb)) * uint(gc + gb);
+  if (p == n && (p == 0 || (m > 0) == (gc > gb))) return pc.y < pb.y;
+  return gc < gb ? m >= 0 || p < n : m > 0 && p > n;
+}
+
 // Squared distance from pixel p to a seed. Returns true if it is within the radius.
 bool inReach(uint label, uvec2 p, out uint squared) {
   uvec2 d = uvec2(abs(ivec2(seedOf(label)) - ivec2(p)));

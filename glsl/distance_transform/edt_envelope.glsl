@@ -24,13 +24,12 @@ uint envelope(uint y, uint from, uint to, uint begin, uint end, out uvec2 top) {
       int offset = columnOffset(texelFetch(columns, ivec2(x, block), 0).xy, y & 31);
       if (uint(abs(offset)) > push.radius) continue;
       uint label = x | uint(int(y) + offset) << 16;
-      uint start = begin;
+      // A site whose first pixel is nearer to the new seed has lost all its pixels.
       while (count > 0) {
-        start = uint(max(firstNearer(top.x, label, y), int(begin)));
-        if (start > top.y) break;
-        start = begin;
+        if (!isNearer(top.x, label, top.y, y)) break;
         if (--count > 0) top = loadSite(count - 1);
       }
+      uint start = count > 0 ? uint(max(firstNearer(top.x, label, y), int(begin))) : begin;
       if (start >= end) continue;
       top = uvec2(label, start);
       storeSite(count++, top);

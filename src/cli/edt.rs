@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
   pba           Parallel Banding Algorithm, for unbounded transforms on a GPU
   bounded-tile  search windows in tiles within reach of seeds, for a radius up
                 to 64 on a GPU
-  bounded-row   lower envelopes of rows, for any radius or none on a CPU driver
+  bounded-row   row by row, for any radius or none on a CPU driver
   brute         compares all seeds, on the CPU; the reference for the others
   auto          the fastest method for the device and the radius
 

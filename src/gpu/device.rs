@@ -48,6 +48,8 @@ pub struct Device {
     pub(crate) features: DeviceFeatures,
     device_type: vk::PhysicalDeviceType,
     has_memory: bool,
+    /// Size of a subgroup whose threads can read each other's values; 0 if compute shaders cannot do that.
+    subgroup: u32,
     pub(crate) pipeline_cache: vk::PipelineCache,
     allocator: Arc<Mutex<Allocator>>,
     /// This field comes after the allocator, because fields are dropped in order and the allocator needs the device to
@@ -65,8 +67,13 @@ impl Device {
         let load = |name: &CStr| unsafe { instance.get_device_proc_addr(device.handle(), name.as_ptr()) };
         check_functions(load, desc.features, desc.debug_utils)?;
         let push_descriptor_set = push_descriptor_set(load)?;
-        // SAFETY: the caller of `Context::new` guarantees that the handles are valid.
-        let properties = unsafe { instance.get_physical_device_properties(physical_device) };
+        let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut subgroup);
+        // SAFETY: the caller of `Context::new` guarantees that the handles are valid and that the version is 1.3.
+        unsafe { instance.get_physical_device_properties2(physical_device, &mut properties) };
+        let properties = properties.properties;
+        let shuffles = subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+            && subgroup.supported_operations.contains(vk::SubgroupFeatureFlags::SHUFFLE);
         // SAFETY: as above.
         let memory = unsafe { instance.get_physical_device_memory_properties(physical_device) };
         #[cfg(feature = "app")]
@@ -83,6 +90,7 @@ impl Device {
             features: desc.features,
             device_type: properties.device_type,
             has_memory: memory.memory_type_count > 0,
+            subgroup: if shuffles { subgroup.subgroup_size } else { 0 },
             pipeline_cache: desc.pipeline_cache,
             allocator,
             _keep_alive: desc.keep_alive.clone(),
@@ -103,6 +111,11 @@ impl Device {
     /// True for a driver that runs on the CPU, which has few threads, each of them fast.
     pub(crate) fn is_cpu(&self) -> bool {
         self.device_type == vk::PhysicalDeviceType::CPU
+    }
+
+    /// True if a workgroup of so many threads is one subgroup, in which `subgroupShuffle` works.
+    pub(crate) fn shuffles(&self, threads: u32) -> bool {
+        self.subgroup >= threads
     }
 
     /// False for hardware that is not there, such as RADV's null device. It only compiles: images and buffers are made

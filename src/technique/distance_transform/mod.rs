@@ -7,7 +7,9 @@
 //! | `bounded-tile` | one dispatch that searches a window around every pixel of a tile with seeds in reach, from the
 //! inside out; radius up to 64 | O(pixels in reach · distance) | 1 bit per pixel |
 //! | `bounded-row` | lower envelopes of segments of rows with seeds in reach (Meijster, Roerdink, Hesselink 2000;
-//! Felzenszwalb, Huttenlocher 2012); any radius, or none | O(pixels in reach) | 4.4 bytes per pixel and a few rows |
+//! Felzenszwalb, Huttenlocher 2012); any radius, or none. On a CPU driver and up to a radius of 64, a search among the
+//! columns between those that are nearest to every eighth pixel | O(pixels in reach) | 4.4 bytes per pixel and a few
+//! rows |
 //!
 //! All methods give the same labels, bit for bit. Among several nearest seeds, the one with the smallest y is chosen,
 //! then the one with the smallest x. All arithmetic uses integers and is exact up to 65535 pixels per side. Squared

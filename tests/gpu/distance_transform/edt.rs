@@ -159,7 +159,7 @@ impl Tally {
     }
 }
 
-const RADII: [u32; 8] = [1, 2, 7, 8, 31, 32, 33, 64];
+const RADII: [u32; 9] = [1, 2, 7, 8, 31, 32, 33, 64, 90];
 
 /// Returns no limit and two of the radii, which vary with `i`.
 fn some_radii(i: usize) -> [Option<u32>; 3] {
@@ -273,6 +273,10 @@ fn edt_of_large_masks() {
         let far = mask([16384, 3], |x, y| [x, y] == [0, 2] || [x, y] == [9000, 1] || [x, y] == [16383, 0]);
         tally.compare(host, &far, &[None, Some(5000)], "far");
         tally.compare(host, &mask([16384, 2], |_, _| true), &[None, Some(8)], "wide and full");
+        // Seeds far apart, on both sides of tiles and of the segments that a workgroup of `bounded-row` walks along.
+        let gaps =
+            mask([16384, 70], |x, y| y == 20 && (x % 1999 == 5 || x == 8191 || x == 8200) || [x, y] == [8100, 69]);
+        tally.compare(host, &gaps, &[Some(1), Some(8), Some(31), Some(64)], "gaps");
         let tall = mask([3, 16384], |x, y| [x, y] == [2, 0] || [x, y] == [1, 9000] || [x, y] == [0, 16383]);
         tally.compare(host, &tall, &[None, Some(5000)], "tall");
         println!("{tally:?}");
