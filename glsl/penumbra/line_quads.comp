@@ -7,11 +7,13 @@
 #include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
 #include "nearest_line.glsl"
+#include "beyond_edge.glsl"
 
 layout(constant_id = 1) const bool ASIDE = false;    // consider labels aside too, past what stands in front
 layout(constant_id = 2) const bool VIEWED = false;   // write seeds, labels and distances as well
 layout(constant_id = 6) const bool TURNED = false;   // work on the quads that the other passes have left
 layout(constant_id = 7) const bool FILTERED = false; // write intensities for a filter; false: write the visibility
+layout(constant_id = 9) const int LINE_TAPS = 0;     // if SOFT: taps across the penumbra, see beyond_edge.glsl
 
 layout(local_size_x = 64) in;
 
@@ -23,11 +25,11 @@ layout(binding = 6, scalar) readonly buffer List {
   uint count;
   uint places[];
 } list;
-layout(binding = 7) uniform sampler2D hard;
 layout(binding = 8) writeonly uniform image2D intensity;
 layout(binding = 10) writeonly uniform image2D distances;
 layout(binding = 11) writeonly uniform uimage2D nearest_labels;
-layout(binding = 12) writeonly uniform image2D seed_mask;  // 1 at a seed
+layout(binding = 12) writeonly uniform image2D seed_mask;  // 1 at a seed; the value of `widths` if SOFT
+layout(binding = 14) writeonly uniform image2D pixel_widths; // if SOFT and FILTERED or VIEWED: full penumbra width in reach, world units
 layout(binding = 15) writeonly uniform image2D visibility; // unless FILTERED; may be `hard`, of which a quad reads its own
 
 // Quads for which an edge counts only if the surface bends evenly on the way to it.
@@ -43,7 +45,7 @@ const ivec2 CORNERS[4] = ivec2[](ivec2(0, 1), ivec2(1, 1), ivec2(1, 0), ivec2(0,
 
 struct Quad {
   ivec2 pixel;
-  Receiver corners[4];
+  Place corners[4];
   float width; // of a pixel, world units: the smallest of the four
   // Nearest line on a pixel's surface, and the nearest where the normal has turned by more than at a crease.
   Nearest level[4];
@@ -57,10 +59,11 @@ void considerForAll(uint candidate, inout Quad q) {
   ivec2 pixel = is_label ? ivec2(candidate & 0xffffu, candidate >> 16) : ivec2(0);
   Seed seed = unpackSeed(pixel, seedAt(pixel));
   float half_length = halfLine(seed), tolerance = 2.0 * push.tolerance * q.width;
+  vec2 width = widthOf(pixel);
   for (int k = 0; k < 4; ++k) {
-    Receiver p = q.corners[k];
+    Receiver p = q.corners[k].p;
     vec3 apart = seed.point - p.position;
-    float squared = lineDistanceSquared(apart, seed.along, half_length);
+    float squared = lineDistanceSquared(q.corners[k], toLine(apart, seed.along, half_length), width);
     bool on_surface, turned = false;
     if (PLANES) {
       // This is onSurface with one width for all four pixels.
@@ -94,7 +97,7 @@ void search(inout Quad q) {
     bool inside = all(lessThan(q.pixel + CORNERS[k], ivec2(view.size)));
     considerForAll(inside ? own[k] : NO_SEED, q);
   }
-  int away = int(clamp(0.7 * penumbraReach() / q.width, 1.0, 8192.0) + 0.5);
+  int away = pixelsAside(q.width);
   int more = ASIDE && q.off ? 8 : 0;
   for (int i = 0; i < more; ++i) {
     int distance = i < 4 ? away : 5, side = (i & 1) == 0 ? -distance : distance;
@@ -122,7 +125,7 @@ void search(inout Quad q) {
 }
 
 // Largest number of further searches.
-const int ROUNDS = 3;
+const int ROUNDS = 1;
 
 // A quad's place in units of quads; OUT_OF_REACH if no edge reaches its block.
 void workOn(uint place) {
@@ -142,23 +145,23 @@ void workOn(uint place) {
     r.position = viewPosition(corner, depths[k]);
     r.normal = normalAt(corner, r.position);
     if (r.surface) q.width = min(q.width, pixelWidth(r.position));
-    q.corners[k] = r;
+    q.corners[k] = placeAt(corner, r);
     q.level[k] = nothing();
     q.turned[k] = nothing();
     q.beyond[k] = -1.0;
   }
-  bool open = true;
+  bool open = in_reach || !(FILTERED || VIEWED);
   for (int round = 0; open; ++round) {
     search(q);
     open = false;
     for (int k = 0; k < 4; ++k) {
-      bool turned = q.corners[k].surface && q.turned[k].squared < q.level[k].squared;
+      bool turned = q.corners[k].p.surface && q.turned[k].squared < q.level[k].squared;
       if (!TURNED) {
         open = open || turned;
         continue;
       }
       bool even = true;
-      for (int once = 0; turned && once < 1; ++once) even = bendsEvenly(placeAt(pixel + CORNERS[k], q.corners[k]), q.turned[k]);
+      for (int once = 0; turned && once < 1; ++once) even = bendsEvenly(q.corners[k], q.turned[k]);
       if (even) continue;
       // A crease lies on the way to the edge: the search is repeated for edges that are farther.
       q.beyond[k] = q.turned[k].squared;
@@ -176,20 +179,30 @@ void workOn(uint place) {
   vec4 hards = textureGather(hard, middle);
   for (int k = 0; k < 4; ++k) {
     ivec2 at = pixel + CORNERS[k];
-    Receiver p = q.corners[k];
+    Receiver p = q.corners[k].p;
     Nearest nearest = q.level[k];
     if (q.turned[k].squared < nearest.squared) nearest = q.turned[k];
     if (any(greaterThanEqual(at, ivec2(view.size)))) continue;
     bool near = in_reach && p.surface && nearest.squared <= reachSquared(1.0);
     float D = sqrt(nearest.squared);
     float v = near ? penumbraIntensity(hards[k], D, push.penumbra) : hards[k] - 2.0;
+    ivec2 seed_pixel = near ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
+    if (SOFT && LINE_TAPS > 0) {
+      bool wanted_line = near && D > 0.0;
+      Seed seed = unpackSeed(seed_pixel, seedAt(seed_pixel));
+      vec3 apart = toLine(seed.point - p.position, seed.along, halfLine(seed));
+      float beyond = beyondEdge(at, p, apart, D, hards[k], wanted_line ? LINE_TAPS : 0);
+      if (wanted_line) v = clamp(v + beyond, 0.0, 1.0);
+    }
+    if (SOFT && (FILTERED || VIEWED) && (near || VIEWED)) imageStore(pixel_widths, at, vec4(near ? widthOf(seed_pixel).x : 0.0));
     if (FILTERED || VIEWED) imageStore(intensity, at, vec4(v, packNormal(p.normal), 0.0, 0.0));
     if (!FILTERED && near) imageStore(visibility, at, vec4(v));
     if (VIEWED) {
       imageStore(distances, at, vec4(near ? D : uintBitsToFloat(0x7f800000u)));
       // The distance transform labels a seed with itself.
       bool is_seed = texelFetch(labels, at, 0).x == (uint(at.x) | uint(at.y) << 16);
-      imageStore(seed_mask, at, vec4(is_seed ? 1.0 : 0.0));
+      vec4 seen = SOFT ? vec4(widthOf(at), 0.0, 0.0) : vec4(1.0);
+      imageStore(seed_mask, at, is_seed ? seen : vec4(0.0));
       imageStore(nearest_labels, at, uvec4(near ? nearest.label : NO_SEED));
     }
   }

@@ -167,6 +167,13 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
 
 void consider(uint candidate, Place at, inout Nearest nearest) { consider(candidate, at, false, nearest); }
 
+// Distance in pixels at which a pixel's own search looks aside: about the reach of the penumbra, to look past anything
+// thinner. If every seed has a width of its own, it is the reach of usual penumbrae. A pixel is `width` wide.
+int pixelsAside(float width) {
+  float reach = SOFT ? 17.0 : penumbraReach() / width;
+  return int(clamp(0.7 * reach, 1.0, 8192.0) + 0.5);
+}
+
 // Considers the labels of the four pixels `distance` away along both axes, past anything that stands in front. Repeats
 // this in `rings` rings, each twice as far as the one before.
 void considerAside(usampler2D labels, int distance, int rings, Place at, inout Nearest nearest) {
