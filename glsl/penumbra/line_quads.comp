@@ -45,7 +45,7 @@ const ivec2 CORNERS[4] = ivec2[](ivec2(0, 1), ivec2(1, 1), ivec2(1, 0), ivec2(0,
 
 struct Quad {
   ivec2 pixel;
-  Place corners[4];
+  Receiver corners[4];
   float width; // of a pixel, world units: the smallest of the four
   // Nearest line on a pixel's surface, and the nearest where the normal has turned by more than at a crease.
   Nearest level[4];
@@ -54,6 +54,10 @@ struct Quad {
   bool off;        // some candidate lies on another surface
 };
 
+// The light at the quad's pixels, as in Place; set only if ALONG_LIGHT. These are no members of Quad, since AMD's compiler
+// puts larger structs into memory.
+vec3 rays[4], axis, side_x, side_y;
+
 void considerForAll(uint candidate, inout Quad q) {
   bool is_label = candidate != NO_SEED;
   ivec2 pixel = is_label ? ivec2(candidate & 0xffffu, candidate >> 16) : ivec2(0);
@@ -61,9 +65,10 @@ void considerForAll(uint candidate, inout Quad q) {
   float half_length = halfLine(seed), tolerance = 2.0 * push.tolerance * q.width;
   vec2 width = widthOf(pixel);
   for (int k = 0; k < 4; ++k) {
-    Receiver p = q.corners[k].p;
+    Receiver p = q.corners[k];
+    Place at = Place(q.pixel + CORNERS[k], p, q.width, -1.0, axis, rays[k], side_x, side_y);
     vec3 apart = seed.point - p.position;
-    float squared = lineDistanceSquared(q.corners[k], toLine(apart, seed.along, half_length), width);
+    float squared = lineDistanceSquared(at, toLine(apart, seed.along, half_length), width);
     bool on_surface, turned = false;
     if (PLANES) {
       // This is onSurface with one width for all four pixels.
@@ -125,7 +130,7 @@ void search(inout Quad q) {
 }
 
 // Largest number of further searches.
-const int ROUNDS = 1;
+const int ROUNDS = 3;
 
 // A quad's place in units of quads; OUT_OF_REACH if no edge reaches its block.
 void workOn(uint place) {
@@ -145,7 +150,13 @@ void workOn(uint place) {
     r.position = viewPosition(corner, depths[k]);
     r.normal = normalAt(corner, r.position);
     if (r.surface) q.width = min(q.width, pixelWidth(r.position));
-    q.corners[k] = placeAt(corner, r);
+    q.corners[k] = r;
+    Place at = placeAt(corner, r);
+    rays[k] = at.ray;
+    // These are the same for all pixels.
+    axis = at.axis;
+    side_x = at.side_x;
+    side_y = at.side_y;
     q.level[k] = nothing();
     q.turned[k] = nothing();
     q.beyond[k] = -1.0;
@@ -155,13 +166,13 @@ void workOn(uint place) {
     search(q);
     open = false;
     for (int k = 0; k < 4; ++k) {
-      bool turned = q.corners[k].p.surface && q.turned[k].squared < q.level[k].squared;
+      bool turned = q.corners[k].surface && q.turned[k].squared < q.level[k].squared;
       if (!TURNED) {
         open = open || turned;
         continue;
       }
       bool even = true;
-      for (int once = 0; turned && once < 1; ++once) even = bendsEvenly(q.corners[k], q.turned[k]);
+      for (int once = 0; turned && once < 1; ++once) even = bendsEvenly(placeAt(pixel + CORNERS[k], q.corners[k]), q.turned[k]);
       if (even) continue;
       // A crease lies on the way to the edge: the search is repeated for edges that are farther.
       q.beyond[k] = q.turned[k].squared;
@@ -179,7 +190,7 @@ void workOn(uint place) {
   vec4 hards = textureGather(hard, middle);
   for (int k = 0; k < 4; ++k) {
     ivec2 at = pixel + CORNERS[k];
-    Receiver p = q.corners[k].p;
+    Receiver p = q.corners[k];
     Nearest nearest = q.level[k];
     if (q.turned[k].squared < nearest.squared) nearest = q.turned[k];
     if (any(greaterThanEqual(at, ivec2(view.size)))) continue;

@@ -1,5 +1,6 @@
 //! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`, and of `line_blocks.comp`,
-//! `line_quads.comp` and `nearest_line.glsl`: the nearest edge by brute force over all seeds, and the intensity of a penumbra of fixed width.
+//! `line_quads.comp`, `nearest_line.glsl` and `beyond_edge.glsl`: the nearest edge by brute force over all seeds, and the
+//! intensity of a penumbra of fixed width. `soft` has the forms under an area light.
 
 pub mod soft;
 
