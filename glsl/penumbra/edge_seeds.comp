@@ -28,9 +28,6 @@ layout(binding = 8, scalar) buffer Coarse {
   int farthest; // reach of the widest penumbra, pixels
 };
 
-// A block of pixels around one whose edge's line is in reach: 2 pixels from seed to line, 2 in the block, 1 for rounding.
-const int AROUND_LINE = 5;
-
 bool isSurface(ivec2 pixel) {
   return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, ivec2(view.size))) && depthAt(pixel) != view.far_depth;
 }

@@ -36,6 +36,9 @@ float filterShare(float width, bool filter_in_world) {
   return width > 0.0 ? push.filter_width / width : 0.0;
 }
 
+// A block of pixels around one whose edge's line is in reach: 2 pixels from seed to line, 2 in the block, 1 for rounding.
+const int AROUND_LINE = 5;
+
 // Number of tiles along both axes.
 ivec2 tileCount() { return (ivec2(view.size) + TILE - 1) / TILE; }
 int tileIndex(ivec2 tile) { return tile.y * tileCount().x + tile.x; }

@@ -44,7 +44,8 @@ const uint NOTHING = 0, PLAIN = 1, MIXED = 2;
 struct Search {
   Place at;
   Nearest nearest;
-  bool off; // some candidate lies on another surface
+  float around; // largest distance in the world from the block's pixel to another on its surface
+  bool off;     // some candidate lies on another surface
 };
 
 // Returns whether the candidate may reach the block.
@@ -55,12 +56,14 @@ bool considerLine(uint candidate, inout Search search) {
   // The steps before the last carry labels: points are enough for them.
   Seed seed = Seed(seedPoint(pixel, bits), seedNormal(bits), vec3(0.0));
   if (LAST) seed = unpackSeed(pixel, bits);
-  bool reaches = is_label && mayReach(pixel, eyeDepth(seed.point), search.at.pixel);
-  vec3 apart = seed.point - search.at.p.position;
-  float squared = LAST ? lineDistanceSquared(apart, seed.along, halfLine(seed)) : dot(apart, apart);
+  vec2 width = widthOf(pixel);
+  float world_reach = worldReach(width), most = world_reach + search.around;
+  bool reaches = is_label && mayReach(pixel, eyeDepth(seed.point), search.at.pixel, world_reach);
+  vec3 apart = seed.point - search.at.p.position, closest = LAST ? toLine(apart, seed.along, halfLine(seed)) : apart;
+  float squared = lineDistanceSquared(search.at, closest, width);
   bool on_surface = onSurface(search.at, apart, seed.normal, pixel);
   search.off = search.off || (reaches && !on_surface);
-  bool nearer = reaches && on_surface && squared < search.nearest.squared;
+  bool nearer = reaches && on_surface && squared < search.nearest.squared && dot(closest, closest) < most * most;
   search.nearest.squared = nearer ? squared : search.nearest.squared;
   search.nearest.label = nearer ? candidate : search.nearest.label;
   return reaches;
@@ -79,8 +82,7 @@ uint workOn(ivec2 block) {
   // The block's pixels lie farther away on a surface that is seen at an angle.
   float facing = dot(p.normal, normalize(p.position));
   float around = float(LINE_PIXELS + BLOCK_PIXELS) * pixelWidth(p.position) / max(abs(facing), 0.05);
-  float most = penumbraReach() + around;
-  Search search = Search(placeAt(pixel, p), Nearest(most * most, NO_SEED), false);
+  Search search = Search(placeAt(pixel, p), nothing(), around, false);
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) considerLine(labelAt(block + push.step * ivec2(x, y)), search);
   }

@@ -7,11 +7,13 @@
 #include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
 #include "nearest_line.glsl"
+#include "beyond_edge.glsl"
 
 layout(constant_id = 1) const bool ASIDE = false;    // consider labels aside too, past what stands in front
 layout(constant_id = 2) const bool VIEWED = false;   // write seeds, labels and distances as well
 layout(constant_id = 6) const bool TURNED = false;   // work on the quads that the other passes have left
 layout(constant_id = 7) const bool FILTERED = false; // write intensities for a filter; false: write the visibility
+layout(constant_id = 9) const int LINE_TAPS = 0;     // if SOFT: taps across the penumbra, see beyond_edge.glsl
 
 layout(local_size_x = 64) in;
 
@@ -23,11 +25,11 @@ layout(binding = 6, scalar) readonly buffer List {
   uint count;
   uint places[];
 } list;
-layout(binding = 7) uniform sampler2D hard;
 layout(binding = 8) writeonly uniform image2D intensity;
 layout(binding = 10) writeonly uniform image2D distances;
 layout(binding = 11) writeonly uniform uimage2D nearest_labels;
-layout(binding = 12) writeonly uniform image2D seed_mask;  // 1 at a seed
+layout(binding = 12) writeonly uniform image2D seed_mask;  // 1 at a seed; the value of `widths` if SOFT
+layout(binding = 14) writeonly uniform image2D pixel_widths; // if SOFT and FILTERED or VIEWED: full penumbra width in reach, world units
 layout(binding = 15) writeonly uniform image2D visibility; // unless FILTERED; may be `hard`, of which a quad reads its own
 
 // Quads for which an edge counts only if the surface bends evenly on the way to it.
@@ -52,15 +54,21 @@ struct Quad {
   bool off;        // some candidate lies on another surface
 };
 
+// The light at the quad's pixels, as in Place; set only if ALONG_LIGHT. These are no members of Quad, since AMD's compiler
+// puts larger structs into memory.
+vec3 rays[4], axis, side_x, side_y;
+
 void considerForAll(uint candidate, inout Quad q) {
   bool is_label = candidate != NO_SEED;
   ivec2 pixel = is_label ? ivec2(candidate & 0xffffu, candidate >> 16) : ivec2(0);
   Seed seed = unpackSeed(pixel, seedAt(pixel));
   float half_length = halfLine(seed), tolerance = 2.0 * push.tolerance * q.width;
+  vec2 width = widthOf(pixel);
   for (int k = 0; k < 4; ++k) {
     Receiver p = q.corners[k];
+    Place at = Place(q.pixel + CORNERS[k], p, q.width, -1.0, axis, rays[k], side_x, side_y);
     vec3 apart = seed.point - p.position;
-    float squared = lineDistanceSquared(apart, seed.along, half_length);
+    float squared = lineDistanceSquared(at, toLine(apart, seed.along, half_length), width);
     bool on_surface, turned = false;
     if (PLANES) {
       // This is onSurface with one width for all four pixels.
@@ -94,7 +102,7 @@ void search(inout Quad q) {
     bool inside = all(lessThan(q.pixel + CORNERS[k], ivec2(view.size)));
     considerForAll(inside ? own[k] : NO_SEED, q);
   }
-  int away = int(clamp(0.7 * penumbraReach() / q.width, 1.0, 8192.0) + 0.5);
+  int away = pixelsAside(q.width);
   int more = ASIDE && q.off ? 8 : 0;
   for (int i = 0; i < more; ++i) {
     int distance = i < 4 ? away : 5, side = (i & 1) == 0 ? -distance : distance;
@@ -143,11 +151,17 @@ void workOn(uint place) {
     r.normal = normalAt(corner, r.position);
     if (r.surface) q.width = min(q.width, pixelWidth(r.position));
     q.corners[k] = r;
+    Place at = placeAt(corner, r);
+    rays[k] = at.ray;
+    // These are the same for all pixels.
+    axis = at.axis;
+    side_x = at.side_x;
+    side_y = at.side_y;
     q.level[k] = nothing();
     q.turned[k] = nothing();
     q.beyond[k] = -1.0;
   }
-  bool open = true;
+  bool open = in_reach || !(FILTERED || VIEWED);
   for (int round = 0; open; ++round) {
     search(q);
     open = false;
@@ -183,13 +197,23 @@ void workOn(uint place) {
     bool near = in_reach && p.surface && nearest.squared <= reachSquared(1.0);
     float D = sqrt(nearest.squared);
     float v = near ? penumbraIntensity(hards[k], D, push.penumbra) : hards[k] - 2.0;
+    ivec2 seed_pixel = near ? ivec2(nearest.label & 0xffffu, nearest.label >> 16) : ivec2(0);
+    if (SOFT && LINE_TAPS > 0) {
+      bool wanted_line = near && D > 0.0;
+      Seed seed = unpackSeed(seed_pixel, seedAt(seed_pixel));
+      vec3 apart = toLine(seed.point - p.position, seed.along, halfLine(seed));
+      float beyond = beyondEdge(at, p, apart, D, hards[k], wanted_line ? LINE_TAPS : 0);
+      if (wanted_line) v = clamp(v + beyond, 0.0, 1.0);
+    }
+    if (SOFT && (FILTERED || VIEWED) && (near || VIEWED)) imageStore(pixel_widths, at, vec4(near ? widthOf(seed_pixel).x : 0.0));
     if (FILTERED || VIEWED) imageStore(intensity, at, vec4(v, packNormal(p.normal), 0.0, 0.0));
     if (!FILTERED && near) imageStore(visibility, at, vec4(v));
     if (VIEWED) {
       imageStore(distances, at, vec4(near ? D : uintBitsToFloat(0x7f800000u)));
       // The distance transform labels a seed with itself.
       bool is_seed = texelFetch(labels, at, 0).x == (uint(at.x) | uint(at.y) << 16);
-      imageStore(seed_mask, at, vec4(is_seed ? 1.0 : 0.0));
+      vec4 seen = SOFT ? vec4(widthOf(at), 0.0, 0.0) : vec4(1.0);
+      imageStore(seed_mask, at, is_seed ? seen : vec4(0.0));
       imageStore(nearest_labels, at, uvec4(near ? nearest.label : NO_SEED));
     }
   }

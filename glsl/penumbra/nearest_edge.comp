@@ -7,10 +7,11 @@
 #include "common/receiver.glsl"
 #include "edge_seeds.glsl"
 #include "nearest_edge.glsl"
+#include "beyond_edge.glsl"
 
 layout(constant_id = 1) const bool WORLD = true;
 layout(constant_id = 2) const bool VIEWED = false; // write seeds, labels and distances as well
-layout(constant_id = 6) const int LINE_TAPS = 0;   // if SOFT: taps across the penumbra, see beyondEdge
+layout(constant_id = 6) const int LINE_TAPS = 0;   // if SOFT: taps across the penumbra, see beyond_edge.glsl
 layout(constant_id = 7) const bool FILTERED = true; // write intensities for a filter; false: write the visibility
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -22,7 +23,6 @@ layout(binding = 6, scalar) readonly buffer TileList {
   uint count;
   uint tiles[];
 } list;
-layout(binding = 7) uniform sampler2D hard;
 layout(binding = 8) writeonly uniform image2D intensity;
 layout(binding = 9, scalar) buffer FilterList {
   uint groups[3];
@@ -37,13 +37,6 @@ layout(binding = 15) writeonly uniform image2D visibility;   // unless FILTERED;
 
 shared bool wanted;
 
-// Distance in pixels at which a pixel's own search looks aside: about the reach of the penumbra, to look past anything
-// thinner. If every seed has a width of its own, it is the reach of usual penumbrae.
-int pixelsAside(Place at) {
-  float reach = SOFT ? 17.0 : penumbraReach() / at.width;
-  return int(clamp(0.7 * reach, 1.0, 8192.0) + 0.5);
-}
-
 // Considers the pixel's own label, the labels aside, those of the quads around, and then the seeds next to the one
 // found.
 Nearest search(Place at) {
@@ -51,7 +44,7 @@ Nearest search(Place at) {
   Nearest nearest = nothing();
   consider(texelFetch(labels, pixel, 0).x, at, nearest);
   if (!WORLD) return nearest;
-  considerAside(labels, pixelsAside(at), 1, at, nearest);
+  considerAside(labels, pixelsAside(at.width), 1, at, nearest);
   // The pixel's own quad and the three on the pixel's side of it.
   ivec2 quad = pixel / QUAD, side = 2 * (pixel & 1) - 1;
   for (int i = 0; i < 4; ++i) {
@@ -76,41 +69,6 @@ Nearest findNearest(ivec2 pixel, Receiver p) {
     if (open) nearest = nothing();
   }
   return nearest;
-}
-
-// Correction for shadows beyond the nearest edge. Eq. 8 considers that edge alone: it is too dark where a shadow is
-// thinner than its penumbra, and too light in a gap that is thinner than its penumbra. So taps read the hard shadows
-// along the line through pixel and edge, over the width of the penumbra. The result is the mean difference between the
-// taps and the values that a single edge would give. Taps within EDGE_PIXELS of the edge, and those on other surfaces,
-// do not count.
-const float EDGE_PIXELS = 1.5;
-
-float beyondEdge(ivec2 pixel, Receiver p, vec3 apart, float share, float own, int taps) {
-  // The ends of the line, which is one penumbra width long and centred at the pixel.
-  mat4 clip_from_view = inverse(view.view_from_clip);
-  vec3 across = apart / share;
-  vec4 middle = clip_from_view * vec4(p.position, 1.0), along = clip_from_view * vec4(across, 0.0);
-  vec2 size = vec2(view.size), half_size = 0.5 * size;
-  vec2 from = (middle.xy - 0.5 * along.xy) / (middle.w - 0.5 * along.w), to = (middle.xy + 0.5 * along.xy) / (middle.w + 0.5 * along.w);
-  float pixels = distance(from * half_size, to * half_size), width = pixelWidth(p.position);
-  float sum = 0.0;
-  for (int i = 0; i < taps; ++i) {
-    float t = (float(i) + 0.5) / float(taps) - 0.5;
-    vec4 clip = middle + t * along;
-    vec2 place = (clip.xy / clip.w) * half_size + half_size;
-    ivec2 tap = ivec2(floor(place));
-    bool inside = clip.w > 0.0 && all(greaterThanEqual(tap, ivec2(0))) && all(lessThan(tap, ivec2(size)));
-    ivec2 at = inside ? tap : pixel;
-    Receiver q = receiverAt(at);
-    bool same = q.surface && abs(t - share) * pixels >= EDGE_PIXELS;
-    vec3 to_tap = q.position - p.position;
-    float away = max(length(vec2(at - pixel)), 0.5);
-    same = same && (PLANES ? onePatch(p.normal, q.normal, to_tap, away, width, push.tolerance)
-                           : sameDepth(p.position.z, q.position.z, push.tolerance));
-    float expected = t < share ? own : 1.0 - own;
-    sum += inside && same ? texelFetch(hard, at, 0).x - expected : 0.0;
-  }
-  return sum / float(max(taps, 1));
 }
 
 void workOn(ivec2 tile) {

@@ -33,11 +33,11 @@ struct Place {
   // These are set only if ALONG_LIGHT:
   vec3 axis;    // axis of the light's view, pointing away from the light
   vec3 ray;     // along the light's ray, scaled to length 1 along the axis
-  vec3 sides[2]; // unit vectors along the sides of the light's square, the map's axes
+  vec3 side_x, side_y; // unit vectors along the sides of the light's square, the map's axes
 };
 
 Place placeAt(ivec2 pixel, Receiver p) {
-  Place at = Place(pixel, p, pixelWidth(p.position), -1.0, vec3(0.0), vec3(0.0), vec3[2](vec3(0.0), vec3(0.0)));
+  Place at = Place(pixel, p, pixelWidth(p.position), -1.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
   if (SOFT && ALONG_LIGHT) {
     mat4 m = view.light_clip_from_view[0];
     vec3 ray = -towardsLight(p.position, 0);
@@ -45,10 +45,9 @@ Place placeAt(ivec2 pixel, Receiver p) {
     at.axis = view.light_position_view[0].w == 0.0 ? ray : axis;
     // Beside and behind the light everything is lit; the limit only keeps the numbers finite.
     at.ray = ray / max(dot(ray, at.axis), 0.05);
-    for (int i = 0; i < 2; ++i) {
-      vec3 side = vec3(m[0][i], m[1][i], m[2][i]);
-      at.sides[i] = normalize(side - dot(side, at.axis) * at.axis);
-    }
+    vec3 x = vec3(m[0][0], m[1][0], m[2][0]), y = vec3(m[0][1], m[1][1], m[2][1]);
+    at.side_x = normalize(x - dot(x, at.axis) * at.axis);
+    at.side_y = normalize(y - dot(y, at.axis) * at.axis);
   }
   return at;
 }
@@ -66,7 +65,7 @@ float squaredDistance(Place at, vec3 apart, float cosine) {
   float squared = dot(apart, apart);
   if (!(SOFT && ALONG_LIGHT)) return squared;
   vec3 across = apart - dot(apart, at.axis) * at.ray;
-  float larger = max(abs(dot(across, at.sides[0])), abs(dot(across, at.sides[1])));
+  float larger = max(abs(dot(across, at.side_x)), abs(dot(across, at.side_y)));
   float rounded = (larger + ROUNDED * length(across)) / (1.0 + ROUNDED);
   return max(rounded * rounded, squared * (cosine * cosine));
 }
@@ -166,6 +165,13 @@ void consider(uint candidate, Place at, bool limited, inout Nearest nearest) {
 }
 
 void consider(uint candidate, Place at, inout Nearest nearest) { consider(candidate, at, false, nearest); }
+
+// Distance in pixels at which a pixel's own search looks aside: about the reach of the penumbra, to look past anything
+// thinner. If every seed has a width of its own, it is the reach of usual penumbrae. A pixel is `width` wide.
+int pixelsAside(float width) {
+  float reach = SOFT ? 17.0 : penumbraReach() / width;
+  return int(clamp(0.7 * reach, 1.0, 8192.0) + 0.5);
+}
 
 // Considers the labels of the four pixels `distance` away along both axes, past anything that stands in front. Repeats
 // this in `rings` rings, each twice as far as the one before.

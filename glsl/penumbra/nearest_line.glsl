@@ -18,17 +18,28 @@ float halfLine(Seed seed) {
   return HALF_LINE * pixelWidth(seed.point) * inversesqrt(max(1.0 - facing * facing, 0.01));
 }
 
-// Squared distance from a seed's line to a place; `apart` leads from the place to the seed's point.
-float lineDistanceSquared(vec3 apart, vec3 along, float half_length) {
-  vec3 closest = apart - clamp(dot(apart, along), -half_length, half_length) * along;
-  return dot(closest, closest);
+// Offset from a place to the closest point of a seed's line; `apart` leads from the place to the seed's point.
+vec3 toLine(vec3 apart, vec3 along, float half_length) {
+  return apart - clamp(dot(apart, along), -half_length, half_length) * along;
+}
+
+// Width of the seed's penumbra in the world and its cosine, as seed_width.comp stores them; 1 unless SOFT.
+vec2 widthOf(ivec2 seed_pixel) { return SOFT ? texelFetch(widths, seed_pixel, 0).xy : vec2(1.0); }
+
+// Largest distance in the world at which the seed's penumbra may change the image.
+float worldReach(vec2 width) { return penumbraReach() * (width.x / width.y); }
+
+// Squared distance to the closest point of a seed's line, in units of the penumbra's width if SOFT.
+float lineDistanceSquared(Place at, vec3 closest, vec2 width) {
+  float squared = squaredDistance(at, closest, width.y);
+  return SOFT ? squared / (width.x * width.x) : squared;
 }
 
 // Tests whether a penumbra around the seed's line may reach a pixel of the block. All such blocks lie in the tiles that
-// edge_seeds.comp marks for the seed.
-bool mayReach(ivec2 seed_pixel, float depth, ivec2 pixel) {
+// edge_seeds.comp or seed_width.comp marks for the seed.
+bool mayReach(ivec2 seed_pixel, float depth, ivec2 pixel, float world_reach) {
   ivec2 apart = abs(seed_pixel - pixel);
-  float reach = pixelReach(penumbraReach(), depth, view.pixel_size, view.off_axis);
+  float reach = pixelReach(world_reach, depth, view.pixel_size, view.off_axis);
   return float(max(apart.x, apart.y)) <= reach + float(LINE_PIXELS + BLOCK_PIXELS);
 }
 

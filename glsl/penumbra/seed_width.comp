@@ -39,6 +39,11 @@ layout(binding = 6, scalar) buffer SeedBits { uint seed_bits[]; };
 layout(binding = 8) writeonly uniform image2D widths;
 layout(binding = 9) uniform sampler2D hsm; // read if NEAREST_BLOCKER
 
+layout(binding = 10, scalar) buffer Coarse {
+  uint coarse_groups[3][3];
+  int farthest; // reach of the widest penumbra, pixels
+};
+
 // Half-width of the narrowest window, texels. A revectorized edge may lie up to a texel away from its blocker.
 const float NARROWEST_SEARCH = 1.5;
 // A width of fewer pixels counts as none.
@@ -79,8 +84,8 @@ void workOn(ivec2 pixel) {
   ivec2 first, last;
   float filter_share = filterShare(width, FILTER_IN_WORLD);
   float reach = (0.5 * (push.penumbra + filter_share) + 0.5 * filter_share) * width / cosine;
-  // A point of an edge lies up to a pixel away from the centre of its pixel.
-  tilesInReach(pixel, reach, eyeDepth(point), 2, first, last);
+  int pixels = tilesInReach(pixel, reach, eyeDepth(point), AROUND_LINE, first, last);
+  if (pixels > farthest) atomicMax(farthest, pixels);
   mark(first, last);
 }
 

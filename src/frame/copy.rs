@@ -8,6 +8,9 @@ use ash::vk::{self, Handle};
 /// Layout of an image while a buffer is copied into it. `GENERAL` is allowed as well, but can be slower.
 pub(super) const COPY_TARGET: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
+/// Layout of an image that is copied from.
+const COPY_SOURCE: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+
 impl Frame<'_> {
     /// Writes a number into every word of a buffer.
     pub(crate) fn fill(&mut self, name: &str, buffer: &Buffer, word: u32) {
@@ -64,5 +67,29 @@ impl Frame<'_> {
         }
         self.end_pass(query);
         self.transition([target].into_iter(), TRANSFER_USE.stage);
+    }
+
+    /// Copies an image with one level and one layer into another of the same size and format. The first was made with
+    /// `TRANSFER_SRC`, the second with `TRANSFER_DST`.
+    pub(crate) fn copy_image(&mut self, name: &str, source: &Image, target: &Image) {
+        let read = Use { stage: TRANSFER_USE.stage, access: vk::AccessFlags2::TRANSFER_READ, writes: false };
+        let (from, to) = (source.as_ref(), target.as_ref());
+        self.transition_for_copy(source, COPY_SOURCE);
+        self.transition_for_copy(target, COPY_TARGET);
+        self.hazard(&[(from.image.as_raw(), read), (to.image.as_raw(), TRANSFER_USE)]);
+        let query = self.begin_pass(name);
+        let layers = vk::ImageSubresourceLayers {
+            aspect_mask: vk::ImageAspectFlags::COLOR,
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        };
+        let extent = vk::Extent3D { width: to.extent[0], height: to.extent[1], depth: 1 };
+        let region = vk::ImageCopy::default().src_subresource(layers).dst_subresource(layers).extent(extent);
+        let raw = &self.context.device().raw;
+        // SAFETY: `begin`'s contract; the images have these layouts, and the callers make them alike.
+        unsafe { raw.cmd_copy_image(self.cmd, from.image, COPY_SOURCE, to.image, COPY_TARGET, &[region]) };
+        self.end_pass(query);
+        self.transition([source, target].into_iter(), TRANSFER_USE.stage);
     }
 }

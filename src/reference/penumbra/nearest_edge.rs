@@ -1,5 +1,6 @@
 //! Mirror of `glsl/penumbra/nearest_block.comp`, `nearest_quad.comp` and `nearest_edge.comp`, and of `line_blocks.comp`,
-//! `line_quads.comp` and `nearest_line.glsl`: the nearest edge by brute force over all seeds, and the intensity of a penumbra of fixed width.
+//! `line_quads.comp`, `nearest_line.glsl` and `beyond_edge.glsl`: the nearest edge by brute force over all seeds, and the
+//! intensity of a penumbra of fixed width. `soft` has the forms under an area light.
 
 pub mod soft;
 
@@ -166,18 +167,24 @@ fn half_line(view: &View<'_>, seed: &Seed) -> (f64, f64) {
     (length(facing), change)
 }
 
-/// Returns the distance from a point to a seed, and the bound of its error.
-fn distance(view: &View<'_>, s: &Settings, p: &Receiver, seed: &Seed) -> (f64, f64) {
+/// Returns the offset from a point to the closest point of a seed, and the bound of its error.
+fn to_seed(view: &View<'_>, lines: bool, p: &Receiver, seed: &Seed) -> (DVec3, f64) {
     let apart = seed.point - p.position;
     let error = p.position_error.length() + seed.off() + 2.0 * ROUNDING * apart.length();
-    if !s.lines {
-        return (apart.length(), error);
+    if !lines {
+        return (apart, error);
     }
     let (half_line, line_error) = half_line(view, seed);
-    let distance = (apart - apart.dot(seed.along).clamp(-half_line, half_line) * seed.along).length();
+    let closest = apart - apart.dot(seed.along).clamp(-half_line, half_line) * seed.along;
     // A line of unknown direction, or a point, ends half its length off.
     let off = half_line * if seed.along_error < 1.0 { seed.along_error } else { 2.0 };
-    (distance, error + off + line_error)
+    (closest, error + off + line_error)
+}
+
+/// Returns the distance from a point to a seed, and the bound of its error.
+fn distance(view: &View<'_>, s: &Settings, p: &Receiver, seed: &Seed) -> (f64, f64) {
+    let (closest, error) = to_seed(view, s.lines, p, seed);
+    (closest.length(), error)
 }
 
 fn consider(view: &View<'_>, s: &Settings, pixel: [usize; 2], p: &Receiver, seed: &Seed, found: &mut Nearest) {

@@ -174,7 +174,7 @@ impl EdgeSeeds {
         Threads::Indirect(&self.block_groups, 0)
     }
 
-    /// Returns the same threads for each of three pairs of coarse steps of a search if a penumbra of one width reaches
+    /// Returns the same threads for each of three pairs of coarse steps of a search if a penumbra reaches
     /// farther than the distance transform's labels and the finer pairs do, and otherwise none. The coarsest pair comes
     /// first.
     pub fn coarse_threads(&self) -> [Threads<'_>; COARSE_PAIRS] {
@@ -236,13 +236,13 @@ impl EdgeSeeds {
             line.record(frame, view_buffer, inputs, hard_push, (&self.edge_pixels, &self.seeds, seed_bits))?;
         }
         if let Some(widths) = &mut self.widths {
-            let (pixels, seeds, marks) = (&self.edge_pixels, &self.seeds, &self.marks);
+            let (pixels, seeds, marks, coarse) = (&self.edge_pixels, &self.seeds, &self.marks, &self.coarse);
             widths.record(
                 frame,
                 view_buffer,
                 inputs,
                 &widths_push,
-                &Seeds { pixels, seeds, bits: seed_bits, marks },
+                &Seeds { pixels, seeds, bits: seed_bits, marks, coarse },
             )?;
         }
         self.tiles.clear(frame);

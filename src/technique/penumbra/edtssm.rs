@@ -24,7 +24,8 @@ pub const INFO: Info = Info {
         ("receiver", "fixed"),
         ("normal_offset", "1"),
         ("depth_bias", "2"),
-        // The default filter_width, 0.1, is then 15 pixels of 720 lines at 45 degrees, 6 units away.
+        // This is 15 pixels of 720 lines at 45 degrees, 6 units away.
+        ("filter_width", "0.1"),
         ("filter_unit", "world"),
     ],
     needs: &[],

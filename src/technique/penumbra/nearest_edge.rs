@@ -6,6 +6,7 @@ use super::search::{BLOCK, EdgeImages, SearchBindings, labels_of_blocks};
 use super::seed_width::WidthConfig;
 use super::shared::PenumbraPush;
 use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::technique::Setup;
 use crate::technique::common::surface::SurfaceTest;
 use crate::technique::common::tiles::TileList;
 use crate::technique::distance_transform::NO_SEED;
@@ -204,19 +205,19 @@ impl Points {
 }
 
 impl NearestEdge {
-    /// Allocates for a camera image; `viewed`: keeps the images of [`Viewed`]. `pixels` is a list of pixels that this and
-    /// earlier passes use in turn.
+    /// Allocates for a camera image, and keeps the images of [`Viewed`] if intermediates are wanted. `pixels` is a list of
+    /// pixels that this and earlier passes use in turn.
     pub fn new(
         context: &Context,
-        extent: [u32; 2],
+        setup: &Setup,
         config: EdgeConfig,
         nearest: Nearest,
-        viewed: bool,
         pixels: &Arc<Buffer>,
     ) -> Result<Self> {
+        let (extent, viewed) = (setup.extent, setup.intermediates);
         Ok(Self {
             search: match nearest {
-                Nearest::WorldLine => Search::Lines(NearestLine::new(context, extent, config, viewed, pixels)?),
+                Nearest::WorldLine => Search::Lines(NearestLine::new(context, setup, config, pixels)?),
                 _ => Search::Points(Points::new(context, extent, config, nearest == Nearest::World, viewed)?),
             },
             images: EdgeImages::new(context, extent, config, viewed)?,
@@ -242,7 +243,7 @@ impl NearestEdge {
     }
 
     /// Returns the image of penumbra widths, `R32_SFLOAT`, world units, written at pixels within reach of an edge; an image of
-    /// one pixel without [`EdgeConfig::widths`].
+    /// one pixel without [`EdgeConfig::widths`], or if neither the filter nor a viewer needs it.
     pub fn pixel_widths(&self) -> &Image {
         &self.images.pixel_widths
     }

@@ -5,11 +5,13 @@ use super::edge_seeds::{COARSE_PAIRS, EdgeConfig, EdgeSeeds};
 use super::search::{BLOCK, EdgeImages, SearchBindings, labels_of_blocks};
 use super::seed_width::WidthConfig;
 use super::shared::PenumbraPush;
-use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
+use crate::technique::Setup;
 use crate::technique::common::surface::SurfaceTest;
 use crate::technique::common::tiles::indirect_list;
 use crate::technique::distance_transform::NO_SEED;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
+use ash::vk;
 use std::sync::Arc;
 
 /// Bytes before the listed blocks: the dispatch arguments and the count.
@@ -32,6 +34,7 @@ bindings! {
         distances,
         nearest_labels,
         seed_mask,
+        pixel_widths,
         visibility,
         TurnedList,
     }
@@ -50,18 +53,14 @@ pub struct NearestLine {
     /// Work of these passes; the last is shared.
     lists: [Buffer; 2],
     turned: Arc<Buffer>,
+    /// Hard shadows, kept where taps across a penumbra read those that the visibility overwrites.
+    hard: Option<Image>,
 }
 
 impl NearestLine {
-    /// Allocates for a camera image, `turned` being a list with room for every quad; `viewed`: images
-    /// for viewing are wanted.
-    pub fn new(
-        context: &Context,
-        extent: [u32; 2],
-        config: EdgeConfig,
-        viewed: bool,
-        turned: &Arc<Buffer>,
-    ) -> Result<Self> {
+    /// Allocates for a camera image, `turned` being a list with room for every quad.
+    pub fn new(context: &Context, setup: &Setup, config: EdgeConfig, turned: &Arc<Buffer>) -> Result<Self> {
+        let (extent, viewed) = (setup.extent, setup.intermediates);
         let planes = ("PLANES", (config.surfaces == SurfaceTest::Planes).into());
         let [soft, meet, metric, filter] = WidthConfig::constants(config.widths);
         let block = |first: bool, last: bool| {
@@ -73,9 +72,13 @@ impl NearestLine {
         let quad = |aside: bool, turned: bool| {
             let [aside, turned] = [("ASIDE", aside.into()), ("TURNED", turned.into())];
             let [viewed, filtered] = [("VIEWED", viewed.into()), ("FILTERED", config.filtered.into())];
-            let constants = [planes, aside, turned, viewed, filtered, soft, meet, metric, filter];
+            let taps = ("LINE_TAPS", config.widths.map_or(0, |w| w.line_taps));
+            let constants = [planes, aside, turned, viewed, filtered, taps, soft, meet, metric, filter];
             context.pipeline::<QuadsBindings, PenumbraPush>("penumbra/line_quads.comp", &constants)
         };
+        let kept = !config.filtered && config.widths.is_some_and(|w| w.line_taps > 0);
+        let copied = ImageDesc::storage("hard shadows of penumbrae", setup.output.format(), extent);
+        let copied = ImageDesc { usage: copied.usage | vk::ImageUsageFlags::TRANSFER_DST, ..copied };
         let blocks = extent.iter().map(|n| u64::from(n.div_ceil(BLOCK))).product();
         let list = |name| indirect_list(context.device(), name, HEADER, blocks);
         Ok(Self {
@@ -86,12 +89,14 @@ impl NearestLine {
             labels: [labels_of_blocks(context, extent, BLOCK)?, labels_of_blocks(context, extent, BLOCK)?],
             lists: [list("blocks near an edge")?, list("blocks near edges of several surfaces")?],
             turned: turned.clone(),
+            hard: if kept { Some(Image::new(context.device(), &copied)?) } else { None },
         })
     }
 
     /// Bytes of images and lists, without the list that is shared.
     pub fn memory_bytes(&self) -> u64 {
-        self.labels.iter().map(Image::memory_bytes).chain(self.lists.iter().map(Buffer::size)).sum()
+        let images = self.labels.iter().chain(&self.hard).map(Image::memory_bytes);
+        images.chain(self.lists.iter().map(Buffer::size)).sum()
     }
 
     /// Finds the nearest lines in the tiles that `seeds` lists.
@@ -134,6 +139,9 @@ impl NearestLine {
             (before, after) = (after, before);
         }
         seeds.tiles().count(frame);
+        if let Some(kept) = &self.hard {
+            frame.copy_image("copy hard shadows", hard, kept);
+        }
         for (name, pipeline, list) in [
             ("nearest line", &self.quads[0], &self.lists[0]),
             ("nearest line, several surfaces", &self.quads[1], &self.lists[1]),
@@ -145,11 +153,12 @@ impl NearestLine {
                 bind: &QuadsBindings {
                     search: SearchBindings { list: Bind::Buffer(list), ..search },
                     block_labels: Bind::Image(before),
-                    hard: Bind::Image(hard),
+                    hard: Bind::Image(self.hard.as_ref().unwrap_or(hard)),
                     intensity: Bind::Image(&images.intensity),
                     distances: Bind::Image(&images.distances),
                     nearest_labels: Bind::Image(&images.labels),
                     seed_mask: Bind::Image(&images.seed_mask),
+                    pixel_widths: Bind::Image(&images.pixel_widths),
                     visibility: Bind::Image(hard),
                     TurnedList: Bind::Buffer(&self.turned),
                 },

@@ -54,7 +54,7 @@ impl EdgeImages {
             distances: image("distance to the nearest edge", vk::Format::R32_SFLOAT, viewed)?,
             labels: image("nearest edge", vk::Format::R32_UINT, viewed)?,
             seed_mask: image("seeds", seed_format, viewed)?,
-            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, is_soft)?,
+            pixel_widths: image("penumbra widths", vk::Format::R32_SFLOAT, is_soft && (config.filtered || viewed))?,
         })
     }
 

@@ -65,7 +65,7 @@ impl WidthConfig {
 }
 
 bindings! {
-    struct WidthBindings { ..receiver: ReceiverBindings, list, Seeds, SeedBits, Marks, widths, hsm }
+    struct WidthBindings { ..receiver: ReceiverBindings, list, Seeds, SeedBits, Marks, widths, hsm, Coarse }
 }
 
 /// The pass with its image: 8 bytes a pixel.
@@ -81,6 +81,7 @@ pub(super) struct Seeds<'a> {
     pub seeds: &'a Buffer,
     pub bits: &'a Buffer,
     pub marks: &'a Buffer,
+    pub coarse: &'a Buffer,
 }
 
 impl SeedWidth {
@@ -147,6 +148,7 @@ impl SeedWidth {
                 widths: Bind::Image(&self.widths),
                 // Without a pyramid the shader's binding still needs an image, which it does not read.
                 hsm: self.hsm.as_ref().map_or(Bind::Input(&inputs.depth), |h| Bind::Image(h.bounds())),
+                Coarse: Bind::Buffer(seeds.coarse),
             },
             push: bytemuck::bytes_of(push),
             threads: Threads::Indirect(seeds.pixels, 0),

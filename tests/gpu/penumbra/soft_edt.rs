@@ -77,6 +77,8 @@ impl Run {
             metric,
             filter_width: p.float("filter_width"),
             filter_in_world: p.word("filter_unit") == "world",
+            lines: ["seed_shape", "nearest", "edge", "meet", "filter_unit"].map(|name| p.word(name))
+                == ["line", "world", "traced", "weighted", "penumbrae"],
         };
         let width_settings = seed_width::Settings {
             search_taps: p.int("search_taps"),
@@ -247,6 +249,8 @@ fn shipped_scenes_equal_the_mirrors() {
             for (id, params) in [
                 ("edtssm-star", &[][..]),
                 ("edtssm", &[]),
+                ("edtssm-star", &[("filter_width", "0")]),
+                ("edtssm-star", &[("seed_shape", "point")]),
                 ("edtssm-star", &[("meet", "nearest")]),
                 ("edtssm", &[("search", "near"), ("beta", "0.5"), ("edge", "pixel"), ("seeds", "any")]),
                 ("edtssm", &[("preset", "published")]),
@@ -254,7 +258,12 @@ fn shipped_scenes_equal_the_mirrors() {
                 let published = params.contains(&("preset", "published"));
                 let what = format!("{name} {id} {}", params.iter().map(|p| p.1).collect::<Vec<_>>().join(" "));
                 // Wide enough to filter penumbrae of a few pixels; the published form's width is in world units.
-                let wide = [params, if published { &[("filter_width", "0.2")] } else { &[WIDE] }].concat();
+                let width: Pairs<'_> = match params {
+                    [("filter_width", _)] => &[],
+                    _ if published => &[("filter_width", "0.2")],
+                    _ => &[WIDE],
+                };
+                let wide = [params, width].concat();
                 let run = Run::new(host, &mut r, id, &wide);
                 let widths = check_widths(&run, &what);
                 if published && name == "jenga" {
@@ -314,6 +323,14 @@ fn planted_differences_are_found(run: &Run, right: &Findings, widths: &Widths) {
     };
     assert!(change(&|s| s.0.point += s.0.normal.any_orthonormal_vector() * 0.05 * f64::from(s.1[0])) > 0, "shifted");
     assert!(change(&|s| s.1[0] *= 1.05) > 0, "wider");
+    // All lines, turned by a right angle; and points instead of lines.
+    let turned = |(s, w): &WideSeed| (edge_seeds::Seed { along: s.normal.cross(s.along), ..*s }, *w);
+    let turned: Vec<WideSeed> = seeds.iter().map(turned).collect();
+    let points = Settings { lines: false, ..run.settings };
+    for (what, found) in [("turned", with(&run.settings, &turned)), ("points", with(&points, &seeds))] {
+        println!("planted in the lines: {what}: {} other distances", found.other_distance);
+        assert!(found.other_distance > right.penumbra / 20, "{what}: {found:?}");
+    }
     // A label that is not a seed's.
     let others: Vec<_> = seeds.iter().filter(|s| s.0.label() != used).copied().collect();
     let error = soft::links(&run.data(), &run.settings, &others, &run.labels).err().unwrap().to_string();

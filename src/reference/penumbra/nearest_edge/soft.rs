@@ -1,6 +1,7 @@
-//! Mirror of the search where every seed has its own penumbra width (`SOFT` of `glsl/penumbra/nearest_edge.glsl`).
+//! Mirror of the search where every seed has its own penumbra width (`SOFT` of `glsl/penumbra/nearest_edge.glsl` and
+//! `nearest_line.glsl`), and of `beyond_edge.glsl`.
 
-use super::{Link, Nearest, on_surface};
+use super::{Link, Nearest, half_line, on_surface, to_seed};
 use crate::reference::FrameData;
 use crate::reference::common::surface::{Apart, one_patch, same_depth};
 use crate::reference::common::view::{Decision, ROUNDING, Receiver, View};
@@ -25,6 +26,8 @@ pub struct Settings {
     pub filter_width: f32,
     /// The filter has one width in the world.
     pub filter_in_world: bool,
+    /// Seeds are short lines along the edge, not points.
+    pub lines: bool,
 }
 
 impl Settings {
@@ -37,7 +40,7 @@ impl Settings {
     }
 
     fn on_surface(&self) -> super::Settings {
-        super::Settings { seeds: self.seeds, penumbra: 1.0, filter_width: self.filter_width, lines: false }
+        super::Settings { seeds: self.seeds, penumbra: 1.0, filter_width: self.filter_width, lines: self.lines }
     }
 }
 
@@ -72,10 +75,9 @@ impl Place {
         Self { p, axis, ray: -towards / facing, ray_error, sides }
     }
 
-    fn measure(&self, s: &Settings, (seed, [_, cosine]): &WideSeed) -> Measured {
-        let apart = seed.point - self.p.position;
+    fn measure(&self, view: &View<'_>, s: &Settings, (seed, [_, cosine]): &WideSeed) -> Measured {
+        let (apart, error) = to_seed(view, s.lines, &self.p, seed);
         let length = apart.length();
-        let error = self.p.position_error.length() + seed.off() + 2.0 * ROUNDING * length;
         if s.metric == Metric::World {
             return Measured(length, error);
         }
@@ -111,11 +113,13 @@ pub fn in_world(data: &FrameData<'_>, settings: &Settings, seeds: &[WideSeed]) -
             };
             let reach = if settings.meet == Meet::Weighted { settings.reach(width) } else { f64::INFINITY };
             // Most seeds are clearly too far away.
-            let limit = 1.00001 * (reach.min(found.range[1]) * unit / cosine + p.position_error.length() + seed.off());
+            let (half_line, line_error) = if settings.lines { half_line(&view, seed) } else { (0.0, 0.0) };
+            let off = p.position_error.length() + seed.off() + half_line + line_error;
+            let limit = 1.00001 * (reach.min(found.range[1]) * unit / cosine + off);
             if place.p.position.distance_squared(seed.point) > limit * limit {
                 continue;
             }
-            let Measured(distance, error) = place.measure(settings, wide);
+            let Measured(distance, error) = place.measure(&view, settings, wide);
             let (distance, error) = (distance / unit, error / unit + 2.0 * ROUNDING * distance / unit);
             if distance - error > reach.min(found.range[1]) {
                 continue;
@@ -167,7 +171,7 @@ pub fn links(
             return Err(Error::Usage(format!("mirror: pixel {pixel:?} has the label {x}, {y}, but no surface")));
         };
         let width = f64::from(wide.1[0]);
-        let Measured(distance, error) = Place::new(&view, p).measure(settings, wide);
+        let Measured(distance, error) = Place::new(&view, p).measure(&view, settings, wide);
         let (distance, error) = (distance / width, error / width + 2.0 * ROUNDING * distance / width);
         let on_surface = on_surface(&view, &settings.on_surface(), pixel, &p, &wide.0);
         let doubtful = on_surface.is_doubtful() || !wide.0.sure;
@@ -194,10 +198,10 @@ pub struct Beyond {
     pub doubt: f64,
 }
 
-/// `EDGE_PIXELS` of `glsl/penumbra/nearest_edge.comp`.
+/// `EDGE_PIXELS` of `glsl/penumbra/beyond_edge.glsl`.
 const EDGE_PIXELS: f64 = 1.5;
 
-/// Mirror of `beyondEdge` of `glsl/penumbra/nearest_edge.comp` for every pixel with a label. `shares` holds each
+/// Mirror of `beyondEdge` of `glsl/penumbra/beyond_edge.glsl` for every pixel with a label. `shares` holds each
 /// pixel's distance to its edge as a fraction of the penumbra's width.
 ///
 /// # Errors
@@ -225,8 +229,9 @@ pub fn beyond(
         if share <= 0.0 {
             return Beyond::default();
         }
-        let across = (seed.point - p.position) / share;
-        let line = Line { view: &view, s: settings, pixel, p, across, share, error: seed.off() / share };
+        let (closest, error) = to_seed(&view, settings.lines, &p, seed);
+        let (across, error) = (closest / share, (error - p.position_error.length()) / share);
+        let line = Line { view: &view, s: settings, pixel, p, across, share, error };
         let mut found = Beyond::default();
         for k in 0..taps {
             let t = (f64::from(k) + 0.5) / f64::from(taps) - 0.5;
