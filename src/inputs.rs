@@ -40,14 +40,15 @@ pub struct Inputs<'a> {
     pub shadow_map: ImageRef,
     /// Views that the layers were rendered from, in layer order. For now exactly one.
     pub light: &'a [LightView],
-    /// A number that the caller changes whenever the content of the shadow map or the transforms of the casters
-    /// change. Results that depend only on the map, or only on the casters and the light, are kept while this number,
+    /// A number that the caller changes whenever the content of the shadow map, the transforms of the casters or their
+    /// positions change. Results that depend only on the map, or only on the casters and the light, are kept while this number,
     /// the map's image and view, and the light stay the same. `None` recomputes them every frame. Two lights may use
     /// the same numbers.
     pub light_version: Option<u64>,
     /// A number that the caller changes whenever the content of `depth` or `normal` changes. While this number, the
     /// camera, both images, and everything that `light_version` stands for stay the same, the technique records no
-    /// pass, and its output keeps the visibility of the frame before. `None` records every frame.
+    /// pass, and its output keeps the visibility of the frame before. `None` records every frame, and so does a
+    /// `light_version` of `None`.
     pub camera_version: Option<u64>,
     /// Transforms of the instances of [`Setup::casters`](field@crate::technique::Setup::casters) from their own space
     /// to world space; any affine transform is allowed. Empty for techniques without casters.

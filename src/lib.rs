@@ -75,8 +75,8 @@
 //! * **Several lights, one technique**: results kept from frame to frame belong to one combination of map, light and
 //!   [`Inputs::light_version`]. A technique that alternates between two lights gives correct results but recomputes
 //!   everything each time; prepare one technique for each light to keep both results.
-//! * **Nothing has changed**: with [`Inputs::camera_version`], a technique records no pass in a frame whose inputs are
-//!   those of the frame before, and its output keeps the visibility.
+//! * **Nothing has changed**: if both [`Inputs::light_version`] and [`Inputs::camera_version`] are given, a technique
+//!   records no pass in a frame whose inputs equal those of the frame before, and its output keeps the visibility.
 //! * **The output** belongs to the technique and is reused every frame. [`Handoff`] says how you read it. The library
 //!   emits the barrier for those reads, and in the next frame waits for them before it writes again.
 //! * **Frames in flight**: any number on one queue, submitted in the order in which they were recorded. You may drop

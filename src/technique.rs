@@ -144,11 +144,13 @@ struct Prepared {
 impl Prepared {
     fn record_passes(&mut self, frame: &mut Frame<'_>, inputs: &Inputs<'_>) -> Result<ImageRef> {
         inputs.check(self.info.id, self.visibility.extent(), self.map_size)?;
-        if self.kept.holds(inputs) {
+        let holds = self.kept.holds(inputs);
+        // If this frame is dropped, the image's layout is forgotten, and so must its content be.
+        self.kept.make(frame, inputs);
+        if holds {
             frame.use_again(&self.visibility);
             return Ok(self.visibility.as_ref());
         }
-        self.kept.make(frame, inputs);
         frame.begin_group(self.info.title);
         let view = self.view.update(frame, inputs);
         self.passes.record(frame, view, inputs, &self.visibility)?;

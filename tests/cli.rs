@@ -478,7 +478,7 @@ fn pipelines_are_listed_with_their_users() {
     let users_of = |name: &str| words(&pipelines.iter().find(|p| p["pipeline"] == name).unwrap()["users"]);
     assert_eq!((users_of("filtering/pcf.comp"), users_of("common/shade.comp")), (vec!["pcf"], vec!["renderer"]));
     let users = users_of("common/depth_bounds.comp");
-    assert!(users.starts_with(&["pcss", "vssm"]) && users.contains(&"rbssm") && !users.contains(&"pcf"), "{users:?}");
+    assert!(users.starts_with(&["rpcf", "pcss"]) && users.contains(&"rbssm") && !users.contains(&"pcf"), "{users:?}");
     let text = place.good(&["pipelines"]);
     assert!(text.contains("filtering/pcf.comp WIDTH=3 ") && text.contains("shadow map, masked"), "{text}");
     assert_eq!(text.contains("no statistics"), !has_statistics, "{text}");

@@ -22,12 +22,15 @@ layout(binding = 5, scalar) buffer PixelList {
 } list;
 
 // Appends a pixel to the list that another pass works on; `to` is declared as PixelList is. The first pixel of every 64
-// adds a workgroup to the dispatch.
-#define APPEND_PIXEL(to, pixel)                                                      \
-  {                                                                                  \
-    uint index = atomicAdd(to.count, 1);                                             \
-    to.pixels[index] = packTile(uvec2(pixel));                                       \
-    if (index % 64 == 0 && index / 64 < MAX_TILE_GROUPS) atomicAdd(to.groups[0], 1); \
+// adds a workgroup to the dispatch, and a tile, since the pixels are not listed by tiles.
+#define APPEND_PIXEL(to, pixel)                                    \
+  {                                                                \
+    uint index = atomicAdd(to.count, 1);                           \
+    to.pixels[index] = packTile(uvec2(pixel));                     \
+    if (index % 64 == 0) {                                         \
+      atomicAdd(to.tiles, 1);                                      \
+      if (index / 64 < MAX_TILE_GROUPS) atomicAdd(to.groups[0], 1); \
+    }                                                              \
   }
 
 shared uint open;

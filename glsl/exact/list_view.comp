@@ -28,12 +28,12 @@ void main() {
       edge_count = edge_starts[cell + 1] - edge_starts[cell];
       room = room && edge_starts[cell + 1] <= push.entries && (edge_header.lost == 0 || !isLost(edge_header.lost_blocks, cell));
     }
-    // Neighbours differ, because the multiplier is odd and large (Knuth's multiplicative hash).
+    // Neighbours mostly differ (Knuth's multiplicative hash).
     float grey = 0.25 + 0.75 * float((cell * 2654435761u) >> 24) / 255.0;
     shown = vec4(room ? float(layersOver(r, cell, true)) : 0.0, room ? float(edge_count) : 0.0, grey, room ? 0.0 : 1.0);
   }
   imageStore(layers, pixel, vec4(shown.x));
-  imageStore(edges, pixel, vec4(shown.y));
+  if (EDGES) imageStore(edges, pixel, vec4(shown.y));
   imageStore(cells, pixel, vec4(shown.z));
   imageStore(fallback, pixel, vec4(shown.w));
 }

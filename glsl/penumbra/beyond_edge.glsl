@@ -3,7 +3,7 @@
 #ifndef EDGESHADE_BEYOND_EDGE
 #define EDGESHADE_BEYOND_EDGE
 
-layout(binding = 7) uniform sampler2D hard;
+layout(binding = 7) uniform sampler2D hard; // 0 or 1
 
 // Eq. 8 considers the nearest edge alone: it is too dark where a shadow is thinner than its penumbra, and too light in a
 // gap that is thinner than its penumbra. So taps read the hard shadows along the line through pixel and edge, over the

@@ -184,14 +184,14 @@ void workOnQuad(ivec2 corner) {
   is_split = any(greaterThan(size, ivec2(WINDOW_MOST)));
   if (open_pixels == 0u || is_split) size = ivec2(0);
   testWindow(base, first, size);
-  // Windows without an edge.
-  bool any_edge = false;
-  [[dont_unroll]] for (int j = 0; j < size.y; ++j) any_edge = any_edge || edgeBits(windowRow(j), j, size) != 0u;
+  // The window has a discontinuity. Without one, its first test decides.
+  bool discontinuous = false;
+  [[dont_unroll]] for (int j = 0; j < size.y; ++j) discontinuous = discontinuous || edgeBits(windowRow(j), j, size) != 0u;
   if (is_split) size = ivec2(0);
-  rpcfSum(base, first, any_edge ? size : ivec2(0), FUNCTION);
-  bool lit = !any_edge && bitAt(window_rows[0], 0);
+  rpcfSum(base, first, discontinuous ? size : ivec2(0), FUNCTION);
+  bool lit = !discontinuous && bitAt(window_rows[0], 0);
   [[unroll]] for (int i = 0; i < PIXELS; ++i) {
-    float v = any_edge ? rpcfMeanOf(i) : lit ? 1.0 : 0.0;
+    float v = discontinuous ? rpcfMeanOf(i) : lit ? 1.0 : 0.0;
     if (!is_split && (open_pixels >> i & 1u) != 0u) imageStore(visibility, quadPixel(corner, i), vec4(v));
   }
   listPixels(corner, is_split ? open_pixels : 0u);

@@ -66,7 +66,7 @@ pub struct Args {
     /// Side of the shadow map in texels
     #[arg(long, value_name = "N", default_value = "1024", value_parser = args::map_size)]
     shadow_map: u32,
-    /// Changes from frame to frame that the technique is told of; results that depend on nothing else are kept
+    /// Changes from frame to frame that the technique is told of; results that do not depend on them are kept
     #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
     moving: args::Moves,
     /// Number of frames to measure

@@ -48,7 +48,7 @@ pub struct Device {
     pub(crate) features: DeviceFeatures,
     device_type: vk::PhysicalDeviceType,
     has_memory: bool,
-    /// Size of a subgroup whose threads can read each other's values; 0 if compute shaders cannot do that.
+    /// Size of a subgroup in which compute shaders can shuffle values; 0 if they cannot.
     subgroup: u32,
     pub(crate) pipeline_cache: vk::PipelineCache,
     allocator: Arc<Mutex<Allocator>>,
@@ -113,7 +113,8 @@ impl Device {
         self.device_type == vk::PhysicalDeviceType::CPU
     }
 
-    /// True if a workgroup of so many threads is one subgroup, in which `subgroupShuffle` works.
+    /// True if compute shaders have `subgroupShuffle`, in subgroups of at least so many threads. On a CPU driver a
+    /// workgroup of so many threads is then one subgroup.
     pub(crate) fn shuffles(&self, threads: u32) -> bool {
         self.subgroup >= threads
     }

@@ -17,7 +17,7 @@ use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
 /// Largest side of an image or a map, pixels or texels.
 pub const MAX_SIZE: u32 = 16384;
 
-/// What changes from one frame to the next. Results that depend on nothing else are kept.
+/// What changes from one frame to the next. Results that do not depend on it are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Moving {
     /// Light, casters and camera: the shadow map is drawn in every frame.

@@ -18,13 +18,14 @@ pub static SUITE: Suite = Suite {
 };
 
 /// Techniques to compare, if the registry has them.
-const CONTENDERS: &str = "sm rbsm-star rbsm-profile edsm sssm edsm-x edsm-x:slots=1 edsm-x:slots=4 shadow-volumes";
+const CONTENDERS: &str =
+    "sm rbsm-star rbsm-profile edsm sssm edsm-x edsm-x:slots=1 edsm-x:slots=4 shadow-volumes exact-hard";
 
 const ABOUT: &str = "lights without size, alpha-masked surfaces left out, against the ray-traced truth.";
 
 const NOTE: &str = " `edges`: silhouette edges in the scene; `spilled`: entries in the chains of cells with more edges than \
-                    slots; `lost`: entries that found no place there either. `shadow-volumes` uses no map and is judged once \
-                    per scene.";
+                    slots; `lost`: entries that found no place there either. `shadow-volumes` and `exact-hard` use no map and are \
+                    judged once per scene.";
 
 /// Counts of the map of edges.
 const COUNTS: [Column; 3] =

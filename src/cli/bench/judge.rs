@@ -78,7 +78,8 @@ pub fn possible(Variants { found, mut left_out }: Variants, device: DeviceFeatur
 
 /// Marks variants that use no shadow map.
 pub fn mapless(mut variants: Variants) -> Variants {
-    variants.found.iter_mut().for_each(|v| v.has_no_map = v.choice.info.id == "shadow-volumes");
+    let is_mapless = |id| matches!(id, "shadow-volumes" | "exact-hard");
+    variants.found.iter_mut().for_each(|v| v.has_no_map = is_mapless(v.choice.info.id));
     variants
 }
 

@@ -41,7 +41,7 @@ const SCALES: [f64; 3] = [0.25, 1.0, 4.0];
 /// the light.
 const CONTENDERS: &str = "sm pcf:width=15 pcss pcss:preset=published rbssm rbssm:preset=published ssrbssm \
                           ssrbssm:preset=published ssabss ssabss:preset=published edtssm edtssm:preset=published \
-                          edtssm-star soft-auto";
+                          edtssm-star soft-auto exact-soft";
 /// Techniques from the lowest error to the highest, as the papers report. Their order here is that of the published forms.
 const ORDER: [&str; 4] = ["rbssm", "pcss", "ssrbssm", "ssabss"];
 /// Technique that the papers do not rank.

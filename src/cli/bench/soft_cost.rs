@@ -17,7 +17,7 @@ const RIVAL: &str = "pcss";
 
 /// Variants to time, if the registry has them.
 const VARIANTS: &str = "sm pcf:width=15 pcss pcss:skip=off rbssm rbssm-naive rbssm:skip=off rbssm:reuse=off ssrbssm ssabss edtssm \
-                        edtssm-star soft-auto pcss:preset=published rbssm:preset=published \
+                        edtssm-star soft-auto exact-soft pcss:preset=published rbssm:preset=published \
                         rbssm-naive:preset=published ssrbssm:preset=published ssabss:preset=published \
                         edtssm:preset=published";
 

@@ -93,8 +93,9 @@ pub(crate) fn pixel_list(context: &Context, name: &str, extent: [u32; 2]) -> Res
     let [width, height] = extent;
     let entries = u64::from(width) * u64::from(height);
     if !fits(context, entries) {
-        let problem =
-            format!("a list of the pixels of a {width}x{height} image is larger than a storage buffer of this device");
+        let problem = format!(
+            "a list of the pixels of a {width}x{height} image is larger than a storage buffer of this device: choose a smaller image"
+        );
         return Err(Error::Parameter(problem));
     }
     indirect_list(context.device(), name, HEADER, entries)

@@ -8,7 +8,7 @@
 //! inside out; radius up to 64 | O(pixels in reach · distance) | 1 bit per pixel |
 //! | `bounded-row` | lower envelopes of segments of rows with seeds in reach (Meijster, Roerdink, Hesselink 2000;
 //! Felzenszwalb, Huttenlocher 2012); any radius, or none. On a CPU driver and up to a radius of 64, a search among the
-//! columns between those that are nearest to every eighth pixel | O(pixels in reach) | 4.4 bytes per pixel and a few
+//! columns between those that are nearest to every 16th pixel | O(pixels in reach) | 4.4 bytes per pixel and a few
 //! rows |
 //!
 //! All methods give the same labels, bit for bit. Among several nearest seeds, the one with the smallest y is chosen,

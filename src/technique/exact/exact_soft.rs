@@ -84,8 +84,9 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
         let constants = [("MASKED", casters.masked().into()), ("DISC", disc.into()), ("STEP", step as u32)];
         context.pipeline::<SoftBindings, GridPush>("exact/exact_soft.comp", &constants)
     };
-    let shade =
-        PixelPass::new(context, "listed pixels", setup.extent, p.word("skip") != "off" && !setup.intermediates, shade)?;
+    // The views show all receivers. Those of listed pixels are not kept.
+    let listed = p.word("skip") != "off" && !setup.intermediates;
+    let shade = PixelPass::new(context, "listed pixels", setup.extent, listed, shade)?;
     let fallback_list = Arc::new(pixel_list(context, "pixels without lists", setup.extent)?);
     Ok(Box::new(ExactSoft {
         silhouettes: Silhouettes::new(context, casters, true)?,
@@ -141,7 +142,11 @@ impl Passes for ExactSoft {
         clear_list(frame, &self.fallback_list);
         self.shade.record_more(frame, names, &bind, bytemuck::bytes_of(&push), visibility)?;
         frame.count(Counted::Named("fallback_pixels"), &self.fallback_list, COUNT);
-        self.fallback.record_listed(frame, view, inputs, visibility)
+        // Masked casters may have had passes of these names.
+        frame.mark_passes(", fallback");
+        let recorded = self.fallback.record_listed(frame, view, inputs, visibility);
+        frame.mark_passes("");
+        recorded
     }
 
     fn intermediates(&self) -> Vec<(&'static str, &Image)> {

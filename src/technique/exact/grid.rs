@@ -64,7 +64,10 @@ bindings! {
 fn buffer(context: &Context, name: &str, size: u64) -> Result<Buffer> {
     let most = u64::from(context.device().limits.max_storage_buffer_range);
     if size > most {
-        let problem = format!("{name}: {size} bytes, but a storage buffer of this device has at most {most}");
+        let problem = format!(
+            "the {name} of exact shadows need {size} bytes, but a storage buffer of this device has at most {most}: choose \
+             fewer entries, or casters of fewer triangles"
+        );
         return Err(Error::Usage(problem));
     }
     let usage = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -310,11 +313,13 @@ impl FaceList {
     const HEADER: u64 = 16;
     /// Rooms that small meshes get for all of their faces.
     const LEAST: u32 = 1 << 16;
+    /// Faces whose sides one dispatch can work on.
+    const MOST: u32 = 65535 * 64 / 3;
 
     /// Makes a list with room for every face, or a quarter of those of large meshes.
     fn new(context: &Context, casters: &Casters) -> Result<Self> {
         let triangles = casters.counts().triangles;
-        let room = triangles.min(Self::LEAST.max(triangles / 4));
+        let room = triangles.min(Self::LEAST.max(triangles / 4)).min(Self::MOST);
         Ok(Self {
             room,
             list: buffer(context, "faces that cut the light", Self::HEADER + 4 * u64::from(room.max(1)))?,

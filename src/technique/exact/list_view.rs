@@ -25,13 +25,15 @@ pub(super) struct ListView {
 impl ListView {
     /// Makes the pass for an image; `with_edges`: there are lists of edges.
     pub fn new(context: &Context, extent: [u32; 2], with_edges: bool) -> Result<Self> {
-        let image = |name| Image::new(context.device(), &ImageDesc::storage(name, vk::Format::R32_SFLOAT, extent));
+        let sized =
+            |name, extent| Image::new(context.device(), &ImageDesc::storage(name, vk::Format::R32_SFLOAT, extent));
+        let image = |name| sized(name, extent);
         Ok(Self {
             pipeline: context
                 .pipeline::<ViewBindings, GridPush>("exact/list_view.comp", &[("EDGES", with_edges.into())])?,
             with_edges,
             layers: image("layers")?,
-            edges: image("listed edges")?,
+            edges: sized("listed edges", if with_edges { extent } else { [1, 1] })?,
             cells: image("cells")?,
             fallback: image("pixels without lists")?,
         })

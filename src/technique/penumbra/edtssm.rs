@@ -24,7 +24,7 @@ pub const INFO: Info = Info {
         ("receiver", "fixed"),
         ("normal_offset", "1"),
         ("depth_bias", "2"),
-        // This is 15 pixels of 720 lines at 45 degrees, 6 units away.
+        // In the world's unit: 15 pixels of an image of 720 lines, at a field of view of 45 degrees, 6 units away.
         ("filter_width", "0.1"),
         ("filter_unit", "world"),
     ],

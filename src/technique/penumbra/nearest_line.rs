@@ -53,12 +53,12 @@ pub struct NearestLine {
     /// Work of these passes; the last is shared.
     lists: [Buffer; 2],
     turned: Arc<Buffer>,
-    /// Hard shadows, kept where taps across a penumbra read those that the visibility overwrites.
+    /// Copy of the hard shadows for the taps across a penumbra, since the visibility overwrites them.
     hard: Option<Image>,
 }
 
 impl NearestLine {
-    /// Allocates for a camera image, `turned` being a list with room for every quad.
+    /// Allocates for a camera image. `turned` is a list with room for every quad.
     pub fn new(context: &Context, setup: &Setup, config: EdgeConfig, turned: &Arc<Buffer>) -> Result<Self> {
         let (extent, viewed) = (setup.extent, setup.intermediates);
         let planes = ("PLANES", (config.surfaces == SurfaceTest::Planes).into());

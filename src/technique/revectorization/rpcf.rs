@@ -33,7 +33,7 @@ pub const INFO: Info = Info {
             &["auto", "off", "list", "quads"],
             0,
             "list pixels near an edge for a dispatch of their own (list), or work on them at once (off); quads decides tiles by \
-             depth bounds of the map's blocks, and shares the work of 2 x 2 pixels up to width 25; auto takes quads on a CPU, \
+             depth bounds of the map's blocks, and shares the work of 2 x 2 pixels, for widths up to 25 and not for visibility=profile, otherwise it is list; auto takes quads on a CPU, \
              list on a GPU; the image is the same",
         ),
     ],

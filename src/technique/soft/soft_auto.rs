@@ -95,8 +95,8 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
 }
 
 impl SoftAuto {
-    /// Prepares the technique, with its parameters in `setup`. With `listed`, another pass lists the pixels; see
-    /// [`SoftAuto::record_listed`].
+    /// Prepares the technique, with its parameters in `setup`. With `listed`, another pass lists the pixels, see
+    /// [`SoftAuto::record_listed`]; the parameter `skip` is then off.
     fn new(context: &Context, setup: &Setup, listed: Option<&Arc<Buffer>>) -> Result<Self> {
         let (p, extent) = (&setup.params, setup.extent);
         let kernel_texels = p.float("kernel_texels");
