@@ -38,7 +38,7 @@ const MAP: u32 = 1024;
 const BASE: &str = "sm";
 
 /// Techniques to compare, if the registry and the device support them.
-const CONTENDERS: &str = "sm pcf:width=5 sssm edsm edsm-x:slots=2 shadow-volumes:path=compute exact-hard";
+const CONTENDERS: &str = "sm pcf:width=5 sssm edsm edsm-x:slots=2 shadow-volumes:path=compute";
 
 /// The pass of every frame that draws the casters into the map.
 const MAP_PASS: &str = "shadow map";
@@ -271,8 +271,8 @@ fn page(results: &Results<'_>) -> String {
             "`update`: the shadow map and everything that the technique derives from the casters, which is skipped while light and \
              casters stand still; `shading`: the technique's passes of every frame; `both`: their sum, without G-buffer and \
              lighting; `frame`: the whole frame, with G-buffer and lighting. Times are GPU milliseconds, median (least); `x` is the \
-             ratio to `{BASE}` in the same turn, median over the turns. `shadow-volumes` and `exact-hard` use no shadow map, \
-             so none counts for them. A driver on the CPU defers draws but not compute passes, so its times of single passes of an update mean \
+             ratio to `{BASE}` in the same turn, median over the turns. `shadow-volumes` uses no shadow map, so none counts for \
+             it. A driver on the CPU defers draws but not compute passes, so its times of single passes of an update mean \
              little: compare `frame` instead, and take a moving frame minus a standing one as the update.\n\n"
         );
     text += &left_out_note(&results.plan.left_out);
