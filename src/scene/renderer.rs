@@ -17,7 +17,7 @@ use crate::{Error, Frame, Handoff, Inputs, NormalEncoding, Result};
 /// Largest side of an image or a map, pixels or texels.
 pub const MAX_SIZE: u32 = 16384;
 
-/// What changes from one frame to the next. Results that do not depend on it are kept.
+/// Changes from one frame to the next. Results that do not depend on them are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Moving {
     /// Light, casters and camera: the shadow map is drawn in every frame.
@@ -44,7 +44,7 @@ pub struct RenderDesc {
     pub shade: ShadeOptions,
     /// Passes the G-buffer's normals to the technique; otherwise it derives them from depth.
     pub normals: bool,
-    /// What the technique is told to have changed since the frame before, whether it did or not.
+    /// Changes since the frame before that the technique is told of, whether they happened or not.
     pub moving: Moving,
     /// Makes techniques produce their intermediate images too.
     pub intermediates: bool,

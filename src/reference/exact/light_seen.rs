@@ -2,7 +2,7 @@
 //!
 //! The edges are those of all triangles, merged where triangles meet, without topology or silhouettes. What an edge
 //! weighs depends on the receiver: each face that meets there counts by the side of its plane on which the receiver lies.
-//! So the sum is exact for every point of the light, also where a face's plane cuts the light and its points see different
+//! The sum is then exact for every point of the light, also where a face's plane cuts the light and its points see different
 //! silhouettes. Projection, clipping and crossings are computed in camera view space.
 
 use super::grid::{GridReceiver, Place, place};

@@ -6,7 +6,7 @@ use crate::view::{CameraView, LightView};
 use crate::{Frame, Inputs};
 use ash::vk;
 
-/// What a kept result was made from.
+/// Inputs that a kept result was made from.
 pub(crate) trait Source: Copy + PartialEq {
     /// The source within the inputs of a frame. `None` if the caller asks for new results in every frame.
     fn of(inputs: &Inputs<'_>) -> Option<Self>;

@@ -1,4 +1,4 @@
-//! What the searches for the nearest edge, among points or lines, have in common.
+//! Parts that the searches for the nearest edge, among points and among lines, share.
 
 use super::edge_seeds::{EdgeConfig, EdgeSeeds};
 use super::shared::scratch;

@@ -173,9 +173,8 @@ fn every_value_is_a_number_from_0_to_1() {
     });
 }
 
-/// A ball of a million triangles. Prints time and memory. Run it alone: it takes a minute and a gigabyte.
+/// A ball of a million triangles. Prints time and memory.
 #[test]
-#[ignore = "slow"]
 fn a_million_triangles() {
     with_gpu(|host| {
         let ball = (sphere(708, 708), moved(dvec3(0.0, 1.1, 0.0)));
@@ -186,6 +185,8 @@ fn a_million_triangles() {
         let rays = RayScene::build(&stage.scene).unwrap();
         let truth = hard(&rays, stage.renderer.camera(), stage.renderer.light(), SIZE, &|_, _| ()).unwrap();
         let judged = truth.judged(&host.read_image::<u32>(&stage.renderer.gbuffer().triangle).unwrap());
+        // The plain test of the map is wrong in some pixels, so the comparison can fail.
+        assert!((0..map.len()).filter(|&i| judged[i] && map[i] != truth.visibility[i]).count() > 1);
         for id in ["exact-hard", "exact-soft"] {
             for (cells, entries) in [("512", "1048576"), ("1024", "4194304"), ("64", "1048576")] {
                 let mut technique = prepare(&stage.renderer, id, &[("cells", cells), ("entries", entries)]);
@@ -196,6 +197,7 @@ fn a_million_triangles() {
                 let wrong = (0..seen.len())
                     .filter(|&i| judged[i] && id == "exact-hard" && seen[i] != truth.visibility[i])
                     .count();
+                assert!(wrong <= 1, "{id}, {cells} cells: {wrong} wrong pixels");
                 let of_map = (0..seen.len()).filter(|&i| seen[i] == map[i]).count();
                 println!(
                     "{id}, {triangles} triangles, {cells} cells, room for {entries}: {:.0} ms, {} MiB, {wrong} wrong pixels, {of_map} as in the map, {counts:?}",
