@@ -8,6 +8,7 @@ mod errors;
 mod hard;
 mod judge;
 mod motion;
+mod pareto;
 mod pcf;
 mod penumbra;
 mod penumbrae;
@@ -20,6 +21,7 @@ mod slopes;
 mod soft;
 mod soft_cost;
 mod techniques;
+mod texel;
 mod tilted;
 mod timed;
 
@@ -98,7 +100,7 @@ struct All<'a> {
 }
 
 /// All suites, in the order in which they run.
-static SUITES: [&Suite; 15] = [
+static SUITES: [&Suite; 16] = [
     &techniques::TECHNIQUES,
     &techniques::MAP_SIZES,
     &revectorization::SUITE,
@@ -113,6 +115,7 @@ static SUITES: [&Suite; 15] = [
     &penumbra::SUITE,
     &soft::SUITE,
     &prefiltered::SUITE,
+    &pareto::SUITE,
     &shapes::SUITE,
 ];
 

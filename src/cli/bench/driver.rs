@@ -36,6 +36,8 @@ pub struct Suite {
     /// Names the group of a variant in a scene with a map. Variants of one group are compared with each other. `None`
     /// leaves the variant out.
     pub group: Group,
+    /// Least number of frames to measure of each variant, unless the run is quick.
+    pub least_frames: u32,
     /// Number of frames that a variant is drawn for in a scene with a map.
     pub frames: fn(&Plan) -> u32,
     /// True if the suite shows its own progress for each scene.
@@ -60,6 +62,7 @@ impl Suite {
         extent: |_| Extent { scenes: vec![], maps: &[], size: SIZE },
         variants: |_| Ok(Variants::default()),
         group: |scene, _, _| Some(scene.to_owned()),
+        least_frames: 1,
         frames: |_| 1,
         shows_scenes: false,
         measure: |_, _, _| Ok(()),
@@ -75,6 +78,7 @@ impl Suite {
         let extent = (self.extent)(quick);
         let Variants { found: variants, left_out } = (self.variants)(device)?;
         let (suite, group, size) = (self.name, self.group, size.unwrap_or(extent.size));
+        let frames = if quick { frames } else { frames.max(self.least_frames) };
         Ok(Plan { suite, quick, frames, scenes: extent.scenes, maps: extent.maps, size, variants, left_out, group })
     }
 

@@ -1,11 +1,10 @@
 //! Suite `penumbra`: soft edges of a fixed width against the truth of the same width, for several scenes and map
 //! sizes.
 
-mod texel;
-
 use super::driver::*;
 use super::errors::{self, COLUMNS, LEGEND, lowest};
 use super::judge::{mask, renderer, tracer, visibility};
+use super::texel;
 use crate::cli::techniques::Choice;
 use edgeshade::metrics::{self, Report};
 
