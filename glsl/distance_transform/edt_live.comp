@@ -15,7 +15,7 @@ void main() {
   uint bits = 0;
   for (uint i = 0; i < min(32, push.size.x - 32 * tile); i++) {
     uvec2 column = texelFetch(columns, ivec2(32 * tile + i, block), 0).xy;
-    if (column.x != 0 || min(column.y & FAR, column.y >> 16) <= push.radius) bits |= 1u << i;
+    if (column.x != 0 || column.y != 0xffffffffu) bits |= 1u << i;
   }
   live[tile + tiles * block] = bits;
 }

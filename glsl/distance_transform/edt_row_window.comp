@@ -1,7 +1,6 @@
 #version 460
 // Finds the nearest seeds within a radius of at most HALO pixels on a CPU driver. A workgroup walks along eight rows, a
-// tile of 32 pixels at a time, and stores the tiles in reach of a seed; the others are cleared already. With MARKED, it
-// marks the tiles of a row in which each pixel has found its seed; edt_row.comp then works on the others.
+// tile of 32 pixels at a time, and stores the tiles in reach of a seed; the others are cleared already.
 //
 // Where one column is on the left of another, its seed is nearer to the pixels of a row up to some pixel, and the
 // other's seed to the pixels from there on. So the nearest column never moves left from one pixel to the next. Every
@@ -23,7 +22,6 @@ layout(local_size_x = 8) in;
 // 32 or 64.
 layout(constant_id = 0) const uint HALO = 64;
 layout(constant_id = 1) const bool SQUARED = false;
-layout(constant_id = 2) const bool MARKED = false;
 
 layout(binding = 0) uniform usampler2D columns; // edt_columns.comp
 layout(binding = 1, scalar) readonly buffer Live { uint live[]; }; // edt_live.comp
@@ -31,7 +29,6 @@ layout(binding = 1, scalar) readonly buffer Live { uint live[]; }; // edt_live.c
 layout(binding = 2, scalar) writeonly buffer Labels { uvec4 labels[]; };
 layout(binding = 3, scalar) writeonly buffer SquaredDistances { uvec4 squared_distances[]; };
 layout(binding = 4, scalar) buffer Active { uint active_tiles; };
-layout(binding = 5, scalar) writeonly buffer Done { uint done[]; }; // of each row's tiles, 1; written if MARKED
 
 // More than the rows to any seed of a column that has one in reach of its block.
 const uint NONE = 96;
@@ -119,23 +116,21 @@ void compareSixteen(uint offset, int columns_key, int less, inout ivec4 a, inout
 }
 
 // Stores four pixels from `p` on; `shared_part` completes the squared distances of their keys, and the columns of the
-// keys count from pixel `origin`. Returns true if the pixels that lie in the image have found their seeds.
-bool storeQuad(uvec2 p, uint origin, ivec4 keys, ivec4 shared_part) {
+// keys count from pixel `origin`.
+void storeQuad(uvec2 p, uint origin, ivec4 keys, ivec4 shared_part) {
   uvec4 squared = uvec4((keys >> 16) + shared_part);
   uvec4 x = origin + uvec4(keys & 0xff) - 128, y = p.y + uvec4(keys >> 8 & 0xff) - NONE;
   bvec4 reached = lessThanEqual(squared, uvec4(push.radius * push.radius));
   uint quads = (push.size.x + 3) / 4;
-  if (p.x / 4 >= quads || p.y >= push.size.y) return true;
+  if (p.x / 4 >= quads || p.y >= push.size.y) return;
   uint i = p.x / 4 + quads * p.y;
   labels[i] = mix(uvec4(NO_SEED), x | y << 16, reached);
   if (SQUARED) squared_distances[i] = mix(uvec4(NO_SEED), squared, reached);
-  return all(reached);
 }
 
 // Stores 16 pixels from `p` on, which lie `x` columns right of the first pixel of the tile; `from` and `to` are the
-// coarse entries of `p` and of the pixel after the 16. The columns from HALO left of the tile on begin at `ring`. Returns
-// true if all of them have found their seeds.
-bool storeSixteen(uvec2 p, uint x, uint ring, uint from, uint to) {
+// coarse entries of `p` and of the pixel after the 16. The columns from HALO left of the tile on begin at `ring`.
+void storeSixteen(uvec2 p, uint x, uint ring, uint from, uint to) {
   uint first = x + (from & 0xffu), last = x + 16 + (to & 0xffu);
   ivec4 a = ivec4(0x7fffffff), b = a, c = a, d = a;
   for (uint w = first / 4; w <= last / 4; w++) {
@@ -154,10 +149,10 @@ bool storeSixteen(uvec2 p, uint x, uint ring, uint from, uint to) {
     less += 1 << 17;
     compareSixteen(word >> 24, key, less, a, b, c, d);
   }
-  bool found = storeQuad(p, p.x, a, ivec4(0, 1, 4, 9));
-  found = storeQuad(p + uvec2(4, 0), p.x, b, ivec4(16, 25, 36, 49)) && found;
-  found = storeQuad(p + uvec2(8, 0), p.x, c, ivec4(64, 81, 100, 121)) && found;
-  return storeQuad(p + uvec2(12, 0), p.x, d, ivec4(144, 169, 196, 225)) && found;
+  storeQuad(p, p.x, a, ivec4(0, 1, 4, 9));
+  storeQuad(p + uvec2(4, 0), p.x, b, ivec4(16, 25, 36, 49));
+  storeQuad(p + uvec2(8, 0), p.x, c, ivec4(64, 81, 100, 121));
+  storeQuad(p + uvec2(12, 0), p.x, d, ivec4(144, 169, 196, 225));
 }
 
 void main() {
@@ -185,9 +180,8 @@ void main() {
     count++;
     uvec2 p = uvec2(32 * (tile - 1 - TILES), y);
     uint left = ring + RING - 8 - HALO / 2;
-    bool found = storeSixteen(p, 0, left, coarse0.x, coarse0.y);
-    found = storeSixteen(p + uvec2(16, 0), 16, left, coarse0.y, coarse1.x) && found;
-    if (MARKED && found && y < push.size.y) done[p.x / 32 + tiles * y] = 1;
+    storeSixteen(p, 0, left, coarse0.x, coarse0.y);
+    storeSixteen(p + uvec2(16, 0), 16, left, coarse0.y, coarse1.x);
   }
   if (gl_LocalInvocationID.x == 0) atomicAdd(active_tiles, count);
 }

@@ -24,34 +24,13 @@ pub(super) struct Columns {
     push: EdtPush,
     row_bands: u32,
     columns: Image,
-    live_columns: LiveColumns,
-    /// Columns with a seed in a shorter reach, if asked for.
-    near_columns: Option<LiveColumns>,
-}
-
-/// Columns with a seed in reach of a tile.
-struct LiveColumns {
-    /// Name of the pass that finds them.
-    name: &'static str,
-    push: EdtPush,
     bits: Buffer,
-}
-
-impl LiveColumns {
-    fn new(context: &Context, name: &'static str, push: EdtPush) -> Result<Self> {
-        let tiles = push.size.map(|n| u64::from(n.div_ceil(32)));
-        Ok(Self { name, push, bits: storage(context, name, tiles[0] * tiles[1], 4)? })
-    }
-
-    fn bind<'a>(&'a self, columns: &'a Image) -> ColumnsBindings<'a> {
-        ColumnsBindings { columns: Bind::Image(columns), Live: Bind::Buffer(&self.bits) }
-    }
 }
 
 impl Columns {
     /// Makes the passes. `row_bands` is the number of bands into which the blocks of a column are divided; one thread
-    /// works on one band. With `near`, the columns with a seed within so many pixels are found too.
-    pub fn new(context: &Context, push: EdtPush, row_bands: u32, near: Option<u32>) -> Result<Self> {
+    /// works on one band.
+    pub fn new(context: &Context, push: EdtPush, row_bands: u32) -> Result<Self> {
         let [width, height] = push.size;
         let blocks = height.div_ceil(32);
         let row_bands = row_bands.clamp(1, blocks);
@@ -61,45 +40,34 @@ impl Columns {
             push: EdtPush { span: blocks.div_ceil(row_bands), ..push },
             row_bands,
             columns: Image::new(context.device(), &ImageDesc::storage("edt columns", FORMAT, [width, blocks]))?,
-            live_columns: LiveColumns::new(context, "edt live columns", push)?,
-            near_columns: near
-                .map(|radius| LiveColumns::new(context, "edt near columns", EdtPush { radius, ..push }))
-                .transpose()?,
+            bits: storage(context, "edt live columns", u64::from(width.div_ceil(32)) * u64::from(blocks), 4)?,
         })
     }
 
     pub fn record(&self, frame: &mut Frame<'_>, seed_bits: &Buffer) -> Result<()> {
         let [width, height] = self.push.size;
+        let push = bytemuck::bytes_of(&self.push);
         frame.dispatch(&Pass {
             name: "edt columns",
             pipeline: &self.join,
             bind: &JoinBindings { SeedBits: Bind::Buffer(seed_bits), columns: Bind::Image(&self.columns) },
-            push: bytemuck::bytes_of(&self.push),
+            push,
             threads: Threads::Count([width, self.row_bands, 1]),
         })?;
-        for live in [Some(&self.live_columns), self.near_columns.as_ref()].into_iter().flatten() {
-            frame.dispatch(&Pass {
-                name: live.name,
-                pipeline: &self.live,
-                bind: &live.bind(&self.columns),
-                push: bytemuck::bytes_of(&live.push),
-                threads: Threads::Count([width.div_ceil(32), height.div_ceil(32), 1]),
-            })?;
-        }
-        Ok(())
+        frame.dispatch(&Pass {
+            name: "edt live columns",
+            pipeline: &self.live,
+            bind: &self.bind(),
+            push,
+            threads: Threads::Count([width.div_ceil(32), height.div_ceil(32), 1]),
+        })
     }
 
     pub fn bind(&self) -> ColumnsBindings<'_> {
-        self.live_columns.bind(&self.columns)
-    }
-
-    /// The columns with a seed in the shorter reach.
-    pub fn bind_near(&self) -> Option<ColumnsBindings<'_>> {
-        self.near_columns.as_ref().map(|near| near.bind(&self.columns))
+        ColumnsBindings { columns: Bind::Image(&self.columns), Live: Bind::Buffer(&self.bits) }
     }
 
     pub fn memory_bytes(&self) -> u64 {
-        let near = self.near_columns.as_ref().map_or(0, |near| near.bits.size());
-        self.columns.memory_bytes() + self.live_columns.bits.size() + near
+        self.columns.memory_bytes() + self.bits.size()
     }
 }

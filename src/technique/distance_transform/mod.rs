@@ -7,9 +7,9 @@
 //! | `bounded-tile` | one dispatch that searches a window around every pixel of a tile with seeds in reach, from the
 //! inside out; radius up to 64 | O(pixels in reach · distance) | 1 bit per pixel |
 //! | `bounded-row` | lower envelopes of segments of rows with seeds in reach (Meijster, Roerdink, Hesselink 2000;
-//! Felzenszwalb, Huttenlocher 2012); any radius, or none. On a CPU driver, seeds within 64 pixels come from a search among
-//! the columns between those that are nearest to every 16th pixel, if the radius is no larger or there is none | O(pixels
-//! in reach) | 4.4 bytes per pixel and a few rows |
+//! Felzenszwalb, Huttenlocher 2012); any radius, or none. On a CPU driver and up to a radius of 64, a search among the
+//! columns between those that are nearest to every 16th pixel | O(pixels in reach) | 4.4 bytes per pixel and a few
+//! rows |
 //!
 //! All methods give the same labels, bit for bit. Among several nearest seeds, the one with the smallest y is chosen,
 //! then the one with the smallest x. All arithmetic uses integers and is exact up to 65535 pixels per side. Squared
@@ -125,9 +125,9 @@ impl Default for EdtConfig {
 }
 
 enum Steps {
-    Pba(Box<pba::Pba>),
+    Pba(pba::Pba),
     Tile(tile::Tile),
-    Row(Box<row::Row>),
+    Row(row::Row),
 }
 
 /// The transform with its pipelines, input and output.
@@ -191,10 +191,10 @@ impl Edt {
         };
         let steps = match method {
             EdtMethod::BoundedTile => Steps::Tile(tile::Tile::new(context, push, config.radius)?),
-            EdtMethod::BoundedRow => Steps::Row(Box::new(row::Row::new(context, push, is_cpu, rows)?)),
+            EdtMethod::BoundedRow => Steps::Row(row::Row::new(context, push, is_cpu, rows)?),
             EdtMethod::Pba | EdtMethod::Auto => {
                 let bands = config.bands.unwrap_or_else(|| Bands::for_device(is_cpu, extent));
-                Steps::Pba(Box::new(pba::Pba::new(context, push, bands)?))
+                Steps::Pba(pba::Pba::new(context, push, bands)?)
             }
         };
         let image = |name| {

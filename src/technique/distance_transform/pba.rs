@@ -59,7 +59,7 @@ impl Pba {
             _ => Some(context.pipeline::<SitesBindings, EdtPush>("distance_transform/edt_pba_merge.comp", &[])?),
         };
         Ok(Self {
-            columns: Columns::new(context, push, bands.rows, None)?,
+            columns: Columns::new(context, push, bands.rows)?,
             bands: context.pipeline::<BandsBindings, EdtPush>("distance_transform/edt_pba_bands.comp", &[])?,
             merge,
             color: context.pipeline::<ColorBindings, EdtPush>("distance_transform/edt_pba_color.comp", &[])?,
