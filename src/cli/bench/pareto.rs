@@ -286,10 +286,8 @@ fn summary(_: &Plan, rows: &[Row]) -> Record {
             ))
         })
     });
-    let noise = rows.iter().filter(|r| is_repeated(r)).map(|r| {
-        let spread = ["added_ms", "added_ms_min", "added_ms_max"];
-        Row::new("", "", r.fields.only(&["scene", "class", "added_ms", spread[1], spread[2]]))
-    });
+    let spread = ["scene", "class", "added_ms", "added_ms_min", "added_ms_max"];
+    let noise = rows.iter().filter(|r| is_repeated(r)).map(|r| Row::new("", "", r.fields.only(&spread)));
     let beside = Field::Rows(beside.collect());
     let of_means = fronts(groups(&means).collect());
     Record::of([
@@ -374,7 +372,7 @@ fn names(fronts: &[Row], class: &Class, scene: Option<&str>) -> String {
     mine.map(|r| r.label.clone()).collect::<Vec<_>>().join(", ")
 }
 
-/// Means over the scenes: the front of each class as a line, and every other variant as a point.
+/// Means over the scenes: the front of each class as a line.
 fn chart(results: &Results<'_>) -> Chart {
     let place = |r: &Row| Some((r.number("gpu_ms")?, r.number("rmse")?));
     let means = results.list("means");
