@@ -71,8 +71,8 @@ pub(super) enum Hard {
 impl Hard {
     /// Makes the passes of revectorized visibility from a technique's parameters.
     pub(super) fn revectorized(context: &Context, setup: &Setup, function: Revectorization) -> Result<Self> {
-        let config = revectorized::config(setup, function, false);
-        let all = Rbsm::new(context, setup.extent, config)?;
+        let config = revectorized::config(setup, function);
+        let all = Rbsm::new(context, setup.extent, setup.map_size, config)?;
         Ok(Self::Revectorized(all, RbsmOfList::new(context, config)?, revectorized::push(setup)))
     }
 
@@ -82,7 +82,7 @@ impl Hard {
     }
 
     /// Records the shadows of every pixel.
-    fn record(&self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, output: &Image) -> Result<()> {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, output: &Image) -> Result<()> {
         match self {
             Self::Revectorized(all, _, push) => all.record(frame, view, inputs, *push, output),
             Self::Test(all, _, push) => all.record(frame, view, inputs, *push, output),
