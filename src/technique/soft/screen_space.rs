@@ -63,7 +63,7 @@ pub(super) const SKIP: Param = Param::choice(
 /// Hard shadows to filter: a pass over all pixels, one over listed pixels, and their constants.
 pub(super) enum Hard {
     /// Revectorized visibility.
-    Revectorized(Rbsm, RbsmOfList, RbsmPush),
+    Revectorized(Box<Rbsm>, RbsmOfList, RbsmPush),
     /// One test a pixel.
     Test(Sm, Sm, ReceiverPush),
 }
@@ -72,7 +72,7 @@ impl Hard {
     /// Makes the passes of revectorized visibility from a technique's parameters.
     pub(super) fn revectorized(context: &Context, setup: &Setup, function: Revectorization) -> Result<Self> {
         let config = revectorized::config(setup, function);
-        let all = Rbsm::new(context, setup.extent, setup.map_size, config)?;
+        let all = Box::new(Rbsm::new(context, setup.extent, setup.map_size, config)?);
         Ok(Self::Revectorized(all, RbsmOfList::new(context, config)?, revectorized::push(setup)))
     }
 
