@@ -65,7 +65,7 @@ pub(super) enum Hard {
     /// Revectorized visibility.
     Revectorized(Box<Rbsm>, RbsmOfList, RbsmPush),
     /// One test a pixel.
-    Test(Sm, Sm, ReceiverPush),
+    Test(Box<Sm>, Box<Sm>, ReceiverPush),
 }
 
 impl Hard {
@@ -78,7 +78,7 @@ impl Hard {
 
     /// Makes the passes of plain tests from a technique's parameters.
     pub(super) fn test(context: &Context, setup: &Setup) -> Result<Self> {
-        Ok(Self::Test(Sm::new(context)?, Sm::of_list(context)?, receiver::push(setup)))
+        Ok(Self::Test(Box::new(Sm::new(context)?), Box::new(Sm::of_list(context)?), receiver::push(setup)))
     }
 
     /// Records the shadows of every pixel.
