@@ -32,19 +32,4 @@ bool visibilityAt(ivec2 pixel, out float v) {
   return true;
 }
 
-void main() {
-  float v;
-  if (readsList()) {
-    for (uint i = firstListed(); i < list.count; i += listStride()) {
-      ivec2 pixel = unpackTile(list.pixels[i]);
-      visibilityAt(pixel, v);
-      imageStore(visibility, pixel, vec4(v));
-    }
-    return;
-  }
-  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  bool inside = all(lessThan(pixel, ivec2(view.size)));
-  bool decided = inside && visibilityAt(pixel, v);
-  if (decided) imageStore(visibility, pixel, vec4(v));
-  listPixel(pixel, inside && !decided);
-}
+#include "rbsm_steps.glsl"

@@ -1,7 +1,7 @@
 //! Properties of every technique, for any scene.
 
 use crate::common::{assert_in_range, assert_same_bits, desc, differing, prepare, renderer, shipped_scene, visibility};
-use crate::common::{every_nth, every_shipped, is_full_sweep, with_gpu};
+use crate::common::{every_nth, every_shipped, frame, is_full_sweep, with_gpu};
 use crate::made::{self, moved, perspective, plane, point, spot, still_life, sun};
 use edgeshade::host::Host;
 use edgeshade::reference::ray_traced::RayScene;
@@ -148,6 +148,45 @@ fn without_casters_everything_is_lit() {
             let scene = made::scene(vec![(plane(5.0), DAffine3::IDENTITY)], camera, light);
             let mut r = renderer(host, &scene, desc(SIZE, 256));
             every_mode(&mut r, "a ground alone", all_lit());
+        }
+    });
+}
+
+/// A view without a shadow edge leaves no tile and no pixel to the passes that work on lists; one with shadows leaves some.
+#[test]
+fn lists_are_empty_without_an_edge() {
+    with_gpu(|host| {
+        // The shadow falls towards the camera, which sees its edge.
+        let light = || sun(dvec3(1.0, 1.5, -1.0));
+        let camera = || perspective(dvec3(0.0, 4.0, 2.0), DVec3::ZERO, 0.1);
+        let ground = || (plane(20.0), DAffine3::IDENTITY);
+        let box_on_it = (made::cuboid(DVec3::splat(0.3)), moved(dvec3(0.0, 0.5, 0.0)));
+        let cases = [(vec![ground()], false), (vec![ground(), box_on_it], true)];
+        for (parts, has_edge) in cases {
+            let scene = made::scene(parts, camera(), light());
+            // Tiles that leave the image are never decided whole.
+            let mut r = renderer(host, &scene, desc([160, 88], 512));
+            let mut check = |id: &str, settings: &[(&str, &str)]| {
+                let lists: Vec<_> = frame(&mut r, id, settings)
+                    .1
+                    .passes
+                    .into_iter()
+                    .filter_map(|p| p.tiles.map(|tiles| (p.name, tiles.active)))
+                    .collect();
+                assert!(!lists.is_empty(), "{id} {settings:?} counts nothing");
+                let found = lists.iter().any(|(_, active)| *active > 0);
+                assert_eq!(found, has_edge, "{id} {settings:?}: {lists:?}");
+            };
+            for id in ["rbsm", "rbsm-filtered", "rbsm-branches", "rbsm-star", "rbsm-profile"] {
+                for skip in ["list", "tiles"] {
+                    check(id, &[("skip", skip)]);
+                }
+            }
+            check("pcf", &[("width", "15")]);
+            check("pcf", &[("skip", "tiles")]);
+            for id in ["rpcf", "edtsm", "edtsm-star", "edtssm", "edtssm-star"] {
+                check(id, &[]);
+            }
         }
     });
 }

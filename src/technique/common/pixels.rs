@@ -166,12 +166,23 @@ impl PixelPass {
         listed: bool,
         pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
     ) -> Result<Self> {
-        let pass = Self::new(context, name, extent, listed, &pipeline)?;
-        let tiles = match pass.is_listed() {
-            true => Some((pipeline(Step::Tiles)?, TileList::new(context.device(), &format!("{name}, tiles"), extent)?)),
-            false => None,
-        };
-        Ok(Self { tiles, ..pass })
+        Self::new(context, name, extent, listed, &pipeline)?.with_tiles(context, name, extent, pipeline)
+    }
+
+    /// Adds the dispatch that decides whole tiles to a pass with a list; see [`Self::by_tiles`]. A pass without one stays as it
+    /// is.
+    pub(crate) fn with_tiles(
+        self,
+        context: &Context,
+        name: &str,
+        extent: [u32; 2],
+        pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
+    ) -> Result<Self> {
+        if !self.is_listed() {
+            return Ok(self);
+        }
+        let list = TileList::new(context.device(), &format!("{name}, tiles"), extent)?;
+        Ok(Self { tiles: Some((pipeline(Step::Tiles)?, list)), ..self })
     }
 
     /// Bytes of device memory that the list holds.

@@ -4,14 +4,14 @@ use crate::gpu::{Buffer, ComputePipeline, Image, bindings};
 use crate::technique::common::bindings::{CameraBindings, PixelBindings};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::receiver::{self, ReceiverPush};
-use crate::technique::common::tiles::TileList;
+use crate::technique::common::tiles::{TILE, TileList};
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use std::sync::Arc;
 
-/// Smallest kernel width for which `auto` skips. It costs less to filter with a narrower kernel than to find out
-/// whether it can be skipped (see `results/`).
-const SKIP_FROM_WIDTH: u32 = 31;
+/// Smallest kernel width for which `auto` decides whole tiles. With a narrower kernel it costs less to filter all pixels where
+/// most tiles have an edge or sky.
+const TILES_FROM_WIDTH: u32 = 15;
 
 /// The registry entry.
 pub const INFO: Info = Info {
@@ -43,7 +43,8 @@ pub const INFO: Info = Info {
             "skip",
             &["auto", "off", "pixels", "tiles"],
             0,
-            "decide uniform neighbourhoods by depth bounds of the map's blocks, in the filter or in a pass that lists tiles; the image is the same",
+            "decide uniform neighbourhoods by depth bounds of the map's blocks: each pixel in the filter (pixels), or whole tiles in a \
+             pass that lists the others (tiles, and auto from width 15 on); the image is the same",
         ),
     ],
     published: &[("taps", "nearest"), ("receiver", "fixed"), ("normal_offset", "1"), ("depth_bias", "1")],
@@ -56,22 +57,11 @@ bindings! {
     struct PcfBindings { ..pixels: PixelBindings, blocks }
 }
 
-/// Way to find pixels whose whole kernel agrees without filtering. The image is the same.
-#[derive(PartialEq)]
-enum Skip {
-    /// Every pixel is filtered.
-    Off,
-    /// Each pixel tests the depth bounds first.
-    Pixels,
-    /// A separate pass tests the depth bounds and lists the tiles to filter.
-    Tiles,
-}
-
 struct PercentageCloser {
-    /// Present only with [`Skip::Tiles`].
+    /// Decides tiles and lists the others, if tiles are decided.
     classify: Option<Arc<ComputePipeline>>,
     filter: Arc<ComputePipeline>,
-    /// Absent with [`Skip::Off`].
+    /// Absent if every pixel is filtered.
     bounds: Option<DepthBounds>,
     tiles: TileList,
     push: ReceiverPush,
@@ -80,28 +70,20 @@ struct PercentageCloser {
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let width = p.int("width");
-    let skip = match p.word("skip") {
-        "auto" if width >= SKIP_FROM_WIDTH => Skip::Pixels,
-        "pixels" => Skip::Pixels,
-        "tiles" => Skip::Tiles,
-        _ => Skip::Off,
-    };
+    let skip = p.word("skip");
+    let (listed, bounded) = (skip == "tiles" || skip == "auto" && width >= TILES_FROM_WIDTH, skip == "pixels");
     let kernel =
         [("WIDTH", width), ("NEAREST", (p.word("taps") == "nearest").into()), ("FIXED", receiver::is_fixed(p).into())];
-    let listed = skip == Skip::Tiles;
     let classify = match listed {
         true => Some(context.pipeline::<ClassifyBindings, ReceiverPush>("filtering/pcf_classify.comp", &kernel)?),
         false => None,
     };
-    let own = [
-        ("GATHER", (p.word("fetch") == "gather").into()),
-        ("LISTED", listed.into()),
-        ("BOUNDED", (skip == Skip::Pixels).into()),
-    ];
+    let own =
+        [("GATHER", (p.word("fetch") == "gather").into()), ("LISTED", listed.into()), ("BOUNDED", bounded.into())];
     Ok(Box::new(PercentageCloser {
         classify,
         filter: context.pipeline::<PcfBindings, ReceiverPush>("filtering/pcf.comp", &[&kernel[..], &own].concat())?,
-        bounds: if skip == Skip::Off { None } else { Some(DepthBounds::new(context, setup.map_size)?) },
+        bounds: if listed || bounded { Some(DepthBounds::new(context, setup.map_size)?) } else { None },
         // Without a list, the shader's binding still needs a buffer.
         tiles: TileList::new(context.device(), "pcf tiles", if listed { setup.extent } else { [0; 2] })?,
         push: receiver::push(setup),
@@ -123,7 +105,8 @@ impl Passes for PercentageCloser {
             self.tiles.clear(frame);
             let PixelBindings { receiver, visibility, list } = pixels;
             let bind = &ClassifyBindings { camera: receiver.camera, blocks, visibility, list };
-            frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads })?;
+            let tiles = Threads::Count([width.div_ceil(TILE), height.div_ceil(TILE), 1]);
+            frame.dispatch(&Pass { name: "pcf classify", pipeline: classify, bind, push, threads: tiles })?;
             threads = self.tiles.threads();
         }
         let bind = &PcfBindings { pixels, blocks };

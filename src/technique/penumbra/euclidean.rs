@@ -13,11 +13,10 @@ use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::receiver;
 use crate::technique::common::surface::{EDGE_THRESHOLD, surface_test};
 use crate::technique::distance_transform::{Edt, EdtConfig, EdtMethod, MAX_TILE_RADIUS};
-use crate::technique::revectorization::rbsm_pass::{Rbsm, Revectorization};
+use crate::technique::revectorization::rbsm_pass::{Rbsm, RbsmConfig, Revectorization};
 use crate::technique::revectorization::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVER, SLACK};
 use crate::technique::{PENUMBRA, Param, Passes, Setup};
 use crate::{Context, Frame, Inputs, Result};
-use std::sync::Arc;
 
 /// The filter is off by default, since it blurs penumbrae of one width more than it smooths them: without it their error
 /// against traced penumbrae is smaller on nearly all scenes. Under an area light, a width of 0.1 changes the error by less than
@@ -168,8 +167,6 @@ struct Euclidean {
     nearest: NearestEdge,
     /// Absent if neither the filter has a width nor penumbrae have widths of their own.
     filter: Option<MeanFilter>,
-    /// List that the passes use in turn.
-    pixels: Arc<Buffer>,
     push: RbsmPush,
     penumbrae: Penumbrae,
     /// Width of the filter as a share of the penumbra's.
@@ -214,7 +211,12 @@ fn prepare_either(
     // Intermediate images need all tiles.
     let skip = p.word("skip") != "off" && !setup.intermediates;
     let (surfaces, tolerance) = surface_test(p);
-    let hard = revectorized::config(setup, revectorization, skip);
+    // On a CPU tiles gain more without an edge in view than they cost with many: little beside the passes that follow.
+    let hard = RbsmConfig {
+        listed: skip,
+        by_tiles: skip && context.device().is_cpu(),
+        ..revectorized::config(setup, revectorization)
+    };
     let points = match p.word("edge") {
         "traced" => EdgePoints::Traced(hard),
         "between" => EdgePoints::Between,
@@ -246,11 +248,10 @@ fn prepare_either(
     };
     let pixels = pixel_list(context, extent)?;
     Ok(Box::new(Euclidean {
-        hard: Rbsm::sharing(context, extent, hard, Some(&pixels))?,
+        hard: Rbsm::sharing(context, extent, setup.map_size, hard, Some(&pixels))?,
         seeds: EdgeSeeds::new(context, extent, setup.map_size, edges, &pixels)?,
         edt: Edt::sharing(context, extent, edt, Some(&pixels))?,
         nearest: NearestEdge::new(context, setup, edges, nearest, &pixels)?,
-        pixels,
         filter: if filtered { Some(MeanFilter::new(context, extent, edges, p.int("filter_taps"))?) } else { None },
         push: revectorized::push(setup),
         penumbrae,
@@ -294,7 +295,8 @@ impl Passes for Euclidean {
 
     fn memory_bytes(&self) -> u64 {
         let passes = [
-            self.pixels.size(),
+            // The list of pixels is among it.
+            self.hard.memory_bytes(),
             self.seeds.memory_bytes(),
             self.edt.memory_bytes(),
             self.nearest.memory_bytes(),

@@ -7,7 +7,6 @@ use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::{Param, Passes, Setup};
 use crate::{Context, Frame, Inputs, Result};
 
-pub(crate) use crate::technique::common::pixels::SKIP;
 pub(crate) use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, NORMAL_OFFSET, SLACK, push};
 pub(crate) use crate::technique::common::receiver::RECEIVER;
 
@@ -15,11 +14,25 @@ pub(crate) use crate::technique::common::receiver::RECEIVER;
 pub(crate) const MAX_DISTANCE: Param =
     Param::int("max_distance", 1, 64, 16, "texels", "longest edge that is followed (MAXDIST)");
 
-/// Takes the settings that are fixed when the pass is made from the parameters.
-pub(crate) fn config(setup: &Setup, revectorization: Revectorization, listed: bool) -> RbsmConfig {
+pub(super) const SKIP: Param = Param::choice(
+    "skip",
+    &["auto", "off", "list", "tiles"],
+    0,
+    "list pixels at an edge for a dispatch of their own (auto, list), or work on them at once (off); tiles is list, but decides \
+     whole tiles by depth bounds of the map's blocks first, which costs less where few tiles have an edge; the image is the same",
+);
+
+/// Takes the settings that are fixed when the pass is made from the parameters; with neither list nor tiles.
+pub(crate) fn config(setup: &Setup, revectorization: Revectorization) -> RbsmConfig {
     let p = &setup.params;
-    let fixed_depth = p.word("receiver") == "fixed";
-    RbsmConfig { revectorization, filter_width: 0.0, fixed_depth, max_distance: p.int("max_distance"), listed }
+    RbsmConfig {
+        revectorization,
+        filter_width: 0.0,
+        fixed_depth: p.word("receiver") == "fixed",
+        max_distance: p.int("max_distance"),
+        listed: false,
+        by_tiles: false,
+    }
 }
 
 struct Revectorized {
@@ -40,9 +53,11 @@ pub(super) fn prepare_filtered(
     revectorization: Revectorization,
     filter_width: f32,
 ) -> Result<Box<dyn Passes>> {
-    let config = RbsmConfig { filter_width, ..config(setup, revectorization, setup.params.word("skip") != "off") };
+    let skip = setup.params.word("skip");
+    let config =
+        RbsmConfig { filter_width, listed: skip != "off", by_tiles: skip == "tiles", ..config(setup, revectorization) };
     Ok(Box::new(Revectorized {
-        rbsm: Rbsm::new(context, setup.extent, config)?,
+        rbsm: Rbsm::new(context, setup.extent, setup.map_size, config)?,
         intermediates: match setup.intermediates {
             true => Some(RbsmView::new(context, setup.extent, config)?),
             false => None,

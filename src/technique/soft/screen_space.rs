@@ -63,26 +63,26 @@ pub(super) const SKIP: Param = Param::choice(
 /// Hard shadows to filter: a pass over all pixels, one over listed pixels, and their constants.
 pub(super) enum Hard {
     /// Revectorized visibility.
-    Revectorized(Rbsm, RbsmOfList, RbsmPush),
+    Revectorized(Box<Rbsm>, RbsmOfList, RbsmPush),
     /// One test a pixel.
-    Test(Sm, Sm, ReceiverPush),
+    Test(Box<Sm>, Box<Sm>, ReceiverPush),
 }
 
 impl Hard {
     /// Makes the passes of revectorized visibility from a technique's parameters.
     pub(super) fn revectorized(context: &Context, setup: &Setup, function: Revectorization) -> Result<Self> {
-        let config = revectorized::config(setup, function, false);
-        let all = Rbsm::new(context, setup.extent, config)?;
+        let config = revectorized::config(setup, function);
+        let all = Box::new(Rbsm::new(context, setup.extent, setup.map_size, config)?);
         Ok(Self::Revectorized(all, RbsmOfList::new(context, config)?, revectorized::push(setup)))
     }
 
     /// Makes the passes of plain tests from a technique's parameters.
     pub(super) fn test(context: &Context, setup: &Setup) -> Result<Self> {
-        Ok(Self::Test(Sm::new(context)?, Sm::of_list(context)?, receiver::push(setup)))
+        Ok(Self::Test(Box::new(Sm::new(context)?), Box::new(Sm::of_list(context)?), receiver::push(setup)))
     }
 
     /// Records the shadows of every pixel.
-    fn record(&self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, output: &Image) -> Result<()> {
+    fn record(&mut self, frame: &mut Frame<'_>, view: &Buffer, inputs: &Inputs<'_>, output: &Image) -> Result<()> {
         match self {
             Self::Revectorized(all, _, push) => all.record(frame, view, inputs, *push, output),
             Self::Test(all, _, push) => all.record(frame, view, inputs, *push, output),

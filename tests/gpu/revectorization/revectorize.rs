@@ -80,9 +80,10 @@ fn the_family_equals_its_mirrors() {
                     let mut all = vec![("receiver", receiver), ("max_distance", &distance)];
                     all.extend(params);
                     let mut run = |skip| visibility(&mut renderer, id, &[&all[..], &[("skip", skip)]].concat());
-                    let (off, list) = (run("off"), run("list"));
+                    let [off, list, tiles] = ["off", "list", "tiles"].map(&mut run);
                     let what = format!("{id} {params:?} {} {map_size} {receiver} M {max_distance}", scene.name);
-                    assert_same_bits(&off, &list, &what);
+                    assert_same_bits(&off, &list, &format!("{what}, list"));
+                    assert_same_bits(&off, &tiles, &format!("{what}, tiles"));
                     let shot = Shot::of(host, &renderer, normals);
                     let mirror = rbsm::visibility(&shot.data(), &settings(function, fixed, max_distance)).unwrap();
                     // A choice that rounding decides moves an edge. A hard edge then changes the pixels that it passes
