@@ -16,7 +16,7 @@ layout(constant_id = 1) const bool DISC = false;   // shape of the light; false:
 
 layout(binding = 10, scalar) readonly buffer EdgeHeader { ListHeader edge_header; };
 layout(binding = 11, scalar) readonly buffer EdgeStarts { uint edge_starts[]; };
-layout(binding = 12, scalar) readonly buffer EdgeEntries { uint edge_entries[]; };
+layout(binding = 12, scalar) readonly buffer EdgeEntries { ListEntry edge_entries[]; };
 layout(binding = 13, scalar) readonly buffer GridEdges { GridEdge grid_edges[]; };
 layout(binding = 14, scalar) readonly buffer Receivers { vec3 receivers[]; };
 layout(binding = 15) uniform sampler2D masked_visibility; // read only if MASKED
@@ -99,14 +99,21 @@ float lightSeen(Receiver r, GridReceiver g, uint cell) {
   vec2 along_horizon = ontoRows(vec2(-tilt.y, tilt.x) * (8.0 / max(length(tilt), 1e-30)), DISC);
   uint end = edge_starts[cell + 1];
   SeenEdge s;
+  uvec3 place = boundedPlace(g.ndc, g.depth);
   for (uint block = edge_starts[cell]; block < end; block += 32) {
     // Few of the edges count. They are found first, so that threads of a subgroup work on theirs together.
     uint counted = 0, size = min(32, end - block);
-    for (uint i = 0; i < size; ++i) counted |= uint(seeEdge(grid_edges[edge_entries[block + i]], g, slope, s)) << i;
+    uint found = 0;
+    for (uint i = 0; i < size; ++i) found |= uint(isBounded(place, edge_entries[block + i].bounds)) << i;
+    while (found != 0) {
+      int i = findLSB(found);
+      found &= found - 1;
+      counted |= uint(seeEdge(grid_edges[edge_entries[block + uint(i)].caster], g, slope, s)) << i;
+    }
     partly = partly || counted != 0;
     bool after_from = false, after_to = false; // the way along the horizon before or after the edge is next
     while (counted != 0) {
-      uint edge = edge_entries[block + uint(findLSB(counted))];
+      uint edge = edge_entries[block + uint(findLSB(counted))].caster;
       GridEdge e = grid_edges[edge];
       seeEdge(e, g, slope, s);
       vec2 from, to;

@@ -68,6 +68,36 @@ struct ListHeader {
   uint lost_blocks[8]; // bits of the blocks of 64 x 64 cells that they belong to, row by row
 };
 
+// An entry of a cell's list: the caster's number, and bounds of the receivers that the caster may matter to.
+struct ListEntry {
+  uint caster;
+  uint bounds; // a range of places, and the upper half of the least depth's ordered bits
+};
+
+// Steps of the places in bounds, along each side of a cell.
+const float BOUND_STEPS = 16.0;
+
+// Bounds of the receivers in a cell that lie between two places, in cells from the cell's corner, and not nearer to the
+// light than `nearest`. A fiftieth of a cell covers the rounding of places.
+uint packBounds(vec2 low, vec2 high, float nearest) {
+  uvec2 first = uvec2(clamp(floor((low - 0.02) * BOUND_STEPS), 0.0, BOUND_STEPS - 1.0));
+  uvec2 last = uvec2(clamp(floor((high + 0.02) * BOUND_STEPS), 0.0, BOUND_STEPS - 1.0));
+  return orderedBits(nearest) >> 16 << 16 | first.x | first.y << 4 | last.x << 8 | last.y << 12;
+}
+
+// A receiver in the form that bounds are compared with.
+uvec3 boundedPlace(vec2 ndc, float depth) {
+  precise vec2 place = (0.5 * ndc + 0.5) * float(push.cells);
+  vec2 corner = min(floor(place), float(push.cells - 1));
+  return uvec3(min((place - corner) * BOUND_STEPS, BOUND_STEPS - 1.0), orderedBits(depth) >> 16);
+}
+
+// Tests whether a receiver lies within bounds.
+bool isBounded(uvec3 place, uint bounds) {
+  return all(bvec4(place.x >= (bounds & 15u), place.y >= (bounds >> 4 & 15u), place.x <= (bounds >> 8 & 15u),
+                   place.y <= (bounds >> 12 & 15u))) && place.z >= bounds >> 16;
+}
+
 // Index of a cell's block of 64 x 64 cells, row by row.
 uint coarseBlock(uvec2 cell) { return (cell.y >> 6) * (push.cells >> 6) + (cell.x >> 6); }
 

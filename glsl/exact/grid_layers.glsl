@@ -6,7 +6,7 @@
 
 layout(binding = 6, scalar) readonly buffer Header { ListHeader header; };
 layout(binding = 7, scalar) readonly buffer Starts { uint starts[]; };
-layout(binding = 8, scalar) readonly buffer Entries { uint entries[]; };
+layout(binding = 8, scalar) readonly buffer Entries { ListEntry entries[]; };
 layout(binding = 9, scalar) readonly buffer GridTriangles { GridTriangle grid_triangles[]; };
 
 // Tests the bit of a cell's block among the blocks whose casters found no room.
@@ -20,13 +20,20 @@ bool hasTriangles(uint cell) { return starts[cell + 1] <= push.entries && (heade
 
 // Number of layers over a receiver, given by ndc and depth; without `all`, at most 1.
 uint layersOver(vec3 receiver, uint cell, bool all) {
-  uint layers = 0;
-  for (uint i = starts[cell]; i < starts[cell + 1]; ++i) {
-    uint t = entries[i];
-    if (coversPlace(grid_triangles[t].lines, grid_triangles[t].inner, receiver.xy) &&
-        planeDepth(grid_triangles[t].plane, grid_triangles[t].range, receiver.xy) < receiver.z) {
-      ++layers;
-      if (!all) break;
+  uvec3 place = boundedPlace(receiver.xy, receiver.z);
+  uint layers = 0, end = starts[cell + 1];
+  for (uint block = starts[cell]; block < end && (all || layers == 0); block += 32) {
+    // Few of the triangles cover the receiver. Those that may are found first, from little of their data.
+    uint found = 0, size = min(32, end - block);
+    for (uint i = 0; i < size; ++i) found |= uint(isBounded(place, entries[block + i].bounds)) << i;
+    while (found != 0) {
+      uint t = entries[block + uint(findLSB(found))].caster;
+      found &= found - 1;
+      if (planeDepth(grid_triangles[t].plane, grid_triangles[t].range, receiver.xy) < receiver.z &&
+          coversPlace(grid_triangles[t].lines, grid_triangles[t].inner, receiver.xy)) {
+        ++layers;
+        if (!all) break;
+      }
     }
   }
   return layers;

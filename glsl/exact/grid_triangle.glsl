@@ -8,6 +8,7 @@ struct GridTriangle {
   vec3 plane;    // depth of its plane: dot(plane, (ndc, 1))
   uint inner;    // bit i: the triangle lies where line i is not negative
   vec2 range;    // least and greatest depth of its vertices in front of the light
+  vec2 low, high; // corners of the square around it in the light's image
 };
 
 // Value of a line or plane at a place of the light's image. All shaders compute the same bits.
@@ -26,6 +27,12 @@ bool coversPlace(vec3 lines[3], uint inner, vec2 ndc) {
 
 float planeDepth(vec3 plane, vec2 range, vec2 ndc) { return clamp(valueAt(plane, ndc), range.x, range.y); }
 
+// Least depth of the triangle's plane over a square with half-width `half_size` around `center`.
+float nearestOver(GridTriangle t, vec2 center, float half_size) {
+  float nearest = valueAt(t.plane, center) - half_size * (abs(t.plane.x) + abs(t.plane.y));
+  return clamp(nearest, t.range.x, t.range.y);
+}
+
 // Tests whether the triangle may cover a receiver in a square whose receivers lie at most at `deepest`. The square has
 // half-width `half_size` around `center`.
 bool mayCover(GridTriangle t, vec2 center, float half_size, float deepest) {
@@ -34,8 +41,7 @@ bool mayCover(GridTriangle t, vec2 center, float half_size, float deepest) {
     bool positive = (t.inner >> i & 1u) != 0;
     if (positive ? at + reach < 0.0 : at - reach > 0.0) return false;
   }
-  float nearest = valueAt(t.plane, center) - half_size * (abs(t.plane.x) + abs(t.plane.y));
-  return clamp(nearest, t.range.x, t.range.y) <= deepest;
+  return nearestOver(t, center, half_size) <= deepest;
 }
 
 #endif

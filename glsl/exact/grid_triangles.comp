@@ -167,6 +167,8 @@ void main() {
   vec4 plane;
   if (FACES && cutsLight(a, b, c, front, plane)) listFace(bit, plane);
   if (!counts || !project(a, b, c, g, low, high)) return;
+  g.low = low;
+  g.high = high;
   grid_triangles[bit] = g;
   // A hundredth of a cell covers the rounding of places.
   vec2 first = floor((0.5 * low + 0.5) * float(push.cells) - 0.01), last = floor((0.5 * high + 0.5) * float(push.cells) + 0.01);

@@ -18,16 +18,43 @@ layout(binding = 3, scalar) readonly buffer GridTriangles { GridTriangle grid_tr
 layout(binding = 4, scalar) readonly buffer GridEdges { GridEdge grid_edges[]; };
 layout(binding = 5, scalar) buffer Counts { uint counts[]; };
 layout(binding = 6, scalar) readonly buffer Starts { uint starts[]; };
-layout(binding = 7, scalar) writeonly buffer Entries { uint entries[]; };
+layout(binding = 7, scalar) writeonly buffer Entries { ListEntry entries[]; };
 
-// Tests whether the caster may matter to the receivers of a block or cell on the level below that of the pairs.
-bool matters(uint caster, uvec2 block, uint deepest_bits) {
-  float deepest = orderedFloat(deepest_bits), side = 2.0 / float(levelSide(LEVEL - 1));
-  vec2 center = (vec2(block) + 0.5) * side - 1.0;
+// A block or cell on the level below that of the pairs.
+struct Square {
+  vec2 center;
+  float half_size;
+  float deepest; // greatest depth of its receivers
+};
+
+Square squareOf(uvec2 block, uint deepest) {
+  float side = 2.0 / float(levelSide(LEVEL - 1));
   // A hundredth of a cell covers the rounding of places.
-  float half_size = 0.5 * side + 0.02 / float(push.cells);
-  return CASTERS == TRIANGLES ? mayCover(grid_triangles[caster], center, half_size, deepest)
-                              : mayReach(grid_edges[caster], center, half_size, deepest, push.kappa);
+  return Square((vec2(block) + 0.5) * side - 1.0, 0.5 * side + 0.02 / float(push.cells), orderedFloat(deepest));
+}
+
+// Tests whether the caster may matter to the receivers of the square.
+bool matters(uint caster, Square s) {
+  vec2 range;
+  return CASTERS == TRIANGLES ? mayCover(grid_triangles[caster], s.center, s.half_size, s.deepest)
+                              : mayReach(grid_edges[caster], s.center, s.half_size, s.deepest, push.kappa, range);
+}
+
+// Bounds of the receivers in a cell that the caster may matter to.
+uint boundsIn(uvec2 cell, uint caster, Square s) {
+  vec2 low, high;
+  float nearest;
+  if (CASTERS == TRIANGLES) {
+    low = grid_triangles[caster].low;
+    high = grid_triangles[caster].high;
+    nearest = nearestOver(grid_triangles[caster], s.center, s.half_size);
+  } else {
+    vec2 range;
+    mayReach(grid_edges[caster], s.center, s.half_size, s.deepest, push.kappa, range);
+    reachOf(grid_edges[caster], range, s.deepest, push.kappa, low, high, nearest);
+  }
+  vec2 corner = vec2(cell), cells = vec2(push.cells);
+  return packBounds((0.5 * low + 0.5) * cells - corner, (0.5 * high + 0.5) * cells - corner, nearest);
 }
 
 void refine(uint index) {
@@ -41,11 +68,11 @@ void refine(uint index) {
     if (WRITE) {
       // The counts fall back to 0 on the way.
       uint at = starts[cell] + atomicAdd(counts[cell], -1) - 1;
-      if (at < push.entries) entries[at] = pair.x;
+      if (at < push.entries) entries[at] = ListEntry(pair.x, boundsIn(block, pair.x, squareOf(block, depths[cell])));
       continue;
     }
     uint deepest = depths[levelStart(LEVEL - 1) + block.y * levelSide(LEVEL - 1) + block.x];
-    if (deepest == 0 || !matters(pair.x, block, deepest)) continue;
+    if (deepest == 0 || !matters(pair.x, squareOf(block, deepest))) continue;
     if (LEVEL > 1) {
       appendPair(LEVEL - 1, packPair(pair.x, block, 0xFFFFu));
     } else {

@@ -1,6 +1,8 @@
 //! Mirror of `glsl/soft/soft_auto.comp` and of the passes that work on its lists, composed of the mirrors of those
 //! passes.
 //!
+//! `on_demand.comp` has no mirror of its own: it decides only whether the depth pyramid is made.
+//!
 //! The filter itself gives the same result where the shader decides a pixel by its filter's window.
 
 use super::{pcss, rbssm};

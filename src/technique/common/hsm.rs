@@ -2,13 +2,15 @@
 //! map.
 
 use super::kept::Kept;
-use crate::gpu::{ComputePipeline, Image, ImageDesc, bindings, shader_struct};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
 /// Number of levels that one dispatch makes.
 const AT_ONCE: u32 = 5;
+/// Texels of the source along each axis that one workgroup reads.
+const TEXELS_A_GROUP: u32 = 32;
 /// Texels of the source along each axis that one thread reads.
 const TEXELS_A_THREAD: u32 = 4;
 
@@ -78,6 +80,25 @@ impl Hsm {
             return Ok(());
         }
         self.kept.make(frame, inputs);
+        self.record_levels(frame, inputs, None)
+    }
+
+    /// Makes the levels with dispatch arguments from `groups`, which has 16 bytes for each dispatch: they may be empty, so
+    /// nothing is kept for later frames.
+    pub(crate) fn record_indirect(&self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, groups: &Buffer) -> Result<()> {
+        self.record_levels(frame, inputs, Some(groups))
+    }
+
+    /// Number of workgroups of each dispatch, and a 0.
+    pub(crate) fn groups(&self) -> Vec<[u32; 4]> {
+        let group = |first: usize| {
+            let [x, y] = self.bounds.extent().map(|n| ((n >> first).max(1) * 2).div_ceil(TEXELS_A_GROUP));
+            [x, y, 1, 0]
+        };
+        (0..self.levels as usize).step_by(AT_ONCE as usize).map(group).collect()
+    }
+
+    fn record_levels(&self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, groups: Option<&Buffer>) -> Result<()> {
         let map = &inputs.shadow_map;
         for first in (0..self.levels).step_by(AT_ONCE as usize) {
             let count = AT_ONCE.min(self.levels - first);
@@ -109,7 +130,10 @@ impl Hsm {
                     layer: 0,
                     levels: count as i32,
                 }),
-                threads: Threads::Count([width.max(1), height.max(1), 1]),
+                threads: match groups {
+                    Some(groups) => Threads::Indirect(groups, u64::from(16 * (first / AT_ONCE))),
+                    None => Threads::Count([width.max(1), height.max(1), 1]),
+                },
             })?;
         }
         Ok(())

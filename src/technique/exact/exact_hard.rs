@@ -26,7 +26,7 @@ pub(super) const ENTRIES: Param = Param::int(
     1 << 22,
     1 << 20,
     "entries",
-    "room in each kind of list, 28 bytes an entry; pixels of cells whose casters find no room use the shadow map: a test, or soft-auto for soft shadows (the JSON counts casters without room)",
+    "room in each kind of list, 32 bytes an entry; pixels of cells whose casters find no room use the shadow map: a test, or soft-auto for soft shadows (the JSON counts casters without room)",
 );
 
 /// The registry entry.

@@ -17,9 +17,11 @@ use std::sync::Arc;
 /// Blocks of the coarsest level have this many cells along each side, and so must the grid have a multiple of it.
 pub const COARSEST: u32 = 64;
 /// Bytes of a `GridTriangle` of `glsl/exact/grid_triangle.glsl`.
-const TRIANGLE: u64 = 60;
+const TRIANGLE: u64 = 76;
 /// Bytes of a `GridEdge` of `glsl/exact/grid_edge.glsl`.
 const EDGE: u64 = 28;
+/// Bytes of a `ListEntry` of `glsl/exact/grid.glsl`.
+const ENTRY: u64 = 8;
 /// Bytes of a `ListHeader` of `glsl/exact/grid.glsl`.
 const HEADER: u64 = 22 * 4;
 /// Offset in the header of the number of entries that the lists need.
@@ -209,7 +211,7 @@ impl CellLists {
             counts: buffer(context, "entries a cell", 4 * all)?,
             sums: buffer(context, "sums of entries", 4 * all.div_ceil(SCANNED.into()))?,
             starts: buffer(context, "starts of lists", 4 * (all + 1))?,
-            entry_buffer: buffer(context, "entries of lists", 4 * u64::from(entries))?,
+            entry_buffer: buffer(context, "entries of lists", ENTRY * u64::from(entries))?,
         })
     }
 
@@ -284,7 +286,7 @@ impl CellLists {
         &self.starts
     }
 
-    /// The entries: numbers of casters.
+    /// The entries: `ListEntry` of `glsl/exact/grid.glsl`.
     pub fn entries(&self) -> &Buffer {
         &self.entry_buffer
     }

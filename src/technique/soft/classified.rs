@@ -56,6 +56,11 @@ impl MapClasses {
         Ok(())
     }
 
+    /// The pyramid, if it is needed.
+    pub(super) fn pyramid(&self) -> Option<&Hsm> {
+        self.hsm.as_ref()
+    }
+
     /// Returns the pyramid and the blocks, for binding; another image stands in for one that the shader does not read.
     pub(super) fn bind<'a>(&'a self, inputs: &'a Inputs<'_>) -> [Bind<'a>; 2] {
         let unread = Bind::Input(&inputs.depth);

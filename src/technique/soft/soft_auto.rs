@@ -3,15 +3,17 @@
 use super::classified::{MapClasses, MeasuredFilter, SearchBindings};
 use super::pcss::{self, PcssConfig};
 use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, VISIBILITY};
-use crate::gpu::{Buffer, Image, ImageDesc, bindings};
+use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::{SEARCH, SEARCH_TAPS, SearchWindow};
+use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::receiver::{self, ReceiverPush};
+use crate::technique::common::tiles::indirect_list;
 use crate::technique::revectorization::revectorized::{DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET};
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
-use crate::{Bind, Context, Frame, Inputs, Result};
+use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
 use ash::vk;
 use std::sync::Arc;
 
@@ -75,6 +77,7 @@ pub const INFO: Info = Info {
 
 bindings! {
     struct EstimateBindings { ..search: SearchBindings, kernel, wide }
+    struct OnDemandBindings { list, Groups }
 }
 
 /// The technique with its lists: 20 bytes a pixel, less 4 if the threshold rules out the filter of narrow penumbrae.
@@ -86,8 +89,16 @@ pub(in crate::technique) struct SoftAuto {
     wide: (MeasuredFilter, PixelList),
     /// Stands in for the list of a filter that is ruled out.
     unlisted: Buffer,
+    /// Makes the pyramid only if another pass has listed pixels.
+    on_demand: Option<OnDemand>,
     edge_push: RbsmPush,
     push: ReceiverPush,
+}
+
+/// Dispatch arguments of the depth pyramid, which a pass turns to zero if a list is empty.
+struct OnDemand {
+    decide: Arc<ComputePipeline>,
+    groups: Buffer,
 }
 
 fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
@@ -133,9 +144,19 @@ impl SoftAuto {
             true => Some((rbssm::measured_filter(context, kernel)?, list("pixels in narrow penumbrae")?)),
             false => None,
         };
+        let classes = MapClasses::new(context, setup.map_size, window, classify)?;
+        let on_demand = |pyramid: &Hsm| -> Result<OnDemand> {
+            let size = 16 * pyramid.groups().len() as u64;
+            Ok(OnDemand {
+                decide: context.pipeline::<OnDemandBindings, ()>("soft/on_demand.comp", &[])?,
+                groups: indirect_list(context.device(), "workgroups of the depth pyramid", size, 0)?,
+            })
+        };
+        let on_demand = classes.pyramid().filter(|_| listed.is_some()).map(on_demand).transpose()?;
         let widths = ImageDesc::storage("half-widths of filters", vk::Format::R32G32_SFLOAT, extent);
         Ok(Self {
-            classes: MapClasses::new(context, setup.map_size, window, classify)?,
+            classes,
+            on_demand,
             estimate,
             half_widths: Image::new(context.device(), &widths)?,
             kernel,
@@ -166,6 +187,20 @@ impl SoftAuto {
         self.record_steps(frame, view, inputs, visibility, true)
     }
 
+    /// Makes the depth pyramid if pixels are listed.
+    fn record_pyramid(&self, frame: &mut Frame<'_>, inputs: &Inputs<'_>, on_demand: &OnDemand) -> Result<()> {
+        let Some(pyramid) = self.classes.pyramid() else { return Ok(()) };
+        frame.update(&on_demand.groups, bytemuck::cast_slice(&pyramid.groups()));
+        frame.dispatch(&Pass {
+            name: "listed pixels or none",
+            pipeline: &on_demand.decide,
+            bind: &OnDemandBindings { list: self.estimate.list(), Groups: Bind::Buffer(&on_demand.groups) },
+            push: &[],
+            threads: Threads::Count([1, 1, 1]),
+        })?;
+        pyramid.record_indirect(frame, inputs, &on_demand.groups)
+    }
+
     fn lists(&self) -> [Option<&PixelList>; 2] {
         [self.kernel.as_ref().map(|k| &k.1), Some(&self.wide.1)]
     }
@@ -178,7 +213,10 @@ impl SoftAuto {
         visibility: &Image,
         listed: bool,
     ) -> Result<()> {
-        self.classes.record(frame, inputs)?;
+        match &self.on_demand {
+            Some(on_demand) => self.record_pyramid(frame, inputs, on_demand)?,
+            None => self.classes.record(frame, inputs)?,
+        }
         for list in self.lists().into_iter().flatten() {
             list.clear(frame);
         }

@@ -19,14 +19,16 @@ const ROOM: u32 = 1 << 20;
 /// `CHUNK` of the casters: triangles of an instance begin at a multiple of it.
 const CHUNK: usize = 64;
 
-/// A `GridTriangle`: 3 lines, plane, bits of `inner`, range.
-type Triangle = [f32; 15];
+/// A `GridTriangle`: 3 lines, plane, bits of `inner`, range, corners of the square around it.
+type Triangle = [f32; 19];
 /// A `GridEdge`: both ends, bits of the weight.
 type Edge = [f32; 7];
 
 struct Lists {
     starts: Vec<u32>,
     entries: Vec<u32>,
+    /// Bounds of the receivers that each entry may matter to.
+    bounds: Vec<u32>,
     total: u32,
 }
 
@@ -34,8 +36,16 @@ impl Lists {
     fn read(host: &Host, lists: &CellLists) -> Self {
         let header: Vec<u32> = host.read_buffer(lists.header()).unwrap();
         assert_eq!(header[13], 0, "pairs are lost");
-        let (starts, entries) = (host.read_buffer(lists.starts()).unwrap(), host.read_buffer(lists.entries()).unwrap());
-        Self { starts, entries, total: header[12] }
+        let both: Vec<[u32; 2]> = host.read_buffer(lists.entries()).unwrap();
+        let (entries, bounds) = both.into_iter().map(|[caster, bounds]| (caster, bounds)).unzip();
+        Self { starts: host.read_buffer(lists.starts()).unwrap(), entries, bounds, total: header[12] }
+    }
+
+    /// Returns whether a cell's list holds a caster that `is_it` accepts, with bounds that hold the receiver. `change` is
+    /// applied to the bounds before.
+    fn holds(&self, cell: usize, s: &grid::Seen, change: fn(u32) -> u32, is_it: impl Fn(u32) -> bool) -> bool {
+        let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+        range.into_iter().any(|i| is_it(self.entries[i]) && is_bounded(cell, s, change(self.bounds[i])))
     }
 
     fn of(&self, cell: usize) -> &[u32] {
@@ -56,6 +66,20 @@ impl Lists {
             );
         }
     }
+}
+
+/// Returns whether bounds of an entry hold a receiver, wherever it lies within its error.
+fn is_bounded(cell: usize, s: &grid::Seen, bounds: u32) -> bool {
+    let corner = dvec2((cell as u32 % CELLS).into(), (cell as u32 / CELLS).into());
+    let step = |ndc: DVec2| {
+        (((0.5 * ndc + 0.5) * f64::from(CELLS) - corner) * 16.0).floor().clamp(DVec2::ZERO, DVec2::splat(15.0))
+    };
+    let bits = |shift: u32| f64::from(bounds >> shift & 15);
+    let (low, high) = (step(s.ndc - s.ndc_error), step(s.ndc + s.ndc_error));
+    let nearest = f64::from(ordered_float(bounds & 0xFFFF_0000));
+    low.cmpge(dvec2(bits(0), bits(4))).all()
+        && high.cmple(dvec2(bits(8), bits(12))).all()
+        && nearest <= s.depth - s.depth_error
 }
 
 struct Found {
@@ -241,13 +265,17 @@ fn first_triangles(stage: &Stage<'_>) -> Vec<usize> {
 }
 
 /// Returns the number of pairs of a pixel and a caster that the pixel's cell lacks, of all pairs.
-fn missing<T>(seen: &[Option<grid::Seen>], needed: &[Vec<T>], mut holds: impl FnMut(usize, &T) -> bool) -> [usize; 2] {
+fn missing<T>(
+    seen: &[Option<grid::Seen>],
+    needed: &[Vec<T>],
+    mut holds: impl FnMut(usize, &grid::Seen, &T) -> bool,
+) -> [usize; 2] {
     let mut found = [0; 2];
     for (s, needed) in seen.iter().zip(needed) {
         let Some(s) = s.filter(|s| s.sure) else { continue };
         let [cell] = s.cells(CELLS)[..] else { continue };
         for caster in needed {
-            found[0] += usize::from(!holds(cell, caster));
+            found[0] += usize::from(!holds(cell, &s, caster));
             found[1] += 1;
         }
     }
@@ -266,18 +294,26 @@ fn every_cell_holds_the_triangles_over_its_receivers() {
             let needed = layers::covering(&shot.data(), r.camera(), r.light(), &casters).unwrap();
             let first = first_triangles(&stage);
             let index = |t: &[usize; 2]| (first[t[0]] + t[1]) as u32;
-            let [lacking, all] = missing(&seen, &needed, |cell, t| lists.of(cell).contains(&index(t)));
+            let [lacking, all] = missing(&seen, &needed, |cell, s, t| lists.holds(cell, s, |b| b, |i| i == index(t)));
             println!("{:32} {} entries, {all} layers over pixels, {lacking} not listed", stage.name, lists.total);
             assert_eq!(lacking, 0, "{}", stage.name);
             assert!(all > 50 || stage.name == "needles", "{}", stage.name);
-            // The list of the next cell is not enough.
-            let [lacking, _] = missing(&seen, &needed, |cell, t| {
+            // The list of the next cell is not enough, nor are bounds that are smaller by a step.
+            let [lacking, _] = missing(&seen, &needed, |cell, _, t| {
                 lists.of((cell + CELLS as usize) % (CELLS * CELLS) as usize).contains(&index(t))
             });
             assert!(lacking > 0 || all == 0, "{}", stage.name);
+            for smaller in SMALLER {
+                let [lacking, _] =
+                    missing(&seen, &needed, |cell, s, t| lists.holds(cell, s, smaller, |i| i == index(t)));
+                assert!(lacking > 0 || all < 50, "{}", stage.name);
+            }
         }
     });
 }
+
+/// Bounds that are smaller by a step to the right, above, to the left and below.
+const SMALLER: [fn(u32) -> u32; 4] = [|b| b + 1, |b| b + 16, |b| b - 256, |b| b - 4096];
 
 /// Returns whether a record is the edge, or a part of it.
 fn is_edge(record: &Edge, e: &GridEdge) -> bool {
@@ -325,7 +361,9 @@ fn every_cell_holds_the_edges_that_its_receivers_see_on_the_light() {
             let seen = grid::receivers(&shot.data(), r.light()).unwrap();
             let mut needed = light_seen::reaching(&shot.data(), r.camera(), r.light(), &casters).unwrap();
             needed.iter_mut().for_each(|edges| edges.retain(is_whole));
-            let holds = |cell: usize, e: &GridEdge| lists.of(cell).iter().any(|&i| is_edge(&records[i as usize], e));
+            let holds = |cell: usize, s: &grid::Seen, e: &GridEdge| {
+                lists.holds(cell, s, |b| b, |i| is_edge(&records[i as usize], e))
+            };
             let [without, pairs] = missing(&seen, &needed, holds);
             println!(
                 "{:32} {} entries, {} edges, {pairs} on the light of pixels, {without} not listed",
@@ -336,8 +374,18 @@ fn every_cell_holds_the_edges_that_its_receivers_see_on_the_light() {
             assert_eq!(without, 0, "{}", stage.name);
             assert!(pairs > 50 || NO_WHOLE_EDGE.contains(&stage.name.as_str()), "{}", stage.name);
             // The list of a cell farther down is not enough.
-            let other = |cell: usize, e: &GridEdge| holds((cell + 4 * CELLS as usize) % (CELLS * CELLS) as usize, e);
+            let other = |cell: usize, _: &grid::Seen, e: &GridEdge| {
+                let list = lists.of((cell + 4 * CELLS as usize) % (CELLS * CELLS) as usize);
+                list.iter().any(|&i| is_edge(&records[i as usize], e))
+            };
             assert!(missing(&seen, &needed, other)[0] > 0 || pairs == 0, "{}", stage.name);
+            // Nor are bounds that are smaller by a step.
+            for smaller in SMALLER {
+                let held = |cell: usize, s: &grid::Seen, e: &GridEdge| {
+                    lists.holds(cell, s, smaller, |i| is_edge(&records[i as usize], e))
+                };
+                assert!(missing(&seen, &needed, held)[0] > 0 || pairs < 50, "{}", stage.name);
+            }
         }
     });
 }
