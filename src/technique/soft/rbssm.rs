@@ -1,6 +1,6 @@
 //! Revectorization-based soft shadow mapping.
 
-use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings};
+use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings, Skip};
 use crate::gpu::ComputePipeline;
 use crate::technique::common::blocker_search::{self, MEAN, SEARCH, SEARCH_TAPS, SearchWindow};
 use crate::technique::common::pixels::Step;
@@ -54,7 +54,7 @@ pub const INFO: Info = Info {
             "printed" => Reuse::AsPrinted,
             _ => Reuse::EachRun,
         };
-        prepare(context, setup, reuse, p.word("skip") == "auto")
+        prepare(context, setup, reuse, Skip::of(context, setup))
     }),
 };
 
@@ -75,8 +75,8 @@ pub(super) const LEAST_WIDTH: Param = Param::float(
     "the filter is never narrower, unless the light is so small that it has no such penumbra at all: size 0 keeps hard edges",
 );
 
-/// Makes the technique with or without its two accelerations: `reuse` of runs, and a list of the pixels to work on.
-pub(super) fn prepare(context: &Context, setup: &Setup, reuse: Reuse, listed: bool) -> Result<Box<dyn Passes>> {
+/// Makes the technique with or without its two accelerations: `reuse` of runs, and pixels to `skip`.
+pub(super) fn prepare(context: &Context, setup: &Setup, reuse: Reuse, skip: Skip) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = RbssmConfig {
         reuse,
@@ -85,7 +85,7 @@ pub(super) fn prepare(context: &Context, setup: &Setup, reuse: Reuse, listed: bo
         ..RbssmConfig::new(p, p.int("filter_taps"))
     };
     let pipeline = |step| pipeline(context, config, step);
-    Ok(Box::new(Classified::new(context, setup, "rbssm", (config.window, listed), push(p), pipeline)?))
+    Ok(Box::new(Classified::new(context, setup, "rbssm", (config.window, skip), push(p), pipeline)?))
 }
 
 /// Returns the constants of a frame from the parameters.

@@ -1,6 +1,6 @@
 //! A hybrid of soft shadows.
 
-use super::classified::{MapClasses, MeasuredFilter, SearchBindings};
+use super::classified::{MapClasses, MeasuredFilter, SKIP_CHOICES, SearchBindings, Skip};
 use super::pcss::{self, PcssConfig};
 use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, VISIBILITY};
 use crate::gpu::{Buffer, Image, ImageDesc, bindings};
@@ -63,9 +63,9 @@ pub const INFO: Info = Info {
         DEPTH_BIAS,
         Param::choice(
             "skip",
-            &["auto", "off"],
+            SKIP_CHOICES,
             0,
-            "decide pixels whose window is lit or in shadow by depth bounds of the map, before the search and after it: the same image",
+            "decide pixels whose window is lit or in shadow by depth bounds of the map, before the search and after it; the values are those of pcss, the image is the same",
         ),
     ],
     published: &[],
@@ -100,7 +100,7 @@ impl SoftAuto {
     fn new(context: &Context, setup: &Setup, listed: Option<&Arc<Buffer>>) -> Result<Self> {
         let (p, extent) = (&setup.params, setup.extent);
         let kernel_texels = p.float("kernel_texels");
-        let classify = p.word("skip") == "auto";
+        let skip = Skip::of(context, setup);
         let kernel = RbssmConfig::new(p, p.int("kernel_taps"));
         let RbssmConfig { search_taps, window, .. } = kernel;
         let filter_taps = p.int("filter_taps");
@@ -115,7 +115,7 @@ impl SoftAuto {
                 // Declared by `glsl/common/rbsm_receiver.glsl`: texels are tested on the receiver's plane.
                 ("FIXED", 0),
                 ("SEARCH_TAPS", search_taps),
-                ("CLASSIFY", classify.into()),
+                ("CLASSIFY", (skip != Skip::Off).into()),
                 ("NEAREST_BLOCKER", (window == SearchWindow::Blockers).into()),
                 ("STEP", step as u32),
                 ("LEAST_WIDTH", kernel.least_width.to_bits()),
@@ -125,9 +125,9 @@ impl SoftAuto {
             context.pipeline::<EstimateBindings, RbsmPush>("soft/soft_auto.comp", &constants)
         };
         let name = "pixels in penumbrae";
-        let estimate = match classify {
-            true => PixelPass::by_tiles(context, name, extent, true, pipeline)?,
-            false => PixelPass::sharing(context, name, extent, true, pipeline, listed)?,
+        let estimate = match skip {
+            Skip::Off => PixelPass::sharing(context, name, extent, true, pipeline, listed)?,
+            _ => skip.pass(context, name, extent, pipeline)?,
         };
         let kernel = match kernel_texels > 0.0 {
             true => Some((rbssm::measured_filter(context, kernel)?, list("pixels in narrow penumbrae")?)),
@@ -135,7 +135,7 @@ impl SoftAuto {
         };
         let widths = ImageDesc::storage("half-widths of filters", vk::Format::R32G32_SFLOAT, extent);
         Ok(Self {
-            classes: MapClasses::new(context, setup.map_size, window, classify)?,
+            classes: MapClasses::new(context, setup.map_size, window, skip != Skip::Off)?,
             estimate,
             half_widths: Image::new(context.device(), &widths)?,
             kernel,
