@@ -34,7 +34,10 @@ pub const INFO: Info = Info {
             0,
             "find the ends of an edge once for all taps that lie on it, or for each tap: the same image; or move them along a row as the paper prints it, which is wrong on some edges",
         ),
-        SKIP,
+        Param {
+            help: "decide pixels whose whole search window is lit or in shadow by depth bounds of the map, and work on the others: the values are those of pcss, but auto is quads on every device; the image is the same",
+            ..SKIP
+        },
     ],
     published: &[
         ("search", "near"),
@@ -54,7 +57,9 @@ pub const INFO: Info = Info {
             "printed" => Reuse::AsPrinted,
             _ => Reuse::EachRun,
         };
-        prepare(context, setup, reuse, Skip::of(context, setup))
+        // Following edges needs the pixels of a list, which all have work.
+        let skip = if p.word("skip") == "auto" { Skip::Quads } else { Skip::of(context, setup) };
+        prepare(context, setup, reuse, skip)
     }),
 };
 
