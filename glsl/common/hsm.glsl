@@ -3,6 +3,7 @@
 // Include after common/soft_receiver.glsl and common/pcf_bounds.glsl.
 #ifndef EDGESHADE_HSM
 #define EDGESHADE_HSM
+#extension GL_EXT_control_flow_attributes : require
 
 const int HSM_UMBRA = 0, HSM_LIT = 1, HSM_PENUMBRA = -1;
 
@@ -95,6 +96,23 @@ vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_block
 // The search window for a filter as wide as the penumbra.
 vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker) {
   return searchWindow(hsm, r, a, nearest_blocker, 1.0);
+}
+
+// The same window, and in `found` its class if a wider window on the way decides it: one that covers the window, if that has
+// at least the half-width `least` (uv), and `margin` texels around it. The window is undefined then.
+vec2 searchWindow(sampler2D hsm, SoftReceiver r, AreaLight a, bool nearest_blocker, float reach, vec2 least, float margin, out int found) {
+  found = HSM_PENUMBRA;
+  precise vec2 half_width = searchHalfWidth(a, r.z, a.near) * reach;
+  int rounds = nearest_blocker ? 2 : 0;
+  [[dont_unroll]] for (int i = 0; i < rounds && found == HSM_PENUMBRA; ++i) {
+    ivec2 first, last;
+    windowRange(r, half_width, 0.0, first, last);
+    vec2 bounds = hsmBounds(hsm, first, last), read = windowTexels(half_width);
+    half_width = searchHalfWidth(a, r.z, max(lightDistance(a, bounds.x), a.near)) * reach;
+    bool covers = all(greaterThanEqual(read, windowTexels(max(half_width, least)) + (margin + 0.02)));
+    if (covers) found = classifyBounds(r, bounds, first, last, 0.0);
+  }
+  return max(half_width, least);
 }
 
 #endif

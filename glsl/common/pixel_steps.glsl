@@ -1,14 +1,15 @@
 // Dispatches of a pass that decides most pixels cheaply and works longer on the others. AT_ONCE does both in one
 // dispatch. LIST decides the cheap pixels and lists the others; LISTED then works on the list, so that every thread has
 // work. The image is the same. MEASURED is LISTED for a list whose pixels another pass has measured already. TILES decides
-// whole tiles and lists the others; LIST then works on these tiles (common/quad_classes.glsl).
+// whole tiles and lists the others; LIST then works on these tiles (common/quad_classes.glsl), or OPEN_TILES works on all
+// of their pixels at once, without a list of pixels. LONE_TILES is TILES for OPEN_TILES: every tile gets a workgroup.
 // The shader's main walks over the pixels with the functions below.
 // Include after common/receiver.glsl.
 #ifndef EDGESHADE_PIXEL_STEPS
 #define EDGESHADE_PIXEL_STEPS
 #include "tiles.glsl"
 
-const int AT_ONCE = 0, LIST = 1, LISTED = 2, MEASURED = 3, TILES = 4;
+const int AT_ONCE = 0, LIST = 1, LISTED = 2, MEASURED = 3, TILES = 4, OPEN_TILES = 5, LONE_TILES = 6;
 layout(constant_id = 4) const int STEP = AT_ONCE;
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -36,6 +37,9 @@ layout(binding = 5, scalar) buffer PixelList {
 shared uint open;
 shared uint first;
 
+// Returns true in the dispatches that decide whole tiles.
+bool decidesTiles() { return STEP == TILES || STEP == LONE_TILES; }
+
 // Returns true in the dispatches that work on the list.
 bool readsList() { return STEP == LISTED || STEP == MEASURED; }
 
@@ -43,9 +47,9 @@ bool readsList() { return STEP == LISTED || STEP == MEASURED; }
 uint firstListed() { return 64 * gl_WorkGroupID.x + gl_LocalInvocationIndex; }
 uint listStride() { return 64 * gl_NumWorkGroups.x; }
 
-// Appends the pixel to the list if it is `left` and STEP is LIST. All threads of the workgroup must call it.
+// Appends the pixel to the list if it is `left` and STEP makes a list. All threads of the workgroup must call it.
 void listPixel(ivec2 pixel, bool left) {
-  if (STEP != LIST) return;
+  if (STEP != LIST && STEP != OPEN_TILES) return;
   if (gl_LocalInvocationIndex == 0) open = 0;
   barrier();
   uint index;

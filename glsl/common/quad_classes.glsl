@@ -77,8 +77,10 @@ void listTile(ivec2 corner, int found) {
   if (found != HSM_PENUMBRA || any(greaterThanEqual(corner, ivec2(view.size)))) return;
   uint i = atomicAdd(open_tiles.count, 1);
   open_tiles.tiles[i] = packTile(uvec2(corner / 8));
-  // Four tiles a workgroup.
-  if (i % 4 == 0 && i / 4 < MAX_TILE_GROUPS) atomicAdd(open_tiles.groups[0], 1);
+  // Tiles a workgroup. Mesa's CPU driver ends all loops of a thread after 65535 rounds, so a thread gets one tile where it works
+  // on every pixel.
+  uint together = STEP == LONE_TILES ? 1 : 4;
+  if (i % together == 0 && i / together < MAX_TILE_GROUPS) atomicAdd(open_tiles.groups[0], 1);
 }
 
 shared uint tiles_left; // bits of the workgroup's tiles with a listed pixel
@@ -93,6 +95,14 @@ ivec2 quadCorner(uint first_tile) {
   uint tile = first_tile + gl_LocalInvocationIndex / 16, quad = gl_LocalInvocationIndex % 16;
   if (tile >= open_tiles.count) return ivec2(view.size);
   return 8 * unpackTile(open_tiles.tiles[tile]) + 2 * ivec2(quad % 4, quad / 4);
+}
+
+// Tells whether the thread has a pixel in open tile i, and which one. Eight threads in a row work on 4 x 2 pixels, whose
+// loops have about as many rounds.
+bool openTilePixel(uint i, out ivec2 pixel) {
+  int k = int(gl_LocalInvocationIndex);
+  pixel = 8 * unpackTile(open_tiles.tiles[i]) + ivec2(k & 3 | k >> 1 & 4, k >> 2 & 1 | k >> 3 & 6);
+  return all(lessThan(pixel, ivec2(view.size)));
 }
 
 // Stores the visibility of the decided pixels of a quad.

@@ -51,12 +51,16 @@ vec4 softReference2x2(SoftReceiver r, ivec2 first) {
   return reference;
 }
 
-// The texel under tap (i, j) of n x n taps, which lie at the centres of a regular grid over the window. Outside the map
-// it is the nearest border texel.
-ivec2 windowTap(SoftReceiver r, vec2 half_texels, int i, int j, int n) {
+// The texel under tap (i, j) of n x n taps, which lie at the centres of a regular grid over the window.
+ivec2 tapTexel(SoftReceiver r, vec2 half_texels, int i, int j, int n) {
   precise vec2 t = (2.0 * vec2(i, j) + 1.0) / float(n) - 1.0;
   precise vec2 place = floor(r.at + t * half_texels);
-  return nearestTexel(ivec2(place), ivec2(view.map_size));
+  return ivec2(place);
+}
+
+// The same texel; outside the map it is the nearest border texel.
+ivec2 windowTap(SoftReceiver r, vec2 half_texels, int i, int j, int n) {
+  return nearestTexel(tapTexel(r, half_texels, i, j, n), ivec2(view.map_size));
 }
 
 #endif

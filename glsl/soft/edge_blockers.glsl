@@ -22,11 +22,15 @@ vec2 edgeHalfTexels(SoftReceiver r, AreaLight a, float z_blocker, vec2 least, ve
 }
 
 // Searches the point's texel and its four neighbours for blockers. If one of these differs from the texel, an edge runs
-// through it.
-Blockers neighbouringBlockers(ShadowPoint p, AreaLight a, bool mean_depth) {
+// through it. `wanted` is that of findBlockers.
+Blockers neighbouringBlockers(ShadowPoint p, AreaLight a, bool mean_depth, bool wanted) {
   precise float sum = 0.0;
   int count = 0;
-  for (int k = 0; k < 5; ++k) {
+  vec4 N = vec4(1.0);
+  float own = 1.0;
+  [[dont_unroll]] for (int k = 0; k < int(wanted); ++k) own = testNeighbourhood(p, N);
+  int texels = min(own, min(min(N.x, N.y), min(N.z, N.w))) == 0.0 ? 5 : 0;
+  [[dont_unroll]] for (int k = 0; k < texels; ++k) {
     ivec2 texel = k < 4 ? p.texel + SIDES[k] : p.texel;
     bool blocks = shadowTest(p, texel) == 0.0;
     float stored = shadowMapDepth(shadow_map, testedTexel(texel), 0, ivec2(view.map_size));

@@ -66,9 +66,12 @@ bool visibilityAt(ivec2 pixel, out float v) {
     v = filterAny(r, texelFetch(half_widths, pixel, 0).xy);
     return true;
   }
-  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least);
-  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH);
-  v = 1.0;
+  precise vec2 search;
+  int found = HSM_PENUMBRA;
+  if (STEP == OPEN_TILES) search = searchWindow(hsm, r, a, NEAREST_BLOCKER, 1.0, least, 0.5, found);
+  else search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least);
+  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH, found == HSM_PENUMBRA);
+  v = found == HSM_UMBRA ? 0.0 : 1.0;
   if (b.count > 0) v = filterAny(r, softHalfTexels(r, a, b.z, search));
   return true;
 }
@@ -83,7 +86,14 @@ void main() {
     }
     return;
   }
-  if (STEP == TILES) {
+  if (STEP == OPEN_TILES) {
+    for (uint i = gl_WorkGroupID.x; i < open_tiles.count; i += gl_NumWorkGroups.x) {
+      ivec2 pixel;
+      if (openTilePixel(i, pixel) && visibilityAt(pixel, v)) imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  if (decidesTiles()) {
     ivec2 corner = 8 * ivec2(gl_GlobalInvocationID.xy);
     int found = classifyTile(hsm, blocks, corner, areaLight(), push.normal_offset, push.depth_bias, FIXED, NEAREST_BLOCKER, 1.0, NARROWEST_SEARCH, 0.5);
     storeTile(visibility, corner, found);

@@ -43,25 +43,34 @@ layout(push_constant, scalar) uniform Push {
 const float NARROWEST_SEARCH = 1.0;
 
 // findBlockers with infinitely many taps. It reads every texel once, four per gather, and weights it by its share of
-// the window.
-Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_texels) {
+// the window. It also reads the texels up to `margin` texels around it, and `found` is the class of them all. A search that is
+// not `wanted` reads none.
+Blockers findBlockersBox(SoftReceiver r, AreaLight a, vec2 half_width, float margin, bool wanted, out int found) {
+  vec2 half_texels = windowTexels(half_width);
   precise vec2 low = r.at - half_texels, high = r.at + half_texels;
-  ivec2 first = ivec2(floor(low)), last = ivec2(floor(high));
+  ivec2 first, last;
+  windowRange(r, half_width, margin, first, last);
+  ivec2 end = wanted ? last : first - 1;
   precise float sum = 0.0, weight = 0.0;
-  for (int y = first.y; y <= last.y; y += 2) {
+  bool lit = false, dark = false;
+  [[dont_unroll]] for (int y = first.y; y <= end.y; y += 2) {
     precise vec2 height = max(min(vec2(y, y + 1) + 1.0, high.y) - max(vec2(y, y + 1), low.y), 0.0);
-    for (int x = first.x; x <= last.x; x += 2) {
+    [[dont_unroll]] for (int x = first.x; x <= end.x; x += 2) {
       // Rounding cannot select other texels at the common corner of the four.
       vec4 stored = textureGather(shadow_map, vec3(vec2(x + 1, y + 1) / vec2(view.map_size), 0.0));
-      vec4 reference = softReference2x2(r, ivec2(x, y));
+      bvec4 blocked = greaterThan(min(softReference2x2(r, ivec2(x, y)), vec4(1.0)), stored);
+      bvec4 inside = bvec4(y < last.y, x < last.x && y < last.y, x < last.x, true);
+      dark = dark || any(bvec4(ivec4(blocked) & ivec4(inside)));
+      lit = lit || any(bvec4(ivec4(not(blocked)) & ivec4(inside)));
       precise vec2 width = max(min(vec2(x, x + 1) + 1.0, high.x) - max(vec2(x, x + 1), low.x), 0.0);
-      precise vec4 share = width.xyyx * height.yyxx * vec4(greaterThan(min(reference, vec4(1.0)), stored));
-      precise vec4 spot = a.depth_scale / max(a.depth_offset - stored, vec4(1e-7)), sun = stored * a.depth_offset;
-      vec4 z = MEAN_DEPTH ? stored : mix(sun, spot, bvec4(a.depth_scale > 0.0));
-      sum += dot(share, z);
+      precise vec4 share = width.xyyx * height.yyxx * vec4(blocked);
+      sum += dot(share, blockerValues(a, stored, MEAN_DEPTH));
       weight += dot(share, vec4(1.0));
     }
   }
+  // Outside the map other passes see light.
+  bool leaves = any(lessThan(first, ivec2(0))) || any(greaterThanEqual(last, ivec2(view.map_size)));
+  found = !wanted || lit && dark || dark && leaves ? HSM_PENUMBRA : dark ? HSM_UMBRA : HSM_LIT;
   precise float mean = sum / max(weight, 1e-30);
   return Blockers(blockerDistance(a, mean, MEAN_DEPTH), weight > 0.0 ? 1 : 0);
 }
@@ -75,47 +84,56 @@ bool needsNoWindow(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 least,
   return false;
 }
 
-// Returns true if the pixel's visibility `v` is known; otherwise `search` is its search window.
-bool decide(ivec2 pixel, AreaLight a, out SoftReceiver r, out vec2 search, out float v) {
-  vec2 least;
-  search = vec2(0.0);
-  if (needsNoWindow(pixel, a, r, least, v)) return true;
-  search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER, push.reach), least);
-  int found = classify(hsm, blocks, r, search, 0.5);
-  v = float(found);
-  return found != HSM_PENUMBRA;
-}
-
-bool visibilityAt(ivec2 pixel, out float width) {
+// Returns false if the pixel's visibility is known; otherwise `width` is its penumbra width.
+bool measure(ivec2 pixel, out float width) {
+  const float MARGIN = 0.5;
   AreaLight a = areaLight();
   SoftReceiver r;
-  precise vec2 search;
+  vec2 least;
   float v;
   width = 0.0;
-  if (decide(pixel, a, r, search, v)) {
-    imageStore(shadows, pixel, vec4(v));
-    imageStore(between, pixel, vec4(v));
-    return true;
+  if (!needsNoWindow(pixel, a, r, least, v)) {
+    int found;
+    precise vec2 search = searchWindow(hsm, r, a, NEAREST_BLOCKER, push.reach, least, MARGIN, found);
+    bool is_open = found == HSM_PENUMBRA, is_narrow = BOX && all(lessThanEqual(2.0 * windowTexels(search), vec2(TAPS)));
+    int found_by_box;
+    Blockers b = findBlockersBox(r, a, search, MARGIN, is_open && is_narrow, found_by_box), by_taps;
+    if (is_open && is_narrow) found = found_by_box;
+    int looks = is_open && !is_narrow ? 1 : 0;
+    [[dont_unroll]] for (int k = 0; k < looks; ++k) found = classify(hsm, blocks, r, search, MARGIN);
+    by_taps = findBlockers(shadow_map, r, a, search, TAPS, MEAN_DEPTH, !is_narrow && found == HSM_PENUMBRA);
+    if (!is_narrow) b = by_taps;
+    if (b.count > 0) width = penumbraWidth(a, r.z, b.z);
+    v = float(found);
+    if (found == HSM_PENUMBRA) return true;
   }
-  vec2 texels = windowTexels(search);
-  Blockers b;
-  if (BOX && all(lessThanEqual(2.0 * texels, vec2(TAPS)))) b = findBlockersBox(r, a, texels);
-  else b = findBlockers(shadow_map, r, a, search, TAPS, MEAN_DEPTH);
-  if (b.count > 0) width = penumbraWidth(a, r.z, b.z);
-  return true;
+  width = 0.0;
+  imageStore(shadows, pixel, vec4(v));
+  imageStore(between, pixel, vec4(v));
+  return false;
 }
 
 void main() {
-  float width;
+  float width = 0.0;
   if (readsList()) {
     for (uint i = firstListed(); i < list.count; i += listStride()) {
       ivec2 pixel = unpackTile(list.pixels[i]);
-      visibilityAt(pixel, width);
+      measure(pixel, width);
       imageStore(visibility, pixel, vec4(width));
     }
     return;
   }
-  if (STEP == TILES) {
+  if (STEP == OPEN_TILES) {
+    for (uint i = gl_WorkGroupID.x; i < open_tiles.count; i += gl_NumWorkGroups.x) {
+      ivec2 pixel;
+      bool inside = openTilePixel(i, pixel), is_open = false;
+      if (inside) is_open = measure(pixel, width);
+      if (is_open) imageStore(visibility, pixel, vec4(width));
+      listPixel(pixel, is_open);
+    }
+    return;
+  }
+  if (decidesTiles()) {
     ivec2 corner = 8 * ivec2(gl_GlobalInvocationID.xy);
     int found = classifyTile(hsm, blocks, corner, areaLight(), push.normal_offset, push.depth_bias, FIXED, NEAREST_BLOCKER, push.reach, NARROWEST_SEARCH, 0.5);
     storeTile(shadows, corner, found);
@@ -143,5 +161,8 @@ void main() {
     return;
   }
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  if (all(lessThan(pixel, ivec2(view.size))) && visibilityAt(pixel, width)) imageStore(visibility, pixel, vec4(width));
+  if (all(lessThan(pixel, ivec2(view.size)))) {
+    measure(pixel, width);
+    imageStore(visibility, pixel, vec4(width));
+  }
 }

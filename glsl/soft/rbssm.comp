@@ -58,11 +58,15 @@ bool visibilityAt(ivec2 pixel, out float v) {
     return true;
   }
   precise vec2 least = leastHalfTexels(r, a, LEAST_WIDTH);
-  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
-  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH);
-  if (b.count == 0) b = neighbouringBlockers(p, a, MEAN_DEPTH);
-  v = 1.0;
-  if (b.count > 0) v = filterRevectorized(p, r, edgeHalfTexels(r, a, b.z, least, search));
+  precise vec2 search;
+  int found = HSM_PENUMBRA;
+  if (STEP == OPEN_TILES) search = searchWindow(hsm, r, a, NEAREST_BLOCKER, 1.0, least / vec2(view.map_size), 1.0, found);
+  else search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
+  bool is_open = found == HSM_PENUMBRA;
+  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH, is_open);
+  if (b.count == 0) b = neighbouringBlockers(p, a, MEAN_DEPTH, is_open);
+  v = found == HSM_UMBRA ? 0.0 : 1.0;
+  [[dont_unroll]] for (int k = 0; k < min(b.count, 1); ++k) v = filterRevectorized(p, r, edgeHalfTexels(r, a, b.z, least, search));
   return true;
 }
 
@@ -76,7 +80,14 @@ void main() {
     }
     return;
   }
-  if (STEP == TILES) {
+  if (STEP == OPEN_TILES) {
+    for (uint i = gl_WorkGroupID.x; i < open_tiles.count; i += gl_NumWorkGroups.x) {
+      ivec2 pixel;
+      if (openTilePixel(i, pixel) && visibilityAt(pixel, v)) imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  if (decidesTiles()) {
     ivec2 corner = 8 * ivec2(gl_GlobalInvocationID.xy);
     // The margin is the ring around the window, which reveals edges at its border.
     int found = classifyTile(hsm, blocks, corner, areaLight(), push.normal_offset, push.depth_bias, FIXED, NEAREST_BLOCKER, 1.0, 0.5 * LEAST_WIDTH, 1.0);

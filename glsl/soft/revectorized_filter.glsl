@@ -196,9 +196,8 @@ uint openTexels(TexelLine row, int j, ivec2 size, uint tapped) {
   return edgeBits(row, j, size) & tapped & (STAR ? ~0u : row.tests);
 }
 
-// Counts lit taps in a window that starts at `first`; follows the edges of each texel once.
-float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first, ivec2 size) {
-  testWindow(p, first, size);
+// Counts lit taps in a window whose texels are tested; follows the edges of each texel once.
+float tapsInWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first, ivec2 size) {
   followBeyond(p, first, size);
   assignTaps(r, half_texels, first);
   // Columns with taps, and rows with texels to follow.
@@ -246,6 +245,25 @@ float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first,
     followOwn(p, first, size, texel, d, own, t);
     lit += tapsInTexel(r, half_texels, texel, d, t);
   }
+  return lit;
+}
+
+// Counts lit taps in a window that starts at `first`.
+float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first, ivec2 size) {
+  testWindow(p, first, size);
+  // Texels of the window and of the ring around it, as bits of rows and columns.
+  uint lit_texels = 0u, dark_texels = 0u;
+  [[unroll]] for (int k = 0; k < WINDOW_MOST; ++k) {
+    lit_texels |= k < size.y ? window_rows[k] : 0u;
+    dark_texels |= k < size.y ? ~window_rows[k] & lineBits(size.x) : 0u;
+  }
+  [[unroll]] for (int k = 0; k < 4; ++k) {
+    lit_texels |= window_ring[k];
+    dark_texels |= ~window_ring[k] & lineBits(k < 2 ? size.y : size.x);
+  }
+  float lit = dark_texels == 0u ? float(FILTER_TAPS * FILTER_TAPS) : 0.0;
+  // A loop, not a branch: a CPU driver leaves it where no pixel has an edge.
+  [[dont_unroll]] for (int k = 0; k < (lit_texels != 0u && dark_texels != 0u ? 1 : 0); ++k) lit = tapsInWindow(p, r, half_texels, first, size);
   return lit;
 }
 

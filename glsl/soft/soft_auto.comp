@@ -51,25 +51,45 @@ layout(binding = 10, scalar) buffer WideList {
 // If false, all texels are tested as they are, and the windows are those of pcss.comp.
 bool isRevectorized() { return KERNEL_TEXELS > 0.0; }
 
-// Tests whether any of the point's texel and its eight neighbours is part of a thin bar or gap: the texels on both
-// sides of it, along either axis, differ from it.
-bool isThin(ShadowPoint p) {
-  // Tests of 6 x 6 texels as bits, starting two texels before the point's texel.
+// Tests of 6 x 6 texels as bits, starting two texels before the point's texel.
+struct Around {
   uint rows[6];
-  for (int j = 0; j < 6; j += 2) {
-    rows[j] = rows[j + 1] = 0u;
-    for (int i = 0; i < 6; i += 2) {
+};
+
+Around testAround(ShadowPoint p) {
+  Around t;
+  [[unroll]] for (int j = 0; j < 6; j += 2) {
+    t.rows[j] = t.rows[j + 1] = 0u;
+    [[unroll]] for (int i = 0; i < 6; i += 2) {
       uint tests = shadowTest2x2(p, p.texel - 2 + ivec2(i, j));
-      rows[j] |= (tests & 3u) << i;
-      rows[j + 1] |= tests >> 2 << i;
+      t.rows[j] |= (tests & 3u) << i;
+      t.rows[j + 1] |= tests >> 2 << i;
     }
   }
+  return t;
+}
+
+// Tests whether any of the point's texel and its eight neighbours is part of a thin bar or gap: the texels on both
+// sides of it, along either axis, differ from it.
+bool isThin(Around t) {
   uint thin = 0u;
-  for (int j = 1; j <= 3; ++j) {
-    uint row = rows[j];
-    thin |= (row ^ row << 1) & (row ^ row >> 1) | (row ^ rows[j - 1]) & (row ^ rows[j + 1]);
+  [[unroll]] for (int j = 1; j <= 3; ++j) {
+    uint row = t.rows[j];
+    thin |= (row ^ row << 1) & (row ^ row >> 1) | (row ^ t.rows[j - 1]) & (row ^ t.rows[j + 1]);
   }
   return (thin & 14u) != 0u;
+}
+
+// Class of a window with a half-width of at most one texel, with the ring of texels that reveals edges at its border.
+int classifyAround(Around t, ShadowPoint p, SoftReceiver r, vec2 half_texels) {
+  ivec2 first = ivec2(floor(r.at - half_texels)) - p.texel + 1, last = ivec2(floor(r.at + half_texels)) - p.texel + 3;
+  uint columns = (2u << last.x) - (1u << first.x), lit = 0u, dark = 0u;
+  [[unroll]] for (int j = 0; j < 6; ++j) {
+    bool inside = j >= first.y && j <= last.y;
+    lit |= inside ? t.rows[j] & columns : 0u;
+    dark |= inside ? ~t.rows[j] & columns : 0u;
+  }
+  return dark == 0u ? HSM_LIT : lit == 0u ? HSM_UMBRA : HSM_PENUMBRA;
 }
 
 // Distance of the blockers from the receiver along the light, in widths of a texel there.
@@ -99,20 +119,27 @@ bool visibilityAt(ivec2 pixel, out float v) {
   if (softReceiver(pixel, a, push.normal_offset, push.depth_bias, r, v)) return true;
   if (STEP == LIST) return false;
   vec2 least = leastTexels(r, a);
-  precise vec2 search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
+  precise vec2 search;
   int found = HSM_PENUMBRA;
-  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, false);
+  if (STEP == OPEN_TILES) search = searchWindow(hsm, r, a, NEAREST_BLOCKER, 1.0, least / vec2(view.map_size), 1.0, found);
+  else search = max(searchWindow(hsm, r, a, NEAREST_BLOCKER), least / vec2(view.map_size));
+  Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, false, found == HSM_PENUMBRA);
   ShadowPoint p = shadowPoint(r.at, r.map.depth, r.slope, 0.0);
-  if (isRevectorized() && b.count == 0) b = neighbouringBlockers(p, a, false);
-  v = 1.0;
-  if (b.count == 0) return true;
-  precise vec2 narrow = edgeHalfTexels(r, a, b.z, least, search);
+  if (isRevectorized() && b.count == 0) b = neighbouringBlockers(p, a, false, found == HSM_PENUMBRA);
+  if (found == HSM_PENUMBRA && b.count == 0) found = HSM_LIT;
+  precise vec2 narrow = edgeHalfTexels(r, a, b.z, least, search), plain = softHalfTexels(r, a, b.z, search);
   bool is_kernel = 2.0 * max(narrow.x, narrow.y) < KERNEL_TEXELS;
-  if (KERNEL_TEXELS > 0.0) is_kernel = is_kernel && (blockerDistance(r, a, b.z) <= THIN_DISTANCE || !isThin(p));
-  precise vec2 half_texels = is_kernel ? narrow : softHalfTexels(r, a, b.z, search);
-  if (CLASSIFY) found = classify(hsm, blocks, r, half_texels / vec2(view.map_size), 1.0);
+  // A look at the texels around decides most pixels whose filter is narrow, and chooses for the others.
+  int looks = found == HSM_PENUMBRA && is_kernel ? 1 : 0;
+  [[dont_unroll]] for (int k = 0; k < looks; ++k) {
+    Around t = testAround(p);
+    vec2 wider = max(narrow, plain);
+    if (CLASSIFY && all(lessThanEqual(wider, vec2(1.0)))) found = classifyAround(t, p, r, wider);
+    is_kernel = blockerDistance(r, a, b.z) <= THIN_DISTANCE || !isThin(t);
+  }
   v = float(found);
   if (found != HSM_PENUMBRA) return true;
+  precise vec2 half_texels = is_kernel ? narrow : plain;
   imageStore(half_widths, pixel, vec4(half_texels, 0.0, 0.0));
   if (is_kernel) APPEND_PIXEL(kernel, pixel)
   else APPEND_PIXEL(wide, pixel)
@@ -129,7 +156,14 @@ void main() {
     }
     return;
   }
-  if (STEP == TILES) {
+  if (STEP == OPEN_TILES) {
+    for (uint i = gl_WorkGroupID.x; i < open_tiles.count; i += gl_NumWorkGroups.x) {
+      ivec2 pixel;
+      if (openTilePixel(i, pixel) && visibilityAt(pixel, v)) imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  if (decidesTiles()) {
     ivec2 corner = 8 * ivec2(gl_GlobalInvocationID.xy);
     // The margin is the ring around the window, which reveals edges at its border.
     int found = classifyTile(hsm, blocks, corner, areaLight(), push.normal_offset, push.depth_bias, false, NEAREST_BLOCKER, 1.0, isRevectorized() ? 0.5 * LEAST_WIDTH : NARROWEST_SEARCH, 1.0);

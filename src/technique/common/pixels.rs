@@ -32,6 +32,10 @@ pub(crate) enum Step {
     Measured,
     /// Decides whole tiles and lists the others, for [`Step::List`].
     Tiles,
+    /// Works on all pixels of the tiles that [`Step::LoneTiles`] lists.
+    OpenTiles,
+    /// Decides whole tiles and lists the others, a workgroup each.
+    LoneTiles,
 }
 
 /// The pipelines of such a pass, and its list of 4 bytes per pixel.
@@ -99,6 +103,11 @@ pub(crate) fn pixel_list(context: &Context, name: &str, extent: [u32; 2]) -> Res
         return Err(Error::Parameter(problem));
     }
     indirect_list(context.device(), name, HEADER, entries)
+}
+
+/// Returns true if [`pixel_list`] makes a list for the image.
+pub(crate) fn fits_list(context: &Context, [width, height]: [u32; 2]) -> bool {
+    fits(context, u64::from(width) * u64::from(height))
 }
 
 fn fits(context: &Context, entries: u64) -> bool {
@@ -185,6 +194,27 @@ impl PixelPass {
         Ok(Self { tiles: Some((pipeline(Step::Tiles)?, list)), ..self })
     }
 
+    /// Makes the pass for a shader that decides whole tiles first and then works on all pixels of the others at once. It reads
+    /// no list of pixels, but may write one for other passes.
+    pub(crate) fn of_open_tiles(
+        context: &Context,
+        name: &str,
+        extent: [u32; 2],
+        pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
+        list: Arc<Buffer>,
+    ) -> Result<Self> {
+        Ok(Self {
+            pixels: pipeline(Step::OpenTiles)?,
+            listed: None,
+            list,
+            tiles_total: tiles(extent),
+            tiles: Some((
+                pipeline(Step::LoneTiles)?,
+                TileList::new(context.device(), &format!("{name}, tiles"), extent)?,
+            )),
+        })
+    }
+
     /// Bytes of device memory that the list holds.
     pub fn memory_bytes(&self) -> u64 {
         self.list.size() + self.tiles.as_ref().map_or(0, |(_, list)| list.buffer().size())
@@ -229,13 +259,15 @@ impl PixelPass {
         output: &Image,
     ) -> Result<()> {
         self.clear(frame);
-        self.record_first(frame, name, bind, push, output)
+        self.record_first(frame, [name; 2], bind, push, output)
     }
 
+    /// Records all dispatches before the one over listed pixels. `names` holds the name of those that decide, and that of one
+    /// that leaves no pixel.
     fn record_first(
         &self,
         frame: &mut Frame<'_>,
-        name: &str,
+        [name, whole]: [&str; 2],
         bind: &dyn Bindings,
         push: &[u8],
         output: &Image,
@@ -248,6 +280,7 @@ impl PixelPass {
         list.clear(frame);
         let threads = Threads::Count([width.div_ceil(TILE), height.div_ceil(TILE), 1]);
         frame.dispatch(&Pass { name: &format!("{name}, tiles"), pipeline, bind, push, threads })?;
+        let name = if self.is_listed() { name } else { whole };
         frame.dispatch(&Pass { name, pipeline: &self.pixels, bind, push, threads: list.threads() })?;
         list.count(frame);
         Ok(())
@@ -275,7 +308,7 @@ impl PixelPass {
         push: &[u8],
         output: &Image,
     ) -> Result<()> {
-        self.record_first(frame, names[0], bind, push, output)?;
+        self.record_first(frame, names, bind, push, output)?;
         self.record_listed(frame, names[1], bind, push)
     }
 

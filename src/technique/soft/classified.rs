@@ -6,7 +6,7 @@ use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
-use crate::technique::common::pixels::{PixelList, PixelPass, Step};
+use crate::technique::common::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::technique::{Param, Passes, Setup, classes_view};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result};
 use std::sync::Arc;
@@ -14,10 +14,52 @@ use std::sync::Arc;
 /// Parameter of the techniques that classify pixels first.
 pub(super) const SKIP: Param = Param::choice(
     "skip",
-    &["auto", "off"],
+    SKIP_CHOICES,
     0,
-    "decide pixels whose whole search window is lit or in shadow by depth bounds of the map: the same image",
+    "decide pixels whose whole search window is lit or in shadow by depth bounds of the map, and work on the others: none are decided (off), tiles and then 2 x 2 \
+     pixels, which leaves a list of pixels (quads), or tiles alone (tiles); auto takes tiles on a CPU, quads on a GPU; the image is the same",
 );
+/// Values of such a parameter; see [`Skip`].
+pub(super) const SKIP_CHOICES: &[&str] = &["auto", "off", "quads", "tiles"];
+
+/// What is decided by depth bounds of the map before blockers are searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Skip {
+    /// Nothing: every pixel is searched.
+    Off,
+    /// Tiles, then quads of 2 x 2 pixels. The pixels that are left are listed.
+    Quads,
+    /// Tiles. All pixels of the tiles that are left are searched.
+    Tiles,
+}
+
+impl Skip {
+    /// Returns the value of the parameter `skip`. A CPU driver loses more by a list of pixels than it saves. The view of the
+    /// classes needs those of quads.
+    pub(super) fn of(context: &Context, setup: &Setup) -> Self {
+        match setup.params.word("skip") {
+            "off" => Self::Off,
+            "quads" => Self::Quads,
+            "tiles" => Self::Tiles,
+            _ if context.device().is_cpu() && !setup.intermediates => Self::Tiles,
+            _ => Self::Quads,
+        }
+    }
+
+    /// Makes the pass that searches.
+    pub(super) fn pass(
+        self,
+        context: &Context,
+        name: &str,
+        extent: [u32; 2],
+        pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
+    ) -> Result<PixelPass> {
+        match self {
+            Self::Tiles => PixelPass::of_open_tiles(context, name, extent, pipeline, Arc::new(no_list(context)?)),
+            _ => PixelPass::by_tiles(context, name, extent, self == Self::Quads, pipeline),
+        }
+    }
+}
 
 bindings! {
     /// Everything that a blocker search reads and writes.
@@ -31,12 +73,12 @@ pub(super) struct MapClasses {
 }
 
 impl MapClasses {
-    /// Allocates for a shadow map; `listed`: pixels are classified.
-    pub(super) fn new(context: &Context, map_size: [u32; 2], window: SearchWindow, listed: bool) -> Result<Self> {
+    /// Allocates for a shadow map; `classified`: the bounds decide pixels.
+    pub(super) fn new(context: &Context, map_size: [u32; 2], window: SearchWindow, classified: bool) -> Result<Self> {
         let narrow = window == SearchWindow::Blockers;
         Ok(Self {
-            hsm: if listed || narrow { Some(Hsm::new(context, map_size)?) } else { None },
-            bounds: if listed { Some(DepthBounds::new(context, map_size)?) } else { None },
+            hsm: if classified || narrow { Some(Hsm::new(context, map_size)?) } else { None },
+            bounds: if classified { Some(DepthBounds::new(context, map_size)?) } else { None },
         })
     }
 
@@ -82,19 +124,19 @@ pub(super) struct Classified<P> {
 }
 
 impl<P: ShaderStruct> Classified<P> {
-    /// Allocates the technique whose passes are named after `id`; `listed`: pixels are classified.
+    /// Allocates the technique whose passes are named after `id`.
     pub(super) fn new(
         context: &Context,
         setup: &Setup,
         id: &str,
-        (window, listed): (SearchWindow, bool),
+        (window, skip): (SearchWindow, Skip),
         push: P,
         pipeline: impl Fn(Step) -> Result<Arc<ComputePipeline>>,
     ) -> Result<Self> {
-        let pass = PixelPass::by_tiles(context, &format!("{id} pixels"), setup.extent, listed, pipeline)?;
+        let pass = skip.pass(context, &format!("{id} pixels"), setup.extent, pipeline)?;
         Ok(Self {
             names: [format!("{id} classes"), format!("{id} classify"), id.into()],
-            classes: MapClasses::new(context, setup.map_size, window, listed)?,
+            classes: MapClasses::new(context, setup.map_size, window, skip != Skip::Off)?,
             classes_view: classes_view(context, setup, pass.is_listed())?,
             pass,
             push,

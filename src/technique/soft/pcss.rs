@@ -1,6 +1,6 @@
 //! Percentage-closer soft shadows.
 
-use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings};
+use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings, Skip};
 use crate::gpu::ComputePipeline;
 use crate::technique::common::blocker_search::{self, MEAN, SEARCH, SEARCH_TAPS, SearchWindow};
 use crate::technique::common::pixels::Step;
@@ -57,7 +57,7 @@ pub(in crate::technique) fn prepare(context: &Context, setup: &Setup) -> Result<
         bilinear: p.word("taps") == "bilinear",
         exact_box: p.word("narrow") == "box",
     };
-    let skip = (config.window, p.word("skip") == "auto");
+    let skip = (config.window, Skip::of(context, setup));
     let pipeline = |step| pipeline(context, config, step);
     Ok(Box::new(Classified::new(context, setup, "pcss", skip, receiver::push(setup), pipeline)?))
 }

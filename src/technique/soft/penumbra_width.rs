@@ -1,13 +1,15 @@
 //! The width of an area light's penumbra at every pixel, for filters of an image of hard shadows.
 
+use super::classified::Skip;
 use crate::gpu::{Buffer, Image, ImageDesc, bindings, shader_struct};
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::blocker_search::SearchWindow;
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
-use crate::technique::common::pixels::{PixelPass, Step};
+use crate::technique::common::pixels::{PixelPass, Step, clear_list, fits_list, pixel_list};
 use crate::{Bind, Context, Frame, Inputs, Result, Threads};
 use ash::vk;
+use std::sync::Arc;
 
 shader_struct! {
     /// Push constants of `glsl/soft/penumbra_width.comp`.
@@ -34,8 +36,9 @@ pub struct WidthConfig {
     pub mean_depth: bool,
     /// All texels are compared with the receiver's own depth instead of its plane.
     pub fixed_depth: bool,
-    /// Pixels that can lie in a penumbra are listed, and only those are searched.
-    pub listed: bool,
+    /// Pixels that are not listed and searched, because depth bounds decide them. An image with too many pixels to list skips
+    /// none.
+    pub skip: Skip,
 }
 
 bindings! {
@@ -45,6 +48,8 @@ bindings! {
 /// The pass with its images, 12 bytes a pixel, and the depth bounds that classify pixels.
 pub struct PenumbraWidth {
     pass: PixelPass,
+    /// List that the search itself makes.
+    list: Option<Arc<Buffer>>,
     hsm: Hsm,
     bounds: DepthBounds,
     widths: Image,
@@ -53,9 +58,10 @@ pub struct PenumbraWidth {
 impl PenumbraWidth {
     /// Allocates for a camera image and a shadow map.
     pub fn new(context: &Context, extent: [u32; 2], map_size: [u32; 2], config: WidthConfig) -> Result<Self> {
-        let WidthConfig { search_taps, window, exact_box, mean_depth, fixed_depth, listed } = config;
+        let WidthConfig { search_taps, window, exact_box, mean_depth, fixed_depth, skip } = config;
         let narrow = window == SearchWindow::Blockers;
-        let pass = PixelPass::by_tiles(context, "penumbra pixels", extent, listed, |step: Step| {
+        let skip = if fits_list(context, extent) { skip } else { Skip::Off };
+        let pipeline = |step: Step| {
             let constants = [
                 ("TAPS", search_taps),
                 ("NEAREST_BLOCKER", narrow.into()),
@@ -65,11 +71,22 @@ impl PenumbraWidth {
                 ("STEP", step as u32),
             ];
             context.pipeline::<WidthBindings, WidthPush>("soft/penumbra_width.comp", &constants)
-        })?;
+        };
+        let name = "penumbra pixels";
+        // Other passes read the list in either form.
+        let list = match skip {
+            Skip::Tiles => Some(Arc::new(pixel_list(context, name, extent)?)),
+            _ => None,
+        };
+        let pass = match &list {
+            Some(list) => PixelPass::of_open_tiles(context, name, extent, pipeline, list.clone())?,
+            None => skip.pass(context, name, extent, pipeline)?,
+        };
         let desc = ImageDesc::storage("penumbra width", vk::Format::R32_SFLOAT, extent);
         let desc = ImageDesc { usage: desc.usage | vk::ImageUsageFlags::TRANSFER_DST, ..desc };
         Ok(Self {
             pass,
+            list,
             hsm: Hsm::new(context, map_size)?,
             bounds: DepthBounds::new(context, map_size)?,
             widths: Image::new(context.device(), &desc)?,
@@ -95,7 +112,10 @@ impl PenumbraWidth {
 
     /// Returns a thread for each listed pixel, in groups of 64; without a list, one for every pixel.
     pub(crate) fn threads(&self) -> Threads<'_> {
-        self.pass.threads(self.widths.extent())
+        match &self.list {
+            Some(list) => Threads::Indirect(list, 0),
+            None => self.pass.threads(self.widths.extent()),
+        }
     }
 
     /// Sets all widths to 0, as for a light without size.
@@ -105,11 +125,11 @@ impl PenumbraWidth {
 
     /// Returns true if pixels are listed.
     pub(crate) fn is_listed(&self) -> bool {
-        self.pass.is_listed()
+        self.list.is_some() || self.pass.is_listed()
     }
 
     /// Makes the bounds of the map and lists the pixels that can have a width, if pixels are listed. The visibility of the
-    /// others is known: it is written into both images.
+    /// others is known: it is written into both images. With [`Skip::Tiles`] this finds the widths too.
     pub fn record_classes(
         &mut self,
         frame: &mut Frame<'_>,
@@ -124,10 +144,15 @@ impl PenumbraWidth {
             return Ok(());
         }
         let bind = &self.bindings(view, inputs, images);
-        self.pass.record_decided(frame, "classify penumbrae", bind, bytemuck::bytes_of(&push), &self.widths)
+        let push = bytemuck::bytes_of(&push);
+        let Some(list) = &self.list else {
+            return self.pass.record_decided(frame, "classify penumbrae", bind, push, &self.widths);
+        };
+        clear_list(frame, list);
+        self.pass.record(frame, ["classify penumbrae", "penumbra width"], bind, push, &self.widths)
     }
 
-    /// Writes the widths of the listed pixels; of all, unless pixels are listed. Both images hold hard shadows there. Pixels
+    /// Writes the widths of the listed pixels, if they are not known yet; of all, unless pixels are listed. Both images hold hard shadows there. Pixels
     /// that lie in no penumbra after all get their visibility.
     pub fn record(
         &self,
@@ -137,6 +162,9 @@ impl PenumbraWidth {
         push: WidthPush,
         images: (&Image, &Image),
     ) -> Result<()> {
+        if self.list.is_some() {
+            return Ok(());
+        }
         let bind = &self.bindings(view, inputs, images);
         let push = bytemuck::bytes_of(&push);
         if self.is_listed() {

@@ -1,6 +1,6 @@
 //! Revectorization-based soft shadow mapping.
 
-use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings};
+use super::classified::{Classified, MeasuredFilter, SKIP, SearchBindings, Skip};
 use crate::gpu::ComputePipeline;
 use crate::technique::common::blocker_search::{self, MEAN, SEARCH, SEARCH_TAPS, SearchWindow};
 use crate::technique::common::pixels::Step;
@@ -34,7 +34,10 @@ pub const INFO: Info = Info {
             0,
             "find the ends of an edge once for all taps that lie on it, or for each tap: the same image; or move them along a row as the paper prints it, which is wrong on some edges",
         ),
-        SKIP,
+        Param {
+            help: "decide pixels whose whole search window is lit or in shadow by depth bounds of the map, and work on the others: the values are those of pcss, but auto is quads on every device; the image is the same",
+            ..SKIP
+        },
     ],
     published: &[
         ("search", "near"),
@@ -54,7 +57,9 @@ pub const INFO: Info = Info {
             "printed" => Reuse::AsPrinted,
             _ => Reuse::EachRun,
         };
-        prepare(context, setup, reuse, p.word("skip") == "auto")
+        // Following edges needs the pixels of a list, which all have work.
+        let skip = if p.word("skip") == "auto" { Skip::Quads } else { Skip::of(context, setup) };
+        prepare(context, setup, reuse, skip)
     }),
 };
 
@@ -75,8 +80,8 @@ pub(super) const LEAST_WIDTH: Param = Param::float(
     "the filter is never narrower, unless the light is so small that it has no such penumbra at all: size 0 keeps hard edges",
 );
 
-/// Makes the technique with or without its two accelerations: `reuse` of runs, and a list of the pixels to work on.
-pub(super) fn prepare(context: &Context, setup: &Setup, reuse: Reuse, listed: bool) -> Result<Box<dyn Passes>> {
+/// Makes the technique with or without its two accelerations: `reuse` of runs, and pixels to `skip`.
+pub(super) fn prepare(context: &Context, setup: &Setup, reuse: Reuse, skip: Skip) -> Result<Box<dyn Passes>> {
     let p = &setup.params;
     let config = RbssmConfig {
         reuse,
@@ -85,7 +90,7 @@ pub(super) fn prepare(context: &Context, setup: &Setup, reuse: Reuse, listed: bo
         ..RbssmConfig::new(p, p.int("filter_taps"))
     };
     let pipeline = |step| pipeline(context, config, step);
-    Ok(Box::new(Classified::new(context, setup, "rbssm", (config.window, listed), push(p), pipeline)?))
+    Ok(Box::new(Classified::new(context, setup, "rbssm", (config.window, skip), push(p), pipeline)?))
 }
 
 /// Returns the constants of a frame from the parameters.

@@ -1,5 +1,6 @@
 //! Revectorization-based soft shadow mapping without its accelerations.
 
+use super::classified::Skip;
 use super::rbssm::{FILTER_TAPS, LEAST_WIDTH, Reuse, VISIBILITY, prepare};
 use crate::technique::common::blocker_search::{MEAN, SEARCH, SEARCH_TAPS};
 use crate::technique::common::receiver::RECEIVER;
@@ -35,5 +36,5 @@ pub const INFO: Info = Info {
         ("depth_bias", "2"),
     ],
     needs: &[],
-    kind: Kind::RealTime(|context, setup| prepare(context, setup, Reuse::EachTap, false)),
+    kind: Kind::RealTime(|context, setup| prepare(context, setup, Reuse::EachTap, Skip::Off)),
 };

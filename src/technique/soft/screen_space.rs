@@ -1,6 +1,7 @@
 //! Shared part of the techniques that filter hard shadows in the image, as wide as an area light's penumbrae: hard shadows,
 //! width of the penumbra by a blocker search in the shadow map, separable cross-bilateral filter.
 
+use super::classified::{SKIP_CHOICES, Skip};
 use super::penumbra_width::{PenumbraWidth, WidthConfig, WidthPush};
 use super::screen_filter::{Footprint, Kernel, ScreenFilter, ScreenFilterConfig, ScreenFilterPush};
 use crate::gpu::{Buffer, Image};
@@ -55,9 +56,10 @@ pub(super) const SURFACES: Param = Param::choice(
 );
 pub(super) const SKIP: Param = Param::choice(
     "skip",
-    &["auto", "off"],
+    SKIP_CHOICES,
     0,
-    "pixels that can lie in a penumbra by depth bounds of the map are listed and worked on, or all: the same image",
+    "work on all pixels (off), or list and work on those that can lie in a penumbra by depth bounds of the map, found from tiles and then 2 x 2 pixels (quads) or \
+     in the search itself (tiles); auto takes tiles on a CPU, quads on a GPU; the image is the same",
 );
 
 /// Hard shadows to filter: a pass over all pixels, one over listed pixels, and their constants.
@@ -138,7 +140,7 @@ pub(super) fn prepare(
         exact_box: p.word("narrow") == "box",
         mean_depth: blocker_search::averages_depths(p),
         fixed_depth: receiver::is_fixed(p),
-        listed: p.word("skip") == "auto",
+        skip: Skip::of(context, setup),
     };
     let filter = ScreenFilterConfig {
         kernel,

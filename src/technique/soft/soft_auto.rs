@@ -1,6 +1,6 @@
 //! A hybrid of soft shadows.
 
-use super::classified::{MapClasses, MeasuredFilter, SearchBindings};
+use super::classified::{MapClasses, MeasuredFilter, SKIP_CHOICES, SearchBindings, Skip};
 use super::pcss::{self, PcssConfig};
 use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, VISIBILITY};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
@@ -65,9 +65,9 @@ pub const INFO: Info = Info {
         DEPTH_BIAS,
         Param::choice(
             "skip",
-            &["auto", "off"],
+            SKIP_CHOICES,
             0,
-            "decide pixels whose window is lit or in shadow by depth bounds of the map, before the search and after it: the same image",
+            "decide pixels whose window is lit or in shadow by depth bounds of the map, before the search and after it; the values are those of pcss, the image is the same",
         ),
     ],
     published: &[],
@@ -111,7 +111,7 @@ impl SoftAuto {
     fn new(context: &Context, setup: &Setup, listed: Option<&Arc<Buffer>>) -> Result<Self> {
         let (p, extent) = (&setup.params, setup.extent);
         let kernel_texels = p.float("kernel_texels");
-        let classify = p.word("skip") == "auto";
+        let skip = Skip::of(context, setup);
         let kernel = RbssmConfig::new(p, p.int("kernel_taps"));
         let RbssmConfig { search_taps, window, .. } = kernel;
         let filter_taps = p.int("filter_taps");
@@ -126,7 +126,7 @@ impl SoftAuto {
                 // Declared by `glsl/common/rbsm_receiver.glsl`: texels are tested on the receiver's plane.
                 ("FIXED", 0),
                 ("SEARCH_TAPS", search_taps),
-                ("CLASSIFY", classify.into()),
+                ("CLASSIFY", (skip != Skip::Off).into()),
                 ("NEAREST_BLOCKER", (window == SearchWindow::Blockers).into()),
                 ("STEP", step as u32),
                 ("LEAST_WIDTH", kernel.least_width.to_bits()),
@@ -136,15 +136,15 @@ impl SoftAuto {
             context.pipeline::<EstimateBindings, RbsmPush>("soft/soft_auto.comp", &constants)
         };
         let name = "pixels in penumbrae";
-        let estimate = match classify {
-            true => PixelPass::by_tiles(context, name, extent, true, pipeline)?,
-            false => PixelPass::sharing(context, name, extent, true, pipeline, listed)?,
+        let estimate = match skip {
+            Skip::Off => PixelPass::sharing(context, name, extent, true, pipeline, listed)?,
+            _ => skip.pass(context, name, extent, pipeline)?,
         };
         let kernel = match kernel_texels > 0.0 {
             true => Some((rbssm::measured_filter(context, kernel)?, list("pixels in narrow penumbrae")?)),
             false => None,
         };
-        let classes = MapClasses::new(context, setup.map_size, window, classify)?;
+        let classes = MapClasses::new(context, setup.map_size, window, skip != Skip::Off)?;
         let on_demand = |pyramid: &Hsm| -> Result<OnDemand> {
             let size = 16 * pyramid.groups().len() as u64;
             Ok(OnDemand {

@@ -135,7 +135,13 @@ fn its_ends_are_pcss_and_rbssm() {
             r.set_light(&scene, light);
             let what = format!("{} {size:?}, map {map_size}, light x {factor}", scene.name);
             let auto = visibility(&mut r, "soft-auto", &[]);
-            assert_same_bits(&visibility(&mut r, "soft-auto", &[("skip", "off")]), &auto, &what);
+            for skip in ["off", "quads", "tiles"] {
+                assert_same_bits(
+                    &visibility(&mut r, "soft-auto", &[("skip", skip)]),
+                    &auto,
+                    &format!("{what}, {skip}"),
+                );
+            }
             for (i, (id, texels)) in [("pcss", "0"), ("rbssm", "1e6")].into_iter().enumerate() {
                 let end = visibility(
                     &mut r,
@@ -158,7 +164,7 @@ fn pixels_are_listed_for_each_kind_of_filter() {
     with_gpu(|host| {
         let scene = shipped_scene("jenga");
         let mut r = renderer(host, &scene, desc([320, 180], 1024));
-        let (_, timing) = frame(&mut r, "soft-auto", &[]);
+        let (_, timing) = frame(&mut r, "soft-auto", &[("skip", "quads")]);
         let tiles: Vec<_> = timing.passes.iter().filter_map(|p| Some((&p.name, p.tiles?))).collect();
         // Tiles that are not decided as a whole, tiles with a pixel that is searched, and those of the two filters.
         let [open, all, lists @ ..] = &tiles[..] else { panic!("no lists") };

@@ -144,13 +144,16 @@ fn whole_tiles_are_decided_and_no_image_changes() {
                 for (id, set) in forms {
                     let what = format!("{id} {name} {set:?}, light x {factor}");
                     let off = visibility(&mut r, id, &[set, &[("skip", "off")]].concat());
-                    let (on, timing) = frame(&mut r, id, set);
-                    assert_same_bits(&off, &on, &what);
-                    let open = timing.passes.iter().find_map(|p| p.tiles).unwrap();
-                    println!("{what:76} open: {} of {} tiles", open.active, open.total);
-                    // Other forms have wide windows, or compare with the depths of tilted receivers.
-                    let most = if factor > 1.0 || !set.is_empty() { 0.99 } else { 0.65 };
-                    assert!(open.active > 0 && f64::from(open.active) < most * f64::from(open.total), "{what}");
+                    for skip in ["quads", "tiles"] {
+                        let (on, timing) = frame(&mut r, id, &[set, &[("skip", skip)]].concat());
+                        let what = format!("{what}, {skip}");
+                        assert_same_bits(&off, &on, &what);
+                        let open = timing.passes.iter().find_map(|p| p.tiles).unwrap();
+                        println!("{what:76} open: {} of {} tiles", open.active, open.total);
+                        // Other forms have wide windows, or compare with the depths of tilted receivers.
+                        let most = if factor > 1.0 || !set.is_empty() { 0.99 } else { 0.65 };
+                        assert!(open.active > 0 && f64::from(open.active) < most * f64::from(open.total), "{what}");
+                    }
                 }
                 r.set_light(&scene, enlarged(r.light(), 1.0 / factor));
             }

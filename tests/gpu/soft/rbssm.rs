@@ -117,6 +117,8 @@ fn it_equals_its_mirror_and_the_naive_form_on_noise() {
             let mut technique = with(&[]);
             let mut others = [
                 ("naive", on_ground(host, "rbssm-naive", set)),
+                ("by quads", with(&[("skip", "quads")])),
+                ("by tiles", with(&[("skip", "tiles")])),
                 ("without reuse", with(&[("reuse", "off")])),
                 ("without skipping", with(&[("skip", "off")])),
             ];
