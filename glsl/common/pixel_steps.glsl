@@ -2,7 +2,7 @@
 // dispatch. LIST decides the cheap pixels and lists the others; LISTED then works on the list, so that every thread has
 // work. The image is the same. MEASURED is LISTED for a list whose pixels another pass has measured already. TILES decides
 // whole tiles and lists the others; LIST then works on these tiles (common/quad_classes.glsl), or OPEN_TILES works on all
-// of their pixels at once, without a list of pixels. LONE_TILES is TILES for OPEN_TILES: every tile gets a workgroup.
+// of their pixels at once, without a list of pixels. LONE_TILES is TILES for OPEN_TILES.
 // The shader's main walks over the pixels with the functions below.
 // Include after common/receiver.glsl.
 #ifndef EDGESHADE_PIXEL_STEPS
@@ -11,6 +11,8 @@
 
 const int AT_ONCE = 0, LIST = 1, LISTED = 2, MEASURED = 3, TILES = 4, OPEN_TILES = 5, LONE_TILES = 6;
 layout(constant_id = 4) const int STEP = AT_ONCE;
+// Pixels that each thread of the dispatch over the list works on, one after the other; tiles, if this is OPEN_TILES.
+layout(constant_id = 11) const uint TOGETHER = 1;
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -22,15 +24,18 @@ layout(binding = 5, scalar) buffer PixelList {
   uint pixels[];
 } list;
 
+// Number of workgroups for a list of pixels.
+uint groupsOf(uint pixels) { return min((pixels + 64 * TOGETHER - 1) / (64 * TOGETHER), MAX_TILE_GROUPS); }
+
 // Appends a pixel to the list that another pass works on; `to` is declared as PixelList is. The first pixel of every 64
-// adds a workgroup to the dispatch, and a tile, since the pixels are not listed by tiles.
+// adds a tile, since the pixels are not listed by tiles.
 #define APPEND_PIXEL(to, pixel)                                    \
   {                                                                \
     uint index = atomicAdd(to.count, 1);                           \
     to.pixels[index] = packTile(uvec2(pixel));                     \
     if (index % 64 == 0) {                                         \
       atomicAdd(to.tiles, 1);                                      \
-      if (index / 64 < MAX_TILE_GROUPS) atomicAdd(to.groups[0], 1); \
+      atomicMax(to.groups[0], groupsOf(index + 1));                \
     }                                                              \
   }
 
@@ -58,7 +63,7 @@ void listPixel(ivec2 pixel, bool left) {
   if (gl_LocalInvocationIndex == 0 && open > 0) {
     first = atomicAdd(list.count, open);
     atomicAdd(list.tiles, 1);
-    atomicMax(list.groups[0], min((first + open + 63) / 64, MAX_TILE_GROUPS));
+    atomicMax(list.groups[0], groupsOf(first + open));
   }
   barrier();
   if (left) list.pixels[first + index] = packTile(uvec2(pixel));

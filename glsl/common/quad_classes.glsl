@@ -77,9 +77,8 @@ void listTile(ivec2 corner, int found) {
   if (found != HSM_PENUMBRA || any(greaterThanEqual(corner, ivec2(view.size)))) return;
   uint i = atomicAdd(open_tiles.count, 1);
   open_tiles.tiles[i] = packTile(uvec2(corner / 8));
-  // Tiles a workgroup. Mesa's CPU driver ends all loops of a thread after 65535 rounds, so a thread gets one tile where it works
-  // on every pixel.
-  uint together = STEP == LONE_TILES ? 1 : 4;
+  // Tiles a workgroup.
+  uint together = STEP == LONE_TILES ? TOGETHER : 4 * TOGETHER;
   if (i % together == 0 && i / together < MAX_TILE_GROUPS) atomicAdd(open_tiles.groups[0], 1);
 }
 
@@ -127,7 +126,7 @@ void listQuad(ivec2 corner, ivec4 found) {
   if (gl_LocalInvocationIndex == 0 && open > 0) {
     first = atomicAdd(list.count, open);
     atomicAdd(list.tiles, bitCount(tiles_left));
-    atomicMax(list.groups[0], min((first + open + 63) / 64, MAX_TILE_GROUPS));
+    atomicMax(list.groups[0], groupsOf(first + open));
   }
   barrier();
   index += first;

@@ -6,7 +6,7 @@ use super::kept_segments::KeptSegments;
 use super::silhouette_view::SilhouetteView;
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings, shader_struct};
 use crate::technique::common::bindings::PixelBindings;
-use crate::technique::common::pixels::{PixelPass, SKIP};
+use crate::technique::common::pixels::{ALONE, PixelPass, SKIP};
 use crate::technique::common::rbsm_receiver::{DEPTH_BIAS, SLACK};
 use crate::technique::{Info, Kind, Need, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Result};
@@ -124,6 +124,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
             ("KERNEL", border_kernel(p) as u32),
             ("VIEWED", setup.intermediates.into()),
             ("STEP", step as u32),
+            ALONE,
             ("SPLIT", split),
             ("SOFT", soft),
         ];

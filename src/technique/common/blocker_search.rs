@@ -32,6 +32,11 @@ pub(crate) fn averages_depths(params: &Params) -> bool {
     params.word("mean") == "depth"
 }
 
+/// Returns the most rounds of loops that the search of a pixel takes, with `taps` along each axis.
+pub(crate) fn rounds(taps: u32) -> u32 {
+    100 + 2 * (taps + 1) * (taps + 1)
+}
+
 /// Returns the value of [`SEARCH`].
 pub(crate) fn search_window(params: &Params) -> SearchWindow {
     if params.word("search") == "near" { SearchWindow::Near } else { SearchWindow::Blockers }

@@ -2,7 +2,7 @@
 //! all of its threads have work. A single dispatch without a list gives the same image.
 
 use super::tiles::{TILE, TileList, indirect_list};
-use crate::gpu::{Bindings, Buffer, ComputePipeline, Image};
+use crate::gpu::{Bindings, Buffer, ComputePipeline, Constant, Image};
 use crate::technique::Param;
 use crate::{Bind, Context, Error, Frame, Pass, Result, Threads};
 use std::sync::Arc;
@@ -34,9 +34,29 @@ pub(crate) enum Step {
     Tiles,
     /// Works on all pixels of the tiles that [`Step::LoneTiles`] lists.
     OpenTiles,
-    /// Decides whole tiles and lists the others, a workgroup each.
+    /// Decides whole tiles and lists the others, for [`Step::OpenTiles`].
     LoneTiles,
 }
+
+impl Step {
+    /// Returns the constant `TOGETHER` of `glsl/common/pixel_steps.glsl` for a dispatch that makes a list. `rounds`: most rounds
+    /// of loops that one pixel takes in the dispatches over that list.
+    ///
+    /// A CPU driver clears all registers of a shader for every workgroup, which in a long shader costs as much as several
+    /// pixels. Mesa's ends all loops of a thread after 65535 rounds. A GPU works faster on many workgroups.
+    pub(crate) fn together(self, context: &Context, rounds: u32) -> Constant {
+        let most = match self {
+            _ if !context.device().is_cpu() => 1,
+            // Four pixels a thread.
+            Self::Tiles => 4,
+            _ => 16,
+        };
+        ("TOGETHER", (60_000 / rounds).clamp(1, most))
+    }
+}
+
+/// The constant `TOGETHER` of dispatches that make no list, or one whose pixels may take any number of rounds.
+pub(crate) const ALONE: Constant = ("TOGETHER", 1);
 
 /// The pipelines of such a pass, and its list of 4 bytes per pixel.
 pub struct PixelPass {
@@ -78,14 +98,14 @@ impl PixelList {
         Bind::Buffer(&self.buffer)
     }
 
-    /// One thread for each listed pixel, in workgroups of 64.
+    /// The workgroups of the list.
     pub(crate) fn threads(&self) -> Threads<'_> {
         Threads::Indirect(&self.buffer, 0)
     }
 
     /// Reports how many tiles the pixels would fill that the last recorded pass worked on.
     pub(crate) fn count(&self, frame: &mut Frame<'_>) {
-        frame.count_tiles(self.tiles_total, &self.buffer, 0);
+        frame.count_tiles(self.tiles_total, &self.buffer, TILES);
     }
 }
 
@@ -231,8 +251,7 @@ impl PixelPass {
         Bind::Buffer(self.tiles.as_ref().map_or(&self.list, |(_, list)| list.buffer()))
     }
 
-    /// One thread for each listed pixel, in workgroups of 64, once the list is made. Without a list, one thread for
-    /// each pixel of the image.
+    /// The workgroups of the list, once it is made. Without a list, one thread for each pixel of the image.
     pub(crate) fn threads(&self, [width, height]: [u32; 2]) -> Threads<'_> {
         if self.is_listed() { Threads::Indirect(&self.list, 0) } else { Threads::Count([width, height, 1]) }
     }

@@ -7,7 +7,7 @@ use crate::gpu::{Buffer, BufferDesc, ComputePipeline, Image, MemoryKind, binding
 use crate::technique::caster_edges::edge_segments::EdgeSegments;
 use crate::technique::caster_edges::silhouettes::{Silhouettes, chunks};
 use crate::technique::common::bindings::CameraBindings;
-use crate::technique::common::pixels::{Step, no_list};
+use crate::technique::common::pixels::{ALONE, Step, no_list};
 use crate::technique::common::view::light_area;
 use crate::timing::Counted;
 use crate::{Context, Error, Frame, Inputs, Pass, Result, Threads};
@@ -102,8 +102,10 @@ impl GridReceivers {
         let pixels = u64::from(extent[0]) * u64::from(extent[1]);
         Ok(Self {
             cells,
-            place: context
-                .pipeline::<ReceiverCellBindings, GridPush>("exact/receiver_cells.comp", &[("STEP", step as u32)])?,
+            place: context.pipeline::<ReceiverCellBindings, GridPush>(
+                "exact/receiver_cells.comp",
+                &[("STEP", step as u32), ALONE],
+            )?,
             levels: context.pipeline::<LevelBindings, GridPush>("exact/depth_levels.comp", &[])?,
             receivers: buffer(context, "receivers in the grid", RECEIVER * pixels)?,
             depths: buffer(context, "depths of cells", 4 * (words + 1))?,

@@ -2,7 +2,7 @@
 
 use crate::gpu::{Buffer, ComputePipeline, Image};
 use crate::technique::common::bindings::PixelBindings;
-use crate::technique::common::pixels::{Step, no_list};
+use crate::technique::common::pixels::{ALONE, Step, no_list};
 use crate::technique::common::receiver::{self, NORMAL_OFFSET, ReceiverPush};
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
@@ -58,7 +58,7 @@ impl Sm {
 
     fn with_step(context: &Context, step: Step) -> Result<Self> {
         let pipeline =
-            context.pipeline::<PixelBindings, ReceiverPush>("filtering/sm.comp", &[("STEP", step as u32)])?;
+            context.pipeline::<PixelBindings, ReceiverPush>("filtering/sm.comp", &[("STEP", step as u32), ALONE])?;
         Ok(Self { pipeline, no_list: no_list(context)? })
     }
 

@@ -4,7 +4,7 @@
 use crate::gpu::{Buffer, ComputePipeline, Constant, Image, bindings};
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::depth_bounds::DepthBounds;
-use crate::technique::common::pixels::{PixelPass, Step};
+use crate::technique::common::pixels::{ALONE, PixelPass, Step};
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::common::tiles::TILE;
 use crate::{Bind, Context, Frame, Inputs, Pass, Result, Threads};
@@ -103,6 +103,7 @@ fn pipeline(context: &Context, config: RbsmConfig, step: Step) -> Result<Arc<Com
         ("MAX_DISTANCE", config.max_distance),
         function,
         ("STEP", step as u32),
+        ALONE,
         ("BY_TILES", config.by_tiles.into()),
     ];
     if !matches!(config.revectorization, Revectorization::Branches(_)) {

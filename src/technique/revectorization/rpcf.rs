@@ -4,7 +4,7 @@ use super::revectorized::{self, DEPTH_BIAS, MAX_DISTANCE, NORMAL_OFFSET, RECEIVE
 use crate::gpu::{Buffer, Image, bindings};
 use crate::technique::common::bindings::PixelBindings;
 use crate::technique::common::depth_bounds::DepthBounds;
-use crate::technique::common::pixels::PixelPass;
+use crate::technique::common::pixels::{ALONE, PixelPass};
 use crate::technique::common::rbsm_receiver::RbsmPush;
 use crate::technique::{Info, Kind, Param, Passes, Setup};
 use crate::{Bind, Context, Frame, Inputs, Result};
@@ -78,6 +78,7 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
             ("WIDTH", p.int("width")),
             ("FUNCTION", function),
             ("STEP", step as u32),
+            ALONE,
             ("QUADS", by_quads.into()),
         ];
         context.pipeline::<RpcfBindings, RbsmPush>("revectorization/rpcf.comp", &constants)

@@ -88,11 +88,17 @@ fn pipeline(context: &Context, config: PcssConfig, step: Step) -> Result<Arc<Com
         ("BILINEAR", config.bilinear.into()),
         ("BOX", config.exact_box.into()),
         ("STEP", step as u32),
+        step.together(context, blocker_search::rounds(config.search_taps) + filter_rounds(config.filter_taps)),
         ("MEAN_DEPTH", config.mean_depth.into()),
         ("FIXED", config.fixed_depth.into()),
         ("NEAREST_BLOCKER", (config.window == SearchWindow::Blockers).into()),
     ];
     context.pipeline::<SearchBindings, ReceiverPush>("soft/pcss.comp", &constants)
+}
+
+/// Most rounds of loops that the filter of a pixel takes.
+pub(super) fn filter_rounds(taps: u32) -> u32 {
+    2 * (taps + 1) * (taps + 1)
 }
 
 /// Makes the filter alone; the settings of the search have no effect.

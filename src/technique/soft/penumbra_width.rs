@@ -3,7 +3,7 @@
 use super::classified::Skip;
 use crate::gpu::{Buffer, Image, ImageDesc, bindings, shader_struct};
 use crate::technique::common::bindings::PixelBindings;
-use crate::technique::common::blocker_search::SearchWindow;
+use crate::technique::common::blocker_search::{self, SearchWindow};
 use crate::technique::common::depth_bounds::DepthBounds;
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelPass, Step, clear_list, fits_list, pixel_list};
@@ -22,6 +22,10 @@ shader_struct! {
         reach: f32,
     }
 }
+
+/// Rounds of loops that the passes over the list take for a pixel, at most: 63 taps of a filter, or steps along four edges of
+/// 64 texels.
+const LISTED_ROUNDS: u32 = 1000;
 
 /// Settings that are fixed when the pass is made.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +73,7 @@ impl PenumbraWidth {
                 ("FIXED", fixed_depth.into()),
                 ("MEAN_DEPTH", mean_depth.into()),
                 ("STEP", step as u32),
+                step.together(context, blocker_search::rounds(search_taps).max(LISTED_ROUNDS)),
             ];
             context.pipeline::<WidthBindings, WidthPush>("soft/penumbra_width.comp", &constants)
         };
@@ -110,7 +115,7 @@ impl PenumbraWidth {
         self.pass.list()
     }
 
-    /// Returns a thread for each listed pixel, in groups of 64; without a list, one for every pixel.
+    /// Returns the workgroups of that list; without a list, a thread for every pixel.
     pub(crate) fn threads(&self) -> Threads<'_> {
         match &self.list {
             Some(list) => Threads::Indirect(list, 0),

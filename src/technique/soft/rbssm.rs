@@ -160,6 +160,12 @@ impl RbssmConfig {
             fixed_depth: false,
         }
     }
+
+    /// Most rounds of loops that the filter of a pixel takes: the texels of a narrow window or the taps of a wide one, and the
+    /// steps along the edges that run through each, two texels at a time.
+    pub(super) fn filter_rounds(&self) -> u32 {
+        (256 + self.filter_taps * self.filter_taps) * (8 + 2 * self.max_distance)
+    }
 }
 
 fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<ComputePipeline>> {
@@ -171,6 +177,7 @@ fn pipeline(context: &Context, config: RbssmConfig, step: Step) -> Result<Arc<Co
         ("SEARCH_TAPS", config.search_taps),
         ("FILTER_TAPS", config.filter_taps),
         ("STEP", step as u32),
+        step.together(context, blocker_search::rounds(config.search_taps) + config.filter_rounds()),
         ("STAR", (config.visibility == RbssmVisibility::Improved).into()),
         ("NEAREST_BLOCKER", (config.window == SearchWindow::Blockers).into()),
         ("LEAST_WIDTH", config.least_width.to_bits()),

@@ -5,7 +5,7 @@ use super::pcss::{self, PcssConfig};
 use super::rbssm::{self, LEAST_WIDTH, RbssmConfig, VISIBILITY};
 use crate::gpu::{Buffer, ComputePipeline, Image, ImageDesc, bindings};
 use crate::technique::common::bindings::PixelBindings;
-use crate::technique::common::blocker_search::{SEARCH, SEARCH_TAPS, SearchWindow};
+use crate::technique::common::blocker_search::{self, SEARCH, SEARCH_TAPS, SearchWindow};
 use crate::technique::common::hsm::Hsm;
 use crate::technique::common::pixels::{PixelList, PixelPass, Step, no_list};
 use crate::technique::common::rbsm_receiver::RbsmPush;
@@ -121,6 +121,10 @@ impl SoftAuto {
         let list = |name: &str| PixelList::new(context, name, extent);
         // Made first: it rejects an image with too many pixels to list, where the pass would work without a list.
         let wide = (pcss::measured_filter(context, wide)?, list("pixels in wide penumbrae")?);
+        // Of the search, and of each filter, whose lists the search makes.
+        let rounds = (blocker_search::rounds(search_taps) + 500)
+            .max(kernel.filter_rounds())
+            .max(pcss::filter_rounds(filter_taps));
         let pipeline = |step: Step| {
             let constants = [
                 // Declared by `glsl/common/rbsm_receiver.glsl`: texels are tested on the receiver's plane.
@@ -129,6 +133,7 @@ impl SoftAuto {
                 ("CLASSIFY", (skip != Skip::Off).into()),
                 ("NEAREST_BLOCKER", (window == SearchWindow::Blockers).into()),
                 ("STEP", step as u32),
+                step.together(context, rounds),
                 ("LEAST_WIDTH", kernel.least_width.to_bits()),
                 ("KERNEL_TEXELS", kernel_texels.to_bits()),
                 ("THIN_DISTANCE", p.float("thin_distance").to_bits()),
