@@ -3,6 +3,7 @@
 // silhouette edges of its cell that the receiver sees on the light, each of which changes the count on one side of it.
 // Pixels of cells whose lists found no room are listed for soft_auto.comp.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "common/receiver.glsl"
 #include "grid.glsl"
 #include "grid_receiver.glsl"
@@ -178,5 +179,5 @@ void main() {
   } else if (inside) {
     decide(pixel);
   }
-  listPixel(pixel, listed);
+  [[dont_unroll]] for (; listed; listed = false) APPEND_PIXEL(list, pixel)
 }

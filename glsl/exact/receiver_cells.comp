@@ -3,6 +3,7 @@
 // whose visibility needs no caster are decided here. With STEP as LIST, pixels whose light may reach below their own
 // plane are listed.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "common/receiver.glsl"
 #include "grid.glsl"
 #include "grid_receiver.glsl"
@@ -28,5 +29,5 @@ void main() {
       receivers[index] = listed ? NO_RECEIVER : vec3(g.ndc, g.depth);
     }
   }
-  listPixel(pixel, listed);
+  [[dont_unroll]] for (; listed; listed = false) APPEND_PIXEL(list, pixel)
 }
