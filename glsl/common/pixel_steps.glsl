@@ -54,7 +54,7 @@ uint listStride() { return 64 * gl_NumWorkGroups.x; }
 
 // Appends the pixel to the list if it is `left` and STEP makes a list. All threads of the workgroup must call it.
 void listPixel(ivec2 pixel, bool left) {
-  if (STEP != LIST && STEP != OPEN_TILES) return;
+  if (STEP != LIST) return;
   if (gl_LocalInvocationIndex == 0) open = 0;
   barrier();
   uint index;

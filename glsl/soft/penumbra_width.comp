@@ -128,8 +128,10 @@ void main() {
       ivec2 pixel;
       bool inside = openTilePixel(i, pixel), is_open = false;
       if (inside) is_open = measure(pixel, width);
-      if (is_open) imageStore(visibility, pixel, vec4(width));
-      listPixel(pixel, is_open);
+      [[dont_unroll]] for (; is_open; is_open = false) {
+        imageStore(visibility, pixel, vec4(width));
+        APPEND_PIXEL(list, pixel)
+      }
     }
     return;
   }
