@@ -166,3 +166,90 @@ fn section(case: &Case, rows: &[&Row]) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::cases::differing;
+    use super::lab::{Claim, Shot, claim, scene};
+    use super::*;
+    use crate::cli::bench::tilted::Lamp;
+    use edgeshade::host::HostDesc;
+    use edgeshade::view::{LightKind, LightView};
+    use glam::DAffine3;
+
+    /// Cases of the short form: cheap, and exact for every technique.
+    const SHORT: [&str; 4] =
+        ["repeat", "scale by a power of two", "degenerate triangles", "inputs that are no numbers"];
+
+    /// Runs the short form for techniques whose index in the registry is in the range.
+    fn short_form(range: std::ops::Range<usize>) {
+        let host = Host::new(&HostDesc { validation: true, ..HostDesc::default() }).unwrap();
+        let lab = Lab { host: &host, size: [96, 56], map: 128, quick: true };
+        let all = every_technique(host.context().features()).unwrap().found;
+        let index = |v: &Variant| technique::ALL.iter().position(|t| t.id == v.choice.info.id).unwrap();
+        let variants: Vec<_> = all.iter().filter(|v| range.contains(&index(v))).collect();
+        let mut failed = vec![];
+        for case in ALL.iter().filter(|c| SHORT.contains(&c.name)) {
+            let found = (case.measure)(&lab, &variants).unwrap();
+            assert_eq!(found.len(), variants.len());
+            let mut measured = 0;
+            for (v, finding) in variants.iter().zip(found) {
+                let Finding::Measured(m) = finding else { continue };
+                measured += 1;
+                if !m.holds() {
+                    failed.push(format!("{}, {}: {} ({})", case.name, v.label, m.figure, m.place));
+                }
+            }
+            assert!(measured > 0 && measured + 3 >= variants.len(), "{}: {measured} techniques measured", case.name);
+        }
+        changes_are_noticed(&lab, &variants);
+        assert!(failed.is_empty(), "{}", failed.join("\n"));
+        let messages = host.messages().clone();
+        drop(host);
+        assert_eq!(messages.all(), Vec::<String>::new());
+    }
+
+    /// A light turned by ten degrees gives another picture; so does one of another size, for techniques that claim to show
+    /// its size and for no others.
+    fn changes_are_noticed(lab: &Lab<'_>, variants: &[&Variant]) {
+        let stage = lab.stage(scene(Lamp::Spot));
+        let start = *lab.shot(&stage).unwrap().renderer.light();
+        let shot = |view| {
+            let mut shot = lab.shot(&stage).unwrap();
+            shot.set_light(view);
+            shot
+        };
+        let turn = DAffine3::from_rotation_y(10f64.to_radians());
+        let turned = LightView { world_from_view: turn * start.world_from_view, ..start };
+        let larger = LightView { kind: LightKind::Spot { size: 2.0 }, ..start };
+        let mut shots = [start, turned, larger].map(shot);
+        for v in variants {
+            let image = |shot: &mut Shot<'_>| shot.image(&v.choice).unwrap();
+            let [Some(own), Some(turned), Some(larger)] = shots.each_mut().map(image) else { continue };
+            assert!(differing(&own, &turned, 0.05) > 0.004, "{}: a turned light", v.label);
+            let reads_size = differing(&own, &larger, 0.0) > 0.0;
+            assert_eq!(reads_size, claim(v.choice.info.id) == Claim::Soft, "{}: a larger light", v.label);
+        }
+    }
+
+    /// Two tests, so that two cores share the work.
+    const HALF: usize = 18;
+
+    #[test]
+    fn the_short_form_holds_for_the_first_techniques() {
+        short_form(0..HALF);
+    }
+
+    #[test]
+    fn the_short_form_holds_for_the_other_techniques() {
+        short_form(HALF..technique::ALL.len());
+    }
+
+    #[test]
+    fn figures_show_two_digits_that_count() {
+        let case = |is_share| ALL.iter().find(|c| c.is_share == is_share).unwrap();
+        let shown = [0.0, 1.0, 0.029, 0.0000077].map(|v| figure(case(true), v));
+        assert_eq!(shown, ["0.00 %", "100.00 %", "2.90 %", "0.00077 %"]);
+        assert_eq!([1.406, 0.0123].map(|v| figure(case(false), v)), ["1.41", "0.012"]);
+    }
+}

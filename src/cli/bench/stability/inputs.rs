@@ -1,6 +1,6 @@
 //! Cases that replace an engine's inputs: maps of fewer bits, and values that are no numbers.
 
-use super::cases::{Finding, LEAST_RMSE, measured, out_of_range, share, under_lamps};
+use super::cases::{Finding, error, measured, out_of_range, share, under_lamps};
 use super::lab::{Lab, Shot, record, scene};
 use crate::cli::bench::driver::Result;
 use crate::cli::bench::judge::Variant;
@@ -44,7 +44,7 @@ pub fn sixteen_bits(lab: &Lab<'_>, variants: &[&Variant]) -> Result<Vec<Finding>
             }
             let inputs = [shot.inputs(), Inputs { shadow_map: rounded.as_ref(), ..shot.inputs() }];
             let [fine, coarse] = [seen(lab, &shot, v, &inputs[0])?, seen(lab, &shot, v, &inputs[1])?]
-                .map(|seen| truths.rmse(&v.choice, &seen).max(LEAST_RMSE));
+                .map(|seen| error(&truths, &v.choice, &seen));
             Ok(measured(coarse / fine, 1.1, name))
         };
         variants.iter().map(one).collect()
