@@ -202,8 +202,8 @@ mod tests {
             }
             assert!(measured > 0 && measured + 3 >= variants.len(), "{}: {measured} techniques measured", case.name);
         }
-        changes_are_noticed(&lab, &variants);
         assert!(failed.is_empty(), "{}", failed.join("\n"));
+        changes_are_noticed(&lab, &variants);
         let messages = host.messages().clone();
         drop(host);
         assert_eq!(messages.all(), Vec::<String>::new());
