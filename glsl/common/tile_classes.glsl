@@ -17,7 +17,7 @@
 
 // Bounds of a tile's pixels in camera space.
 struct TilePixels {
-  bool sky, surface; // whether there are pixels of the kind
+  bool sky, surface; // whether there are pixels of the kind; depths and normals that are no numbers count as sky
   vec2 depth;        // least and largest stored depth
   vec2 elevation;    // least and largest e, world units
   float turn;        // largest length of the difference of a normal from the base's
@@ -42,8 +42,8 @@ TilePixels tilePixels(ivec2 corner, ivec2 base, Receiver r) {
     // One gather at the common corner of the four: rounding cannot select other pixels there.
     vec2 at = vec2(quad + 1) / vec2(view.size);
     vec4 d = textureGather(camera_depth, at);
-    bvec4 is_sky = equal(d, vec4(view.far_depth));
-    t.sky = t.sky || any(is_sky);
+    bvec4 is_sky = equal(d, vec4(view.far_depth)), is_number = lessThan(abs(d), vec4(3.0e38));
+    t.sky = t.sky || any(is_sky) || !all(is_number);
     t.surface = t.surface || !all(is_sky);
     t.depth = vec2(min(t.depth.x, min(min(d.x, d.y), min(d.z, d.w))), max(t.depth.y, max(max(d.x, d.y), max(d.z, d.w))));
     // In gather order: (0, 1), (1, 1), (1, 0), (0, 0).
@@ -54,6 +54,7 @@ TilePixels tilePixels(ivec2 corner, ivec2 base, Receiver r) {
     [[dont_unroll]] for (int k = 0; k < (all(is_sky) ? 0 : components); ++k) {
       vec4 n = k == 0 ? textureGather(camera_normal, at, 0) : k == 1 ? textureGather(camera_normal, at, 1) : textureGather(camera_normal, at, 2);
       vec4 off = abs(n - encoded[k]);
+      t.sky = t.sky || !all(lessThan(off, vec4(3.0e38)));
       apart = max(apart, max(max(off.x, off.y), max(off.z, off.w)));
     }
   }

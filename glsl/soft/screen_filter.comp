@@ -103,7 +103,8 @@ float filtered(ivec2 pixel, float own, float width) {
     bool reached = any(bvec2(!is_spot, all(lessThanEqual(abs(in_light.xy), in_light.ww))));
     bool same = PLANES ? off <= off_plane * length(vec2(offset)) * w
                        : sameDepth(p.position.z, viewPosition(at, tap_depth).z, push.tolerance);
-    bool taken = i == 0 || (same || SMOOTH_RANGE || !BILATERAL) && reached && at == inside && tap_depth != view.far_depth;
+    bool surface = tap_depth != view.far_depth && abs(tap_depth) < 3.0e38; // not NaN or infinite
+    bool taken = i == 0 || (same || SMOOTH_RANGE || !BILATERAL) && reached && at == inside && surface;
     precise float sigmas = by_sigma * float(i);
     precise float weight = GAUSSIAN ? exp(-0.5 * sigmas * sigmas) : clamp(half_taps + 0.5 - abs(float(i)), 0.0, 1.0);
     if (SMOOTH_RANGE && BILATERAL) {

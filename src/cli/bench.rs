@@ -20,6 +20,7 @@ mod shapes;
 mod slopes;
 mod soft;
 mod soft_cost;
+mod stability;
 mod techniques;
 mod texel;
 mod tilted;
@@ -100,7 +101,7 @@ struct All<'a> {
 }
 
 /// All suites, in the order in which they run.
-static SUITES: [&Suite; 16] = [
+static SUITES: [&Suite; 17] = [
     &techniques::TECHNIQUES,
     &techniques::MAP_SIZES,
     &revectorization::SUITE,
@@ -112,6 +113,7 @@ static SUITES: [&Suite; 16] = [
     &edges_cost::SUITE,
     &slopes::SUITE,
     &motion::SUITE,
+    &stability::SUITE,
     &penumbra::SUITE,
     &soft::SUITE,
     &prefiltered::SUITE,
