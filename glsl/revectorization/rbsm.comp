@@ -9,6 +9,13 @@ layout(constant_id = 1) const int MAX_DISTANCE = 16;
 #include "lib/rbsm_star.glsl"
 #include "rbsm_function.glsl"
 #include "common/pixel_steps.glsl"
+#include "common/soft_receiver.glsl"
+#include "lib/pcf.glsl"
+#include "common/pcf_bounds.glsl"
+#include "common/hsm.glsl"
+#include "common/quad_classes.glsl"
+#include "common/tile_classes.glsl"
+#include "rbsm_steps.glsl"
 
 layout(constant_id = 5) const float FILTER_WIDTH = 0.0; // of the edge profile, texels; 0: hard
 
@@ -25,4 +32,26 @@ bool visibilityAt(ivec2 pixel, out float v) {
   return true;
 }
 
-#include "rbsm_steps.glsl"
+void main() {
+  float v;
+  if (readsList()) {
+    for (uint i = firstListed(); i < list.count; i += listStride()) {
+      ivec2 pixel = unpackTile(list.pixels[i]);
+      visibilityAt(pixel, v);
+      imageStore(visibility, pixel, vec4(v));
+    }
+    return;
+  }
+  if (STEP == TILES) {
+    decideTile();
+    return;
+  }
+  ivec2 first = firstPixel();
+  [[unroll]] for (int i = 0; i < PIXELS; ++i) {
+    ivec2 pixel = quadPixel(first, i);
+    bool inside = all(lessThan(pixel, ivec2(view.size)));
+    bool decided = inside && visibilityAt(pixel, v);
+    if (decided) imageStore(visibility, pixel, vec4(v));
+    listLeft(pixel, inside && !decided);
+  }
+}

@@ -1,5 +1,7 @@
 //! Mirror of `glsl/revectorization/rbsm.comp` and `rbsm_listings.comp`: the functions of [`super::revectorize`] applied to the tests on a
 //! receiver's plane.
+//!
+//! `rbsm_steps.glsl` has no mirror of its own: it decides only which dispatch works on a pixel.
 
 use super::revectorize::{self, Crack, Function, Outcome, Quality, Side};
 use crate::Result;
