@@ -60,6 +60,16 @@ function ends(low, high, log) {
   return [low - margin, high + margin];
 }
 
+// Ticks of a logarithmic axis: powers of two, or 1, 2 and 5 times powers of ten.
+function ticks(low, high, base) {
+  const steps = base === 2 ? [1] : [1, 2, 5];
+  const first = Math.floor(Math.log(low) / Math.log(base));
+  const last = Math.ceil(Math.log(high) / Math.log(base));
+  const all = [];
+  for (let power = first; power <= last; power++) all.push(...steps.map(step => step * base ** power));
+  return all.filter(v => v >= low && v <= high);
+}
+
 // Draws into a figure; a later call replaces the drawing. A series has a name, a colour, points {x, y, text}, and is a
 // line, dots (filled or hollow), or both. `log` has the base of each axis, or 0 for a linear one; `band` is the width
 // of the noise around 0 on the x axis.
@@ -77,8 +87,9 @@ function draw(figure, { axes, series, log, band }) {
   const scale = (values, base) => ({
     time: false, distr: base ? 3 : 1, log: base || 10, range: () => range(values, base),
   });
-  const axis = (label, size) => ({
-    label, size, labelSize: 22, labelFont: '13px system-ui', font: '12px system-ui', stroke: () => color('--text'),
+  const axis = (label, size, base) => ({
+    label, size, ...(base && { splits: (_u, _i, low, high) => ticks(low, high, base), filter: (_, splits) => splits }),
+    labelSize: 22, labelFont: '13px system-ui', font: '12px system-ui', stroke: () => color('--text'),
     grid: { stroke: () => color('--line'), width: 1 }, ticks: { stroke: () => color('--line') },
     values: (_, splits) => splits.map(v => v == null ? '' : short(v)),
   });
@@ -93,7 +104,7 @@ function draw(figure, { axes, series, log, band }) {
   const options = {
     width: Math.max(figure.clientWidth, 240), height: 340, legend: { show: false }, cursor: { show: false },
     scales: { x: scale(points.map(p => p.x), log[0]), y: scale(points.map(p => p.y), log[1]) },
-    axes: [axis(axes[0], 36), axis(axes[1], 54)],
+    axes: [axis(axes[0], 36, log[0]), axis(axes[1], 54, log[1])],
     hooks: { drawClear: [shade] },
     series: [{}, ...series.map(s => ({
       stroke: s.color, width: s.line ? 2 : 0, spanGaps: true, dash: s.dash, paths: s.line ? undefined : () => null,
@@ -264,13 +275,14 @@ function addViewer(root, places) {
   const wipe = element('input', { type: 'range', min: 0, max: 1000, value: 500, oninput: () => place() });
   wipe.setAttribute('aria-label', 'Divider: the technique on the left, the truth on the right');
   const readout = element('output', {}, 'Point at a pixel to read its values. Wheel, pinch or buttons zoom.');
+  const legend = element('p', { hidden: true }, 'Red: too dark. Blue: too light. Dark grey: not judged.');
   root.append(element('h2', {}, 'Pictures'), element('div', { className: 'viewer' },
     element('div', { className: 'controls' },
       element('label', {}, 'Scene', scene), element('label', {}, 'Technique', technique), errorLabel,
       button('−', 'Zoom out', () => zoomAtCenter(0.5)), button('+', 'Zoom in', () => zoomAtCenter(2)),
       button('1:1', 'One pixel of the picture for a pixel of the page', () => zoomAtCenter(1 / scale)),
       button('fit', 'Show the whole picture', () => zoomAtCenter(0))),
-    stage, wipe, readout));
+    stage, wipe, readout, legend));
 
   let size = [1, 1], values = null, scale = 1, x = 0, y = 0, latest = 0;
   const fit = () => stage.clientWidth / size[0];
@@ -322,7 +334,8 @@ function addViewer(root, places) {
     paint(truth, size, i => grey(expected[i]));
     paint(test, size, i => errorBox.checked ? error(i) : grey(mine[i]));
     stage.style.aspectRatio = `${size[0]} / ${size[1]}`;
-    sides[0].textContent = errorBox.checked ? `${picture.name}: red too dark, blue too light` : picture.name;
+    sides[0].textContent = errorBox.checked ? `error of ${picture.name}` : picture.name;
+    legend.hidden = !errorBox.checked;
     sides[1].textContent = 'truth';
     stage.setAttribute('aria-label', `${chosen.name}: ${sides[0].textContent} on the left, the truth on the right`);
     if (resized) scale = 0;

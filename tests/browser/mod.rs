@@ -4,6 +4,7 @@
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::Value;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -14,8 +15,9 @@ fn program() -> Option<PathBuf> {
     let found = names.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
     found.filter_map(|path| path.canonicalize().ok().map(|real| (path, real))).find_map(|(path, real)| {
         let is_snap = real.starts_with("/snap") || real.ends_with("usr/bin/snap");
-        let is_stub = std::fs::read(&real)
-            .is_ok_and(|text| text.starts_with(b"#!") && String::from_utf8_lossy(&text).contains("snap"));
+        let mut head = vec![];
+        let read = std::fs::File::open(&real).and_then(|file| file.take(4096).read_to_end(&mut head));
+        let is_stub = read.is_err() || head.starts_with(b"#!") && String::from_utf8_lossy(&head).contains("/snap/bin");
         (!is_snap && !is_stub).then_some(path)
     })
 }
@@ -31,8 +33,14 @@ fn command(program: &Path, profile: &Path) -> Command {
     command
 }
 
+/// Function that waits until a condition holds. It waits by messages: timers let the browser's virtual time run ahead of
+/// work on other threads, such as decoding pictures.
+const UNTIL: &str = "const until = async holds => { const { port1, port2 } = new MessageChannel();\
+    for (let i = 0; i < 500000 && !holds(); i++) await new Promise(r => { port1.onmessage = r; port2.postMessage(0); }); };";
+
 /// Loads a page in a frame of this size, runs the body of an async function there, and returns what it returns, with the
-/// lines of the console in `console`. Returns `None` and says so if there is no browser.
+/// lines of the console in `console`. The script may call `until(condition)`. Returns `None` and says so if there is no
+/// browser.
 pub fn run(page: &Path, size: [u32; 2], script: &str) -> Option<Value> {
     let Some(program) = program() else {
         println!("skipped: no Chromium or Chrome outside a snap (Debian: apt-get install chromium)");
@@ -41,7 +49,7 @@ pub fn run(page: &Path, size: [u32; 2], script: &str) -> Option<Value> {
     let folder = tempfile::tempdir().unwrap();
     let text = std::fs::read_to_string(page).unwrap();
     let report = format!(
-        "<script>(async () => {{ {script} }})().catch(e => ({{ fault: String(e.stack) }})).then(found => \
+        "<script>(async () => {{ {UNTIL} {script} }})().catch(e => ({{ fault: String(e.stack) }})).then(found => \
          parent.postMessage(JSON.stringify(found), '*'))</script></body>"
     );
     let page = text.replacen("</body>", &report, 1).replace('&', "&amp;").replace('"', "&quot;");
