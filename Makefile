@@ -17,7 +17,7 @@ endif
 
 # One target at a time: they share Cargo's build folder.
 .NOTPARALLEL:
-.PHONY: help demo test spv check-spv lint doc msrv deny bless pipelines bless-pipelines radv-manifest scenes bench edt-peers setup setup-shaders setup-deny
+.PHONY: help demo test spv check-spv lint doc msrv deny bless pipelines bless-pipelines radv-manifest scenes bench edt-peers setup setup-test setup-shaders setup-deny
 
 help: ## List these targets
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1	\2/p' $(MAKEFILE_LIST) | expand -t 12
@@ -26,7 +26,7 @@ demo: setup ## Render the default scene to shadow.png and print the time of ever
 	$(CARGO) run --release $(CARGO_FLAGS) -- render -o shadow.png
 
 # The longest tests take some of their cases, all of them with EDGESHADE_SWEEP=full.
-test: setup ## Run all tests
+test: setup-test ## Run all tests
 	$(CARGO) test $(CARGO_FLAGS) $(TEST_FLAGS)
 
 # Checking the library runs build.rs, which compiles the shaders; the same features and profile as the tests, so that shaderc
@@ -86,6 +86,9 @@ edt-peers: setup ## Time the distance transform against CPU libraries (the head 
 
 setup:
 	@scripts/setup.sh runtime
+
+setup-test:
+	@scripts/setup.sh test
 
 setup-shaders:
 	@scripts/setup.sh build-shaders

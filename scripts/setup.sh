@@ -1,20 +1,21 @@
 #!/bin/sh
 # Installs what the build and the tests need and this system lacks; changes nothing and says nothing when all is there.
 #
-#   scripts/setup.sh [runtime|build-shaders|deny]
+#   scripts/setup.sh [runtime|test|build-shaders|deny]
 #
 # runtime (default)  C and C++ compiler, Vulkan loader, a Vulkan driver (Mesa's CPU driver where there is none at all)
 #                    and the validation layers
-# build-shaders      the above, plus what compiling the shaders takes (make spv, make check-spv): cmake, ninja, git,
+# test               runtime, and Chromium, in which the tests of the HTML page run
+# build-shaders      runtime, plus what compiling the shaders takes (make spv, make check-spv): cmake, ninja, git,
 #                    python3, and spirv-val to validate the result
 # deny               cargo-deny alone, built from source (make deny); this takes minutes
 set -eu
 
 mode=${1:-runtime}
 case $mode in
-runtime | build-shaders | deny) ;;
+runtime | test | build-shaders | deny) ;;
 *)
-    echo "scripts/setup.sh: unknown mode '$mode'; use runtime, build-shaders or deny" >&2
+    echo "scripts/setup.sh: unknown mode '$mode'; use runtime, test, build-shaders or deny" >&2
     exit 2
     ;;
 esac
@@ -70,6 +71,17 @@ has_validation() {
     done | grep -q found
 }
 
+# Ubuntu's packages are a snap, or a script that installs one; a snap cannot read the files of the tests.
+has_browser() {
+    for program in chromium chromium-browser google-chrome google-chrome-stable; do
+        path=$(command -v "$program") || continue
+        case $(readlink -f "$path") in /snap/* | */bin/snap) continue ;; esac
+        if [ "$(head -c 2 "$path")" = '#!' ] && grep -q '/snap/bin' "$path"; then continue; fi
+        return 0
+    done
+    return 1
+}
+
 if ! has cargo; then
     echo "No Rust toolchain: install one from https://rustup.rs, then run this again." >&2
     exit 1
@@ -92,6 +104,15 @@ if ! has cc || ! has_any c++ g++ clang++; then need g++ "a C and C++ compiler (c
 has_loader || need libvulkan1 "the Vulkan loader (libvulkan)"
 has_driver || need mesa-vulkan-drivers "a Vulkan 1.3 driver (Mesa's lavapipe runs on any CPU)"
 has_validation || need vulkan-validationlayers "the Vulkan validation layers"
+if [ "$mode" = test ] && ! has_browser; then
+    # The only package that other systems are sure to have under this name is Debian's.
+    if has apt-get && ! grep -q '^ID=ubuntu' /etc/os-release 2>/dev/null; then
+        need chromium "Chromium"
+    else
+        echo "No Chromium or Chrome outside a snap: the tests of the HTML page are skipped, and .ci/run fails. Install" \
+            "Google Chrome's package to run them." >&2
+    fi
+fi
 if [ "$mode" = build-shaders ]; then
     has cmake || need cmake "cmake"
     has_any ninja ninja-build || need ninja-build "ninja"

@@ -28,6 +28,47 @@ impl Table {
     }
 }
 
+impl Table {
+    /// The table in Markdown. Cells are shown as they are, without markup.
+    pub fn markdown(&self) -> String {
+        let line = |row: &[String]| {
+            let cells: Vec<_> = row.iter().map(|cell| escape_markdown(cell)).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let rule: String = self.right().into_iter().map(|r| if r { "--:|" } else { "---|" }).collect();
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        format!("{}|{rule}\n{rows}", line(&self.headers))
+    }
+
+    /// Number of columns.
+    fn columns(&self) -> usize {
+        self.rows.iter().map(Vec::len).chain([self.headers.len()]).max().unwrap_or(0)
+    }
+
+    /// For each column, whether it holds only numbers.
+    fn right(&self) -> Vec<bool> {
+        let cells = |c| self.rows.iter().map(move |r| cell(r, c)).filter(|v| !v.is_empty() && *v != NONE);
+        (0..self.columns()).map(|c| cells(c).next().is_some() && cells(c).all(is_number)).collect()
+    }
+}
+
+/// The cell of a row in a column; empty if the row is shorter.
+fn cell(row: &[String], column: usize) -> &str {
+    row.get(column).map_or("", String::as_str)
+}
+
+/// Escapes what Markdown would take for markup, and turns control characters into blanks.
+pub fn escape_markdown(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in clean(text).chars() {
+        if r"\`*_[]<>|&#~$".contains(c) {
+            escaped.push('\\');
+        }
+        escaped.push(c);
+    }
+    escaped
+}
+
 /// A number with `digits` decimal places; `-` if there is none or it is not finite.
 pub fn number(value: impl Into<Option<f64>>, digits: usize) -> String {
     let Some(v) = value.into().filter(|v| v.is_finite()) else { return NONE.to_owned() };
@@ -53,19 +94,11 @@ fn is_number(cell: &str) -> bool {
 impl fmt::Display for Table {
     /// Writes the headers, a rule and the rows. Every line ends in a line feed, and none in blanks.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let columns = self.rows.iter().map(Vec::len).chain([self.headers.len()]).max().unwrap_or(0);
-        fn cell(row: &[String], column: usize) -> &str {
-            row.get(column).map_or("", String::as_str)
-        }
+        let columns = self.columns();
         let widths: Vec<usize> = (0..columns)
             .map(|c| self.rows.iter().chain([&self.headers]).map(|r| cell(r, c).chars().count()).max().unwrap_or(0))
             .collect();
-        let right: Vec<bool> = (0..columns)
-            .map(|c| {
-                let cells = || self.rows.iter().map(|r| cell(r, c)).filter(|v| !v.is_empty() && *v != NONE);
-                cells().next().is_some() && cells().all(is_number)
-            })
-            .collect();
+        let right = self.right();
         let mut line = |row: &[String]| {
             let mut text = String::new();
             for c in 0..columns {
@@ -98,6 +131,13 @@ pcf              -   10.25  böse
 rbsm-long
 ";
         assert_eq!(t.to_string(), expected);
+    }
+
+    #[test]
+    fn markdown_shows_cells_without_markup() {
+        let mut t = Table::new(["name", "rmse"]);
+        t.row(["a|b *c* <i>\n", "-"]).row(["d", "0.5"]);
+        assert_eq!(t.markdown(), "| name | rmse |\n|---|--:|\n| a\\|b \\*c\\* \\<i\\> | - |\n| d | 0.5 |\n");
     }
 
     #[test]

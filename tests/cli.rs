@@ -1,6 +1,7 @@
 //! Tests of the built tool, run the way a user runs it.
 #![cfg(feature = "app")]
 
+mod browser;
 mod json_page;
 
 use edgeshade::technique::{ALL, Kind};
@@ -687,7 +688,9 @@ fn a_file_serves_as_the_truth() {
 fn bench_writes_json_and_markdown() {
     let place = Place::new();
     // Default folder for results.
-    let output = place.run(&["bench", "--suite", "pcf", "--size", "64x36", "--frames", "1", "--json", "all.json"]);
+    let args =
+        ["bench", "--suite", "pcf", "--size", "64x36", "--frames", "1", "--json", "all.json", "--html", "all.html"];
+    let output = place.run(&args);
     let [text, told] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     assert!(output.status.success(), "{told}");
     for part in ["1 suite on ", "into edgeshade-bench: about ", "suite 1 of 1, pcf: ", "1 suite took "] {
@@ -698,13 +701,79 @@ fn bench_writes_json_and_markdown() {
     let with = |extension: &str| files.iter().find(|p| p.extension().is_some_and(|e| e == extension)).unwrap();
     let figures: Value = serde_json::from_slice(&std::fs::read(with("json")).unwrap()).unwrap();
     let rows = figures["results"].as_array().unwrap();
-    assert_eq!((files.len(), rows.len(), &figures["suite"]), (2, 24, &"pcf".into()));
+    assert_eq!((files.len(), rows.len(), &figures["suite"]), (3, 24, &"pcf".into()));
     assert!(rows.iter().all(|r| r["gpu_ms"].as_f64().unwrap() > 0.0 && r["ratio"].as_f64().unwrap() > 0.0));
     assert!(rows.iter().step_by(6).all(|r| r["ratio"] == 1.0));
     assert!(text.contains(&std::fs::read_to_string(with("md")).unwrap()));
     let all: Value = serde_json::from_slice(&std::fs::read(place.path("all.json")).unwrap()).unwrap();
     json_page::check("bench", &all);
     assert_eq!(all["suites"], serde_json::json!([figures]));
+    let csv = std::fs::read_to_string(with("csv")).unwrap();
+    let lines: Vec<Vec<_>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 1 + 24);
+    // From the end, because the names of groups have commas.
+    let column = lines[0].iter().rev().position(|head| *head == "gpu_ms").unwrap();
+    let times = |i: usize| lines[i + 1].iter().nth_back(column).unwrap().parse::<f64>().unwrap();
+    // Reading JSON may change the last bit of a number.
+    let is_same = |i: usize| (rows[i]["gpu_ms"].as_f64().unwrap() / times(i) - 1.0).abs() < 1e-12;
+    assert!((0..24).all(is_same), "{csv}");
+    let page = std::fs::read_to_string(place.path("all.html")).unwrap();
+    assert!(page.contains("<h1>Suite <code>pcf</code></h1>") && page.contains("<td>pcf</td>"));
+    place.bad(&["bench", "--html", "all.txt"], 2, &["--html", ".html"]);
+}
+
+#[test]
+fn compare_writes_csv_markdown_and_a_page_that_say_where_figures_come_from() {
+    let place = Place::new();
+    let args = ["compare", "jenga", "-t", "sm,pcf:width=7", "--size", "64x36", "--samples", "4", "--frames", "1"];
+    let figures = place.json(&[&args[..], &["-o", "out", "--html", "new/page.html", "--json", "-"]].concat());
+    let date = figures["date"].as_str().unwrap();
+    assert!(date.len() == 20 && date.starts_with("20") && date.ends_with('Z'), "{date}");
+    assert!(
+        !figures["commit"].as_str().unwrap().is_empty() && figures["processor"].as_str().unwrap().ends_with(" threads")
+    );
+    let scene = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/jenga.glb")).unwrap();
+    let hash = blake3::hash(&scene).to_hex().to_string();
+    assert_eq!(figures["scene_hashes"], serde_json::json!({ "jenga": hash }));
+
+    let read = |name: &str| std::fs::read_to_string(place.path(name)).unwrap();
+    let [csv, markdown, page] = ["out/results.csv", "out/results.md", "new/page.html"].map(read);
+    let lines: Vec<Vec<_>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| lines[0].iter().position(|head| *head == name).unwrap();
+    assert_eq!((lines.len(), lines[1][0], lines[2][0], lines[2][column("params.width")]), (3, "sm", "pcf", "7"));
+    for (line, row) in lines[1..].iter().zip(figures["results"].as_array().unwrap()) {
+        let is_same = |name: &str, figure: &Value| {
+            (line[column(name)].parse::<f64>().unwrap() - figure.as_f64().unwrap()).abs() < 1e-12
+        };
+        assert!(is_same("rmse", &row["rmse"]) && is_same("boundary.mean", &row["boundary"]["mean"]), "{csv}");
+    }
+    for text in [&hash, date, "edgeshade compare jenga -t sm,pcf:width=7 --size 64x36", "Edgeshade"] {
+        assert!(markdown.contains(text) && page.contains(text), "{text}: {markdown}");
+    }
+    assert!(markdown.contains("\n| pcf | width=7 | 1024 | 0."), "{markdown}");
+
+    // The page shows the code of each pixel that `render` writes.
+    let render = ["render", "jenga", "-t", "pcf", "--set", "width=7", "--view", "visibility", "--size", "64x36"];
+    place.good(&[&render[..], &["-o", "v.png"]].concat());
+    let visibility = edgeshade::picture::read_png_gray(&place.path("v.png"), [64, 36]).unwrap();
+    let codes: Vec<u8> = visibility.iter().map(|v| (255.0 * v + 0.5) as u8).collect();
+    let partly = codes.iter().position(|c| (30..220).contains(c)).unwrap();
+    let script = format!(
+        "const stage = document.querySelector('.stage');\
+         const shown = state => until(() => stage.dataset.shown === state);\
+         await shown('0/0/false');\
+         const choice = document.querySelector('.technique'); choice.value = 1; choice.dispatchEvent(new Event('change'));\
+         await shown('0/1/false');\
+         const box = stage.getBoundingClientRect(); const scale = stage.clientWidth / 64;\
+         const at = n => ({{ clientX: box.left + 1 + (n % 64 + 0.5) * scale, clientY: box.top + 1 + (Math.floor(n / 64) + 0.5) * scale }});\
+         const codes = [];\
+         for (const n of [{partly}, 0, 1000, 2000, 2303]) {{ stage.dispatchEvent(new PointerEvent('pointermove', at(n)));\
+             codes.push(Number(/width=7 [0-9.]+ \\((\\d+)\\)/.exec(document.querySelector('output').value)[1])); }}\
+         return {{ codes, loads: performance.getEntriesByType('resource').filter(r => !r.name.startsWith('data:')).length }};"
+    );
+    let Some(found) = browser::run(&place.path("new/page.html"), [1000, 800], &script) else { return };
+    assert_eq!(found["codes"], serde_json::json!([partly, 0, 1000, 2000, 2303].map(|n| codes[n])));
+    assert_eq!((&found["console"], &found["loads"]), (&serde_json::json!([]), &0.into()));
 }
 
 /// Runs a suite twice in quick mode; returns its figures and its page.
@@ -723,12 +792,13 @@ fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
         // The folder differs between the two runs, and so may the clock: `auto` measures which one can be trusted.
         let fields = json.as_object_mut().unwrap();
         fields.remove("command");
+        fields.remove("date");
         let clock = fields.remove("timing").unwrap();
         assert!(["timestamps", "wall"].contains(&clock.as_str().unwrap()), "{clock}");
         let line = [("accuracy", "sm"), ("edges", "sm"), ("penumbra", "7 texels: rpcf")]
             .into_iter()
             .find(|(s, _)| *s == suite);
-        assert_eq!(files.len(), if line.is_some() { 3 } else { 2 }, "{files:?}");
+        assert_eq!(files.len(), if line.is_some() { 4 } else { 3 }, "{files:?}");
         if let Some((_, line)) = line {
             let plot = with("svg");
             assert!(plot.starts_with("<svg") && plot.contains(&format!(">\n{line}\n<")), "{plot}");
@@ -892,7 +962,7 @@ fn the_soft_suite_judges_by_the_light_s_own_penumbrae() {
     };
     let figures: Value = serde_json::from_str(&with("json")).unwrap();
     let (page, plot) = (with("md"), with("svg"));
-    assert!(files.len() == 3 && text.contains(&page), "{text}");
+    assert!(files.len() == 4 && text.contains(&page), "{text}");
     assert!(plot.contains(">\nsm\n<") && plot.contains(">\npcf width=15\n<"), "{plot}");
     // The published form of a technique is a variant of its own.
     let rows = figures["results"].as_array().unwrap();

@@ -116,6 +116,22 @@ impl JsonArgs {
     }
 }
 
+/// Destination of a command's HTML page.
+#[derive(Args)]
+pub struct HtmlArgs {
+    /// Write one HTML page with plots, tables and pictures to FILE, which ends in .html; the page works offline. The
+    /// pictures, grey PNGs with 8 bits, may take 48 MiB together
+    #[arg(id = "html", long, value_name = "FILE", value_parser = html_path)]
+    pub path: Option<PathBuf>,
+}
+
+/// Checks the value of `--html`.
+fn html_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_html = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html"));
+    if is_html { Ok(path) } else { Err("the file name must end in .html".into()) }
+}
+
 /// Checks the value of `--json`. Names that do not end in .json are rejected, because the option would otherwise take
 /// a scene or technique behind it as its FILE and overwrite it.
 fn json_path(text: &str) -> Result<PathBuf, String> {
@@ -250,6 +266,12 @@ mod tests {
     fn json_goes_to_a_json_file_or_to_standard_output() {
         assert!(["-", "a.json", "out/b.JSON"].iter().all(|good| json_path(good).is_ok()));
         assert!(["", "jenga", "pcf", "model.glb", "json"].iter().all(|bad| json_path(bad).is_err()));
+    }
+
+    #[test]
+    fn a_page_goes_to_an_html_file() {
+        assert!(["a.html", "out/b.HTML"].iter().all(|good| html_path(good).is_ok()));
+        assert!(["", "-", "jenga", "a.json", "html"].iter().all(|bad| html_path(bad).is_err()));
     }
 
     #[test]

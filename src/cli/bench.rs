@@ -27,8 +27,9 @@ mod tilted;
 mod timed;
 
 use self::driver::{Suite, find_scene};
-use super::args::{self, DeviceArgs, JsonArgs, usage};
+use super::args::{self, DeviceArgs, HtmlArgs, JsonArgs, usage};
 use super::console::Console;
+use super::html::{self, Pictures, Section};
 use super::progress::duration;
 use super::report;
 use super::stage::Stage;
@@ -36,6 +37,7 @@ use super::techniques::Choice;
 use super::{Outcome, close, console};
 use edgeshade::error::unknown;
 use edgeshade::host::Host;
+use edgeshade::picture::write_atomic;
 use edgeshade::scene::{RenderDesc, Renderer, shipped};
 use edgeshade::{Error, Result};
 use serde::Serialize;
@@ -69,21 +71,34 @@ pub struct Args {
     #[command(flatten)]
     json: JsonArgs,
     #[command(flatten)]
+    html: HtmlArgs,
+    #[command(flatten)]
     device: DeviceArgs,
     /// Results of the suites so far, for `--json`.
     #[arg(skip)]
     found: RefCell<Vec<Value>>,
+    /// Sections of the page so far, for `--html`.
+    #[arg(skip)]
+    sections: RefCell<Vec<Section>>,
 }
 
 impl Args {
-    /// Writes a suite's figures to its file and keeps them for `--json`.
-    fn write(&self, path: &Path, figures: &impl Serialize) -> Result<()> {
-        if self.json.path.is_some() {
-            let figures =
-                serde_json::to_value(figures).map_err(|e| Error::Io { path: path.into(), source: e.into() })?;
-            self.found.borrow_mut().push(figures);
-        }
-        report::write(path, figures)
+    /// Writes a suite's figures to its JSON file and, beside it, its rows as CSV and its page as Markdown. Keeps all
+    /// for `--json` and `--html`.
+    fn write(&self, path: &Path, figures: &impl Serialize, section: Section) -> Result<()> {
+        report::write(path, figures)?;
+        let figures = serde_json::to_value(figures).map_err(|e| Error::Io { path: path.into(), source: e.into() })?;
+        write_atomic(&path.with_extension("csv"), report::csv(&figures["results"]).as_bytes())?;
+        write_atomic(&path.with_extension("md"), section.markdown.as_bytes())?;
+        self.found.borrow_mut().push(figures);
+        self.sections.borrow_mut().push(section);
+        Ok(())
+    }
+
+    /// Collection for a suite's pictures, if they are wanted.
+    fn pictures(&self) -> Option<Pictures> {
+        let used: usize = self.sections.borrow().iter().map(|s| s.pictures.bytes).sum();
+        self.html.path.as_ref().map(|_| Pictures::new(html::BUDGET.saturating_sub(used)))
     }
 
     /// Prints text for people.
@@ -137,10 +152,12 @@ Examples:
   edgeshade bench --suite pcf --frames 40 -o out
   edgeshade bench --suite accuracy --quick -o out
                                      a first look, in seconds
+  edgeshade bench --suite pareto --html fronts.html
+                                     plots of time and error, with pictures
 
-A suite of timed variants writes <suite>-<device>.json and .md. The variants of
-a group take turns to draw a frame each; times are medians over the frames,
-ratios medians over the turns.
+A suite writes <suite>-<device>.json, .csv and .md. With --html FILE, all suites
+go into one page as well. Timed variants of a group take turns to draw a frame
+each; times are medians over the frames, ratios medians over the turns.
 
 Before it starts, bench estimates from one frame of pcf how long its work will
 take; after every suite it estimates the rest from the time taken so far.",
@@ -169,11 +186,17 @@ pub fn run(args: &Args) -> Outcome {
     let suites = wanted(args)?;
     args::make_folder(&args.output)?;
     args.json.file().map_or(Ok(()), args::make_folder_of)?;
+    args.html.path.as_deref().map_or(Ok(()), args::make_folder_of)?;
     let host = args.device.open()?;
     run_all(args, &suites, &host)?;
     let found = args.found.borrow();
     args.json.write(&All { version: env!("CARGO_PKG_VERSION"), command: report::command(), suites: &found })?;
     drop(found);
+    if let Some(path) = &args.html.path {
+        let title = format!("Edgeshade bench: {}", host.info().name);
+        html::write(path, &title, &args.sections.borrow())?;
+        args.say(format_args!("wrote {}", shown(path)))?;
+    }
     close(host)
 }
 

@@ -1,7 +1,8 @@
 //! `edgeshade compare`.
 
-use super::args::{self, DeviceArgs, JsonArgs, SceneArgs, TruthArgs, make_folder, make_folder_of, usage};
+use super::args::{self, DeviceArgs, HtmlArgs, JsonArgs, SceneArgs, TruthArgs, make_folder, make_folder_of, usage};
 use super::console::{self, Console};
+use super::html::{self, Pictures, Section};
 use super::progress::Progress;
 use super::report::{self, CompareRow, Reference};
 use super::stage::Stage;
@@ -13,12 +14,13 @@ use super::{Outcome, close};
 use edgeshade::host::Host;
 use edgeshade::picture::{Picture, read_visibility, sheet, write_atomic, write_png};
 use edgeshade::reference::ray_traced::{LeftOut, Origin, Truth};
-use edgeshade::scene::{RenderDesc, Renderer};
-use edgeshade::table::{Table, number};
+use edgeshade::scene::{RenderDesc, Renderer, shipped};
+use edgeshade::table::{Table, escape_markdown, number};
 use edgeshade::technique::{self, Kind, OutputFormat};
 use edgeshade::view::LightKind;
 use edgeshade::{Error, Result, metrics};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -40,7 +42,9 @@ The output names the reasons that leave out more than 1 % of the pixels.
 Examples:
   edgeshade compare                  all real-time techniques, default scene
   edgeshade compare jenga -t sm,pcf -o out
-                                     table.txt, sheet.png, results.json in out/
+                                     table.txt, sheet.png and results.* in out/
+  edgeshade compare jenga --html jenga.html
+                                     one page with table and pictures
   edgeshade compare knot -t pcf,pcf:width=7,skip=off --shadow-map 512,2048
   edgeshade compare fence --light-size 0
                                      compare with hard shadows
@@ -77,11 +81,13 @@ pub struct Args {
     /// Number of frames to measure
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Folder for table.txt, sheet.png and results.json; created if missing
+    /// Folder for table.txt, sheet.png, and the results as .json, .csv and .md; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     #[command(flatten)]
     json: JsonArgs,
+    #[command(flatten)]
+    html: HtmlArgs,
     #[command(flatten)]
     truth: TruthArgs,
     #[command(flatten)]
@@ -106,6 +112,7 @@ struct Judged {
     settings: String,
     picture: Picture,
     error: Picture,
+    visibility: Vec<f32>,
 }
 
 /// Runs the subcommand.
@@ -124,6 +131,7 @@ pub fn run(args: &Args) -> Outcome {
         make_folder(folder)?;
     }
     args.json.file().map_or(Ok(()), make_folder_of)?;
+    args.html.path.as_deref().map_or(Ok(()), make_folder_of)?;
     let stage = Stage::load(&args.scene, args.scene.size)?;
     let host = args.device.open()?;
     console.say(format_args!("{} ({})", host.info().name, host.info().driver))?;
@@ -133,6 +141,7 @@ pub fn run(args: &Args) -> Outcome {
     let figures = report::Compare {
         origin: report::Origin::new(&host),
         scene: stage.scene.name.clone(),
+        scene_hashes: scene_hashes(args, &stage)?,
         triangles: stage.scene.triangles(),
         light,
         size: measure.size,
@@ -152,12 +161,26 @@ pub fn run(args: &Args) -> Outcome {
     console.say(format_args!("{note}\n\n{table}"))?;
     let text = format!("{}\n{}\n{note}\n\n{table}", stage.describe(), host.info().name);
     let sheet = args.output.as_ref().map(|_| sheet(&stage, &measure, &judged, &note)).transpose()?;
+    let markdown = markdown(&stage, &figures, &judged, &note);
+    if let Some(path) = &args.html.path {
+        let mut pictures = Pictures::new(html::BUDGET);
+        for j in &judged {
+            let visibilities = [&j.visibility[..], &measure.visibility];
+            pictures.add(&stage.scene.name, &j.label, visibilities, &measure.mask, measure.size)?;
+        }
+        let section = Section { markdown: markdown.clone(), pictures, ..Section::default() };
+        html::write(path, &format!("Edgeshade compare: {}", stage.scene.name), &[section])?;
+        console.say(format_args!("wrote {}", path.display()))?;
+    }
     let figures = report::Compare { results: judged.into_iter().map(|j| j.row).collect(), ..figures };
     if let (Some(folder), Some(sheet)) = (&args.output, sheet) {
         write_atomic(&folder.join("table.txt"), text.as_bytes())?;
         write_png(&folder.join("sheet.png"), &sheet)?;
         report::write(&folder.join("results.json"), &figures)?;
-        console.say(format_args!("wrote table.txt, sheet.png and results.json into {}", folder.display()))?;
+        write_atomic(&folder.join("results.csv"), report::csv(&json!(figures.results)).as_bytes())?;
+        write_atomic(&folder.join("results.md"), markdown.as_bytes())?;
+        console
+            .say(format_args!("wrote table.txt, sheet.png, results.json, .csv and .md into {}", folder.display()))?;
     }
     args.json.write(&figures)?;
     close(host)
@@ -332,7 +355,7 @@ fn judge(
         passes: vec![],
         memory_bytes: 0,
     };
-    Ok(Judged { row, label, settings, picture, error })
+    Ok(Judged { row, label, settings, picture, error, visibility: visibility.to_vec() })
 }
 
 /// Smallest share of the pixels, %, for which the note gives the reason why they are left out.
@@ -410,6 +433,30 @@ fn table(judged: &[Judged]) -> Table {
         ]);
     }
     table
+}
+
+/// BLAKE3 hash of the scene's file, by the scene's name.
+fn scene_hashes(args: &Args, stage: &Stage) -> Result<BTreeMap<String, String>> {
+    let name = args.scene.scene.as_deref().unwrap_or(shipped::DEFAULT);
+    let hash = match shipped::find(name) {
+        Some(scene) => report::hash(scene.bytes),
+        None => report::hash(&std::fs::read(name).map_err(|source| Error::Io { path: name.into(), source })?),
+    };
+    Ok(BTreeMap::from([(stage.scene.name.clone(), hash)]))
+}
+
+/// Page of the comparison.
+fn markdown(stage: &Stage, figures: &report::Compare, judged: &[Judged], note: &str) -> String {
+    let escape = escape_markdown;
+    let about: Vec<_> = note.lines().map(escape).collect();
+    let warnings: String = figures.warnings.iter().map(|w| format!("Warning: {}\n\n", escape(w))).collect();
+    format!(
+        "# {}\n\n{}.\n\n{warnings}{}{}",
+        escape(&stage.describe()),
+        about.join("; "),
+        table(judged).markdown(),
+        figures.origin.markdown(&figures.scene_hashes)
+    )
 }
 
 fn sheet(stage: &Stage, measure: &Measure, judged: &[Judged], note: &str) -> Result<Picture> {

@@ -1,4 +1,4 @@
-//! JSON that the subcommands write.
+//! JSON that the subcommands write, and where its figures come from.
 
 use super::args::{Moves, make_folder_of};
 use super::console;
@@ -6,11 +6,15 @@ use super::stats::PassStats;
 use edgeshade::host::{Host, Timing};
 use edgeshade::picture::write_atomic;
 use edgeshade::reference::ray_traced::LeftOut;
+use edgeshade::table::escape_markdown;
 use edgeshade::technique::{Info, Param, ParamKind, Params};
 use edgeshade::{Error, Result, metrics};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::process::Command;
+use std::time::SystemTime;
 
 /// Fields that every measurement starts with.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -18,6 +22,12 @@ pub struct Origin {
     pub device: String,
     pub driver: String,
     pub version: &'static str,
+    /// Commit of the source, with `-dirty` if files differ from it; `unknown` outside a checkout.
+    pub commit: String,
+    /// Time of the measurement in UTC, as in RFC 3339.
+    pub date: String,
+    /// The CPU and its number of threads.
+    pub processor: String,
     pub command: Vec<String>,
     /// Clock that the times of passes come from.
     pub timing: Timing,
@@ -32,10 +42,107 @@ impl Origin {
             device: info.name.clone(),
             driver: info.driver.clone(),
             version: env!("CARGO_PKG_VERSION"),
+            commit: commit(),
+            date: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            processor: processor(),
             command: command(),
             timing: host.timing(),
         }
     }
+
+    /// Section of a Markdown page that says where its figures come from.
+    pub fn markdown(&self, hashes: &BTreeMap<String, String>) -> String {
+        let mut text = "\n## Provenance\n\n| field | value |\n|---|---|\n".to_owned();
+        let mut line =
+            |name: &str, value: &str| text += &format!("| {} | {} |\n", escape_markdown(name), escape_markdown(value));
+        line("device", &self.device);
+        line("driver", &self.driver);
+        line("Edgeshade", self.version);
+        line("commit", &self.commit);
+        line("date", &self.date);
+        line("processor", &self.processor);
+        line("command", &self.command.join(" "));
+        line("GPU times", if self.timing == Timing::Wall { "wall clock" } else { "timestamps" });
+        hashes.iter().for_each(|(scene, hash)| line(&format!("BLAKE3 of {scene}"), hash));
+        text
+    }
+}
+
+/// Commit of the checkout that this program was built in, as it is now.
+fn commit() -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // A package inside another repository has that one's commits.
+    if !folder.join(".git").exists() {
+        return "unknown".into();
+    }
+    let git = Command::new("git")
+        .args(["describe", "--always", "--dirty", "--abbrev=12"])
+        .current_dir(folder)
+        .env_remove("GIT_DIR")
+        .env_remove("GIT_WORK_TREE")
+        .output();
+    let text = git.ok().filter(|o| o.status.success()).and_then(|o| String::from_utf8(o.stdout).ok());
+    text.map(|t| t.trim().to_owned()).filter(|t| !t.is_empty()).unwrap_or_else(|| "unknown".into())
+}
+
+/// Model of the CPU, or its architecture where the system does not tell, and the number of threads.
+fn processor() -> String {
+    let about = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = about.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let model = model.map_or(std::env::consts::ARCH, |(_, model)| model.trim());
+    match std::thread::available_parallelism() {
+        Ok(threads) => format!("{model}, {threads} threads"),
+        Err(_) => model.to_owned(),
+    }
+}
+
+/// BLAKE3 hash of a scene's file.
+pub fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+/// Objects of a JSON array as CSV (RFC 4180) with one line each and a column for every field: fields of inner objects
+/// have names such as `boundary.mean`, lists of objects are left out, and null is an empty cell.
+pub fn csv(rows: &Value) -> String {
+    fn cells(name: &str, value: &Value, row: &mut Vec<(String, String)>) {
+        let text = match value {
+            Value::Object(fields) => {
+                let inner = |field: &str| if name.is_empty() { field.to_owned() } else { format!("{name}.{field}") };
+                return fields.iter().for_each(|(field, value)| cells(&inner(field), value, row));
+            }
+            Value::Array(items) if items.iter().any(|i| i.is_object() || i.is_array()) => return,
+            Value::Array(items) => {
+                let texts: Vec<_> =
+                    items.iter().map(|i| i.as_str().map_or_else(|| i.to_string(), Into::into)).collect();
+                texts.join(" ")
+            }
+            Value::Null => String::new(),
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        row.push((name.to_owned(), text));
+    }
+    let quote = |cell: &str| match cell.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+        false => cell.to_owned(),
+    };
+    let flat = |row| {
+        let mut flat = vec![];
+        cells("", row, &mut flat);
+        flat
+    };
+    let rows: Vec<_> = rows.as_array().into_iter().flatten().map(flat).collect();
+    let mut heads: Vec<&str> = vec![];
+    for (name, _) in rows.iter().flatten() {
+        if !heads.contains(&name.as_str()) {
+            heads.push(name);
+        }
+    }
+    let line = |cells: Vec<String>| cells.join(",") + "\r\n";
+    let cell =
+        |row: &[(String, String)], head: &str| row.iter().find(|c| c.0 == head).map_or(String::new(), |c| quote(&c.1));
+    let lines = rows.iter().map(|row| line(heads.iter().map(|head| cell(row, head)).collect()));
+    line(heads.iter().map(|head| quote(head)).collect()) + &lines.collect::<String>()
 }
 
 /// Line that says that times come from the wall clock; `None` for timestamps, which are usual.
@@ -108,6 +215,8 @@ pub struct Compare {
     #[serde(flatten)]
     pub origin: Origin,
     pub scene: String,
+    /// BLAKE3 hash of the scene's file, by the scene's name.
+    pub scene_hashes: BTreeMap<String, String>,
     pub triangles: usize,
     pub light: Value,
     pub size: [u32; 2],
@@ -211,4 +320,30 @@ pub fn write(path: &Path, value: &impl Serialize) -> Result<()> {
     }
     make_folder_of(path)?;
     write_atomic(path, text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn csv_has_a_column_for_every_field_of_any_row() {
+        let rows = json!([
+            { "name": "a, \"b\"", "inner": { "x": 1.5, "deep": { "y": true } }, "passes": [{ "ms": 1 }], "none": null },
+            { "name": "c", "size": [3, 4], "inner": { "x": -2 } },
+        ]);
+        let expected = "name,inner.x,inner.deep.y,none,size\r\n\"a, \"\"b\"\"\",1.5,true,,\r\nc,-2,,,3 4\r\n";
+        assert_eq!(csv(&rows), expected);
+        assert_eq!(csv(&json!([])), "\r\n");
+    }
+
+    #[test]
+    fn the_commit_and_the_processor_are_named() {
+        assert!(!processor().is_empty() && !commit().is_empty());
+        // In a checkout the commit is one that git knows.
+        if Path::new(env!("CARGO_MANIFEST_DIR")).join(".git").exists() && commit() != "unknown" {
+            let known = commit().trim_end_matches("-dirty").rsplit("-g").next().map(str::to_owned);
+            assert!(known.is_some_and(|c| c.len() >= 7), "{}", commit());
+        }
+    }
 }

@@ -13,7 +13,7 @@ pub use color::{NOT_JUDGED, false_color, linear_from_srgb, srgb_from_linear};
 pub use exr::{read_exr, write_exr};
 pub use file::{read_visibility, write_atomic};
 pub use mask::{PngMask, read_png_mask};
-pub use png::{read_png_gray, write_png, write_png_gray};
+pub use png::{png_gray8, read_png_gray, write_png, write_png_gray};
 
 use crate::{Error, Result};
 

@@ -2,7 +2,10 @@
 
 use std::{io::Cursor, path::Path};
 
-use image::{ExtendedColorType, ImageEncoder as _, ImageFormat, ImageReader, codecs::png::PngEncoder};
+use image::{
+    ExtendedColorType, ImageEncoder as _, ImageFormat, ImageReader,
+    codecs::png::{CompressionType, FilterType, PngEncoder},
+};
 
 use super::{Picture, check_length, file};
 use crate::Result;
@@ -25,6 +28,21 @@ pub fn write_png_gray(path: &Path, size: [u32; 2], values: &[f32]) -> Result<()>
     check_length("the picture", values.len(), size)?;
     let codes: Vec<u16> = values.iter().map(|v| (v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16).collect();
     write(path, bytemuck::cast_slice(&codes), size, ExtendedColorType::L16)
+}
+
+/// Encodes values in `[0, 1]` as a PNG of 8-bit grey, **linear**: the nearest of the 256 codes. Values outside are
+/// clamped; NaN gives 0.
+///
+/// # Errors
+/// Fails without pixels or for a slice of the wrong length.
+pub fn png_gray8(values: &[f32], size: [u32; 2]) -> Result<Vec<u8>> {
+    check_length("the picture", values.len(), size)?;
+    let codes: Vec<u8> = values.iter().map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect();
+    let mut encoded = Vec::new();
+    PngEncoder::new_with_quality(&mut encoded, CompressionType::Best, FilterType::Adaptive)
+        .write_image(&codes, size[0], size[1], ExtendedColorType::L8)
+        .map_err(|e| file::wrong(Path::new("PNG"), "PNG", e.to_string()))?;
+    Ok(encoded)
 }
 
 fn write(path: &Path, bytes: &[u8], size: [u32; 2], color: ExtendedColorType) -> Result<()> {

@@ -4,8 +4,8 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 
 /// Objects whose field names are not fixed: parameters of techniques, counts of passes, classes of shapes, specialization
-/// constants, what a driver reports about a pipeline.
-const NAMES_OF_THEIR_OWN: [&str; 5] = ["params", "counts", "classes", "constants", "reported"];
+/// constants, what a driver reports about a pipeline, hashes of scenes.
+const NAMES_OF_THEIR_OWN: [&str; 6] = ["scene_hashes", "params", "counts", "classes", "constants", "reported"];
 
 /// Panics unless the page describes every field that the subcommand has written, either in the subcommand's section
 /// or in one of the sections for shared objects.

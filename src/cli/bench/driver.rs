@@ -6,12 +6,14 @@
 pub use super::judge::{Variant, Variants, available, contenders, left_out_note, possible};
 pub use super::plot::{Chart, Line};
 pub use super::record::{Column, Field, Record, Row, by_scene, groups, means, plain_table, table, tables_by_scene};
+pub use crate::cli::html::{Front, Point};
 pub use crate::cli::stage::Stage;
 pub use edgeshade::host::Host;
 pub use edgeshade::table::number;
 pub use edgeshade::{DeviceFeatures, Error, Result};
 
 use super::{Args, plot, shown, slug};
+use crate::cli::html::{Pictures, Section};
 use crate::cli::progress::Progress;
 use crate::cli::report::{self, Origin};
 use edgeshade::picture::write_atomic;
@@ -20,6 +22,7 @@ use edgeshade::scene::shipped::{self, Shipped};
 use edgeshade::technique::Technique;
 use edgeshade::timing::FrameTiming;
 use serde_json::json;
+use std::collections::BTreeMap;
 
 /// Image size of the suites that judge whole pictures, pixels.
 pub const SIZE: [u32; 2] = [1280, 720];
@@ -50,6 +53,8 @@ pub struct Suite {
     pub summary: fn(&Plan, &[Row]) -> Record,
     pub page: fn(&Results<'_>) -> String,
     pub chart: Option<fn(&Results<'_>) -> Chart>,
+    /// Variants by time and error, for the plots of the HTML page.
+    pub fronts: fn(&Results<'_>) -> Vec<Front>,
     /// Measures and writes the files.
     pub run: fn(&Suite, &Args, &Host) -> Result<()>,
 }
@@ -70,6 +75,7 @@ impl Suite {
         summary: |_, _| Record::default(),
         page: |_| String::new(),
         chart: None,
+        fronts: |_| vec![],
         run,
     };
 
@@ -107,21 +113,28 @@ impl Suite {
 /// Measures, writes the files and prints the page.
 fn run(suite: &Suite, args: &Args, host: &Host) -> Result<()> {
     let plan = suite.plan_of(args, host)?;
-    let rows = {
+    let (rows, pictures) = {
         let mut run = Run::new(suite, &plan);
+        run.pictures = args.pictures();
         for scene in &plan.scenes {
             (suite.measure)(host, &mut run, scene)?;
             run.progress = run.progress.filter(|_| !suite.shows_scenes);
         }
-        run.rows
+        (run.rows, run.pictures.unwrap_or_default())
     };
     let results = suite.results(&plan, Origin::new(host), rows);
     let page = report::with_times_line(&(suite.page)(&results), host.timing());
+    let page = page + &results.origin.markdown(&plan.scene_hashes());
     let chart = suite.chart.map(|chart| chart(&results));
     let path = args.output.join(format!("{}-{}.json", suite.name, slug(&host.info().name)));
-    args.write(&path, &results.json())?;
-    write_atomic(&path.with_extension("md"), page.as_bytes())?;
-    args.say(format_args!("{page}\nwrote {} and .md\n", shown(&path)))?;
+    let section = Section {
+        markdown: page.clone(),
+        fronts: (suite.fronts)(&results),
+        chart: chart.as_ref().map(|c| json!(c)),
+        pictures,
+    };
+    args.write(&path, &results.json(), section)?;
+    args.say(format_args!("{page}\nwrote {}, .csv and .md\n", shown(&path)))?;
     let Some(chart) = chart else { return Ok(()) };
     let picture =
         plot::svg(&chart).map_err(|e| Error::Usage(format!("drawing the plot of suite {}: {e}", suite.name)))?;
@@ -173,6 +186,17 @@ impl Plan {
         Stage::shipped(find_scene(scene)?, self.size)
     }
 
+    /// BLAKE3 hashes of the shipped scenes' files, by name.
+    fn scene_hashes(&self) -> BTreeMap<String, String> {
+        let shipped = self.scenes.iter().filter_map(|s| shipped::find(s.split(", ").next()?));
+        shipped.map(|s| (s.name.to_owned(), report::hash(s.bytes))).collect()
+    }
+
+    /// Map whose pictures the HTML page shows.
+    fn pictured_map(&self) -> Option<u32> {
+        self.maps.iter().find(|&&map| map == 1024).or(self.maps.first()).copied()
+    }
+
     /// Variants that are measured in a scene with a map, with their groups. A variant without a map is measured only
     /// with the first map.
     pub fn members(&self, scene: &str, map: u32) -> impl Iterator<Item = (&Variant, String)> {
@@ -198,6 +222,8 @@ pub struct Run<'a> {
     pub plan: &'a Plan,
     suite: &'a Suite,
     pub rows: Vec<Row>,
+    /// Pictures for the HTML page, if one is wanted.
+    pub pictures: Option<Pictures>,
     progress: Option<Progress>,
     frames: u64,
     frames_in_all: u64,
@@ -205,7 +231,7 @@ pub struct Run<'a> {
 
 impl<'a> Run<'a> {
     pub fn new(suite: &'a Suite, plan: &'a Plan) -> Self {
-        Self { plan, suite, rows: vec![], progress: None, frames: 0, frames_in_all: 0 }
+        Self { plan, suite, rows: vec![], pictures: None, progress: None, frames: 0, frames_in_all: 0 }
     }
 
     /// Shows progress from here on. Earlier work, such as tracing the truth, may show its own.
@@ -233,6 +259,22 @@ impl<'a> Run<'a> {
     pub fn push(&mut self, row: Row, frames: u32) {
         self.rows.push(row);
         self.drawn(frames);
+    }
+
+    /// Keeps the visibilities `test` and `truth` of a variant for the HTML page, if one is wanted and it shows this map.
+    pub fn picture(
+        &mut self,
+        place: &str,
+        map: u32,
+        variant: &Variant,
+        visibilities: [&[f32]; 2],
+        judged: &[bool],
+    ) -> Result<()> {
+        let is_shown = self.plan.pictured_map() == Some(map) || variant.has_no_map;
+        match self.pictures.as_mut().filter(|_| is_shown) {
+            Some(pictures) => pictures.add(place, &variant.label, visibilities, judged, self.plan.size),
+            None => Ok(()),
+        }
     }
 
     /// Draws one frame of each variant in turn, A B A B, each with its own renderer, so that drift affects all of
@@ -276,16 +318,21 @@ pub struct Results<'a> {
 impl Results<'_> {
     /// The object written as JSON.
     fn json(self) -> Record {
-        let Origin { device, driver, version, command, timing } = self.origin;
+        let scene_hashes = self.plan.scene_hashes();
+        let Origin { device, driver, version, commit, date, processor, command, timing } = self.origin;
         Record::of([
             ("suite", self.plan.suite.into()),
             ("device", device.into()),
             ("driver", driver.into()),
             ("version", version.into()),
+            ("commit", commit.into()),
+            ("date", date.into()),
+            ("processor", processor.into()),
             ("command", command.into()),
             ("timing", json!(timing).into()),
             ("size", self.plan.size.to_vec().into()),
         ])
+        .and((!scene_hashes.is_empty()).then(|| ("scene_hashes", json!(scene_hashes).into())))
         .and(self.settings.0)
         .and([("results", Field::Rows(self.rows))])
         .and(self.summary.0)

@@ -58,6 +58,7 @@ pub fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str, masked: Mask
                 }
                 found => found?,
             };
+            run.picture(scene, map, variant, [&test, &truth], &mask)?;
             let report = metrics::compare(&test, &truth, &mask, plan.size)?;
             // Values that the passes of the frame counted, by name.
             let mut counts: BTreeMap<_, u64> = BTreeMap::new();

@@ -41,6 +41,7 @@ pub static SUITE: Suite = Suite {
     summary,
     page,
     chart: Some(chart),
+    fronts,
     ..Suite::BASE
 };
 
@@ -181,7 +182,11 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
                 let label = if i == last { format!("{} again", variant.label) } else { variant.label.clone() };
                 let variant = Variant { label, ..variant.clone() };
                 let place = [("scene", scene.into()), ("class", class.name.into()), ("shadow_map", map.into())];
-                run.push(Row::of(place, &variant, &format!("{scene}, {}", class.name), figures), 1);
+                let group = format!("{scene}, {}", class.name);
+                if i < last {
+                    run.picture(&group, map, &variant, [&test, &judge.truth], &judge.mask)?;
+                }
+                run.push(Row::of(place, &variant, &group, figures), 1);
             }
         }
     }
@@ -385,6 +390,45 @@ fn chart(results: &Results<'_>) -> Chart {
         axes: ["GPU ms of the technique's passes", "RMSE"],
         lines: lines.collect(),
     }
+}
+
+/// Time and error of all variants, in the mean and in every scene.
+fn fronts(results: &Results<'_>) -> Vec<Front> {
+    let [all, noise] = [results.list("means"), results.list("noise")];
+    let groups = groups(all).chain(groups(&results.rows)).filter(|g| !g.is_empty());
+    let made = groups.filter_map(|group| {
+        let (scene, class) = (group[0].text("scene"), group[0].text("class"));
+        let class = CLASSES.iter().find(|c| c.name == class)?;
+        let best: Vec<_> = front(group).into_iter().map(|r| r.label.as_str()).collect();
+        // The noise of the mean is the largest of the scenes.
+        let here =
+            noise.iter().filter(|n| n.text("class") == class.name && (scene.is_empty() || n.text("scene") == scene));
+        let noise_ms = here.filter_map(|n| Some(n.number("added_ms")?.abs())).reduce(f64::max);
+        let point = |r: &Row| {
+            let figure = |name, digits| number(r.number(name), digits);
+            Some(Point {
+                variant: r.label.clone(),
+                technique: r.text("technique").to_owned(),
+                ours: !OF_OTHERS.contains(&r.text("technique")),
+                front: best.contains(&r.label.as_str()),
+                x: r.number("added_ms")?,
+                y: r.number("rmse")?,
+                text: format!(
+                    "adds {} ms ({} to {})\nRMSE {}, FLIP {}\nmismatch {} %",
+                    figure("added_ms", 2),
+                    figure("added_ms_min", 2),
+                    figure("added_ms_max", 2),
+                    figure("rmse", 4),
+                    figure("flip", 4),
+                    number(r.number("mismatch").map(|m| 100.0 * m), 3)
+                ),
+            })
+        };
+        let points = group.iter().filter(|r| !is_repeated(r)).filter_map(point).collect();
+        let place = if scene.is_empty() { "mean over the scenes" } else { scene };
+        Some(Front { place: place.to_owned(), class: class.name, noise_ms, points })
+    });
+    made.collect()
 }
 
 #[cfg(test)]

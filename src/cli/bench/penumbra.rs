@@ -80,6 +80,8 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
                 let report = metrics::compare(&test, &truth.visibility, &mask, size);
                 let place = || format!("{scene}, map {map}, {}", Variant::new(variant.choice.clone()).label);
                 let report = report.map_err(|e| Error::Usage(format!("{}: {e}", place())))?;
+                let view = format!("{scene}, penumbrae {texels} texels wide");
+                run.picture(&view, map, &variant, [&test, &truth.visibility], &mask)?;
                 run.push(row(scene, map, texels, penumbra, &variant, report), 1);
             }
         }

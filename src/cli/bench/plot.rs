@@ -2,6 +2,7 @@
 
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
+use serde::Serialize;
 
 /// Size of the picture, pixels.
 const SIZE: (u32, u32) = (960, 600);
@@ -17,6 +18,7 @@ const COLORS: [RGBColor; 7] = [
 ];
 
 /// One line, from left to right.
+#[derive(Serialize)]
 pub struct Line {
     pub name: String,
     /// Points; those with a coordinate of 0 or below cannot be shown and are left out.
@@ -24,6 +26,7 @@ pub struct Line {
 }
 
 /// A plot over two logarithmic axes.
+#[derive(Serialize)]
 pub struct Chart {
     pub title: String,
     /// Quantities on the x and y axes.

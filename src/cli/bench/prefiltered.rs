@@ -76,6 +76,7 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
         let (moving, standing) = drawn.split_at(members.len());
         for (i, variant) in members.into_iter().enumerate() {
             let seen = renderers[0].visibility(moving[i].technique.as_ref())?;
+            run.picture(scene, map, variant, [&seen, &truth], &mask)?;
             let report = metrics::compare(&seen, &truth, &mask, plan.size)?;
             let times = [added(&moving[i], &moving[0]), added(&standing[i], &standing[0])];
             run.push(row(scene, map, variant, &report, times, moving[i].technique.memory_bytes()), 0);

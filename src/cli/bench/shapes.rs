@@ -2,9 +2,10 @@
 
 use super::driver::{Result, Suite, number, plain_table};
 use super::{Args, shown};
+use crate::cli::html::Section;
 use crate::cli::progress::Progress;
 use crate::cli::report;
-use edgeshade::picture::{Picture, false_color, sheet, write_atomic, write_png};
+use edgeshade::picture::{Picture, false_color, sheet, write_png};
 use edgeshade::reference::revectorization::shapes::study::{self, Method, Options, Row};
 use edgeshade::reference::revectorization::shapes::{Class, Shape, TILE};
 use serde_json::{Value, json};
@@ -16,7 +17,7 @@ pub static SUITE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// Writes `shapes.md`, `shapes.json` and `shapes.png`.
+/// Writes `shapes.md`, `shapes.csv`, `shapes.json` and `shapes.png`.
 fn run(args: &Args) -> Result<()> {
     let options = Options::default();
     let filters = Options {
@@ -32,11 +33,11 @@ fn run(args: &Args) -> Result<()> {
         (rows, study::study(&filters, |done, total| progress.set(before + done / 3, before + total / 3)))
     };
     let path = args.output.join("shapes.json");
-    args.write(&path, &as_json(&options, &rows, &filters))?;
     let markdown = markdown(&options, &rows) + &filter_table(&filters);
-    write_atomic(&path.with_extension("md"), markdown.as_bytes())?;
+    let section = Section { markdown: markdown.clone(), ..Section::default() };
+    args.write(&path, &as_json(&options, &rows, &filters), section)?;
     write_png(&path.with_extension("png"), &picture()?)?;
-    args.say(format_args!("{markdown}\nwrote {}, .md and .png\n", shown(&path)))
+    args.say(format_args!("{markdown}\nwrote {}, .csv, .md and .png\n", shown(&path)))
 }
 
 /// Largest traversal distance that the papers use; methods with only one row use it.

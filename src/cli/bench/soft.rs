@@ -124,6 +124,8 @@ fn measure(host: &Host, run: &mut Run<'_>, scene: &'static str) -> Result<()> {
                     Error::Usage(format!("{place}: {e}"))
                 };
                 let report = metrics::compare(&test, &measure.truth, &measure.mask, plan.size).map_err(place)?;
+                let view = format!("{scene}, light {light_size} {unit}");
+                run.picture(&view, map, variant, [&test, &measure.truth], &measure.mask)?;
                 let flip = truth::flip(&picture, &measure.picture, &measure.mask)?;
                 // The technique's own passes, median over the frames.
                 let gpu_ms = stats::technique(&frames).map(|s| s.median);
