@@ -382,6 +382,8 @@ function addViewer(root, places) {
   });
   for (const end of ['pointerup', 'pointercancel']) stage.addEventListener(end, event => down.delete(event.pointerId));
   stage.addEventListener('wheel', event => {
+    // With the whole picture in view, the wheel scrolls the page down.
+    if (event.deltaY > 0 && !stage.classList.contains('zoomed')) return;
     event.preventDefault();
     const box = stage.getBoundingClientRect();
     zoom(2 ** (-event.deltaY / 300), event.clientX - box.left, event.clientY - box.top);
