@@ -318,7 +318,7 @@ pub fn measured(figure: f64, bound: f64, place: &str) -> Finding {
 pub fn differing(a: &[f32], b: &[f32], tolerance: f64) -> f64 {
     let differ = |(a, b): (&f32, &f32)| match tolerance {
         0.0 => a.to_bits() != b.to_bits(),
-        _ => !(f64::from((a - b).abs()) <= tolerance),
+        _ => f64::from((a - b).abs()) > tolerance || a.is_nan() || b.is_nan(),
     };
     share(a.iter().zip(b).map(differ))
 }
@@ -629,8 +629,8 @@ fn slopes(lab: &Lab<'_>, variants: &[&Variant]) -> Result<Vec<Finding>> {
             let one = |v: &&Variant| {
                 let Some(seen) = shot.image(&v.choice)? else { return Ok(Finding::DoesNotApply(OWN_VIEW)) };
                 let judged: Vec<_> = (0..seen.len()).filter(|&i| mask[i]).collect();
-                // Written so that NaN counts.
-                let dark = share(judged.iter().map(|&i| !(seen[i] >= 1.0 - EQUAL)));
+                let is_lit = |v: f32| (1.0 - EQUAL..=1.0).contains(&v);
+                let dark = share(judged.iter().map(|&i| !is_lit(seen[i])));
                 Ok(measured(dark, 0.0, &format!("{name} {degrees} degrees")))
             };
             variants.iter().map(one).collect()
@@ -662,13 +662,13 @@ fn light_steps(pose: &mut Pose, by: f64) {
     if is_sun {
         view.matrix3 = DMat3::from_rotation_y(by / 3.0) * view.matrix3;
     } else {
-        *view = *view * DAffine3::from_translation(dvec3(2.0 * by, by, 0.0));
+        *view *= DAffine3::from_translation(dvec3(2.0 * by, by, 0.0));
     }
 }
 
 fn camera_steps(pose: &mut Pose, by: f64) {
     let view = &mut pose.camera.world_from_view;
-    *view = *view * DAffine3::from_translation(dvec3(0.8 * by, 0.6 * by, 0.0));
+    *view *= DAffine3::from_translation(dvec3(0.8 * by, 0.6 * by, 0.0));
 }
 
 fn caster_steps(pose: &mut Pose, by: f64) {
