@@ -135,6 +135,9 @@ fn section(case: &Case, rows: &[&Row]) -> String {
         with(FAILS).count(),
         with(DOES_NOT_APPLY).count()
     );
+    if !case.limits.is_empty() {
+        text += &format!("* Known limits: {}.\n", case.limits.trim_end_matches('.'));
+    }
     let mut reasons: Vec<_> = with(DOES_NOT_APPLY).map(|r| r.text("reason")).collect();
     reasons.dedup();
     for reason in reasons {

@@ -24,6 +24,8 @@ pub struct Case {
     pub invariant: &'static str,
     /// The bound of the figure, and where it comes from.
     pub bound: &'static str,
+    /// Known limits of techniques that make the case fail, for the page; empty if there are none.
+    pub limits: &'static str,
     /// True if the figure is a share of pixels.
     pub is_share: bool,
     /// Measures the variants, in their order.
@@ -78,6 +80,7 @@ pub static ALL: [Case; 21] = [
         changed: "nothing: three frames of one technique, then one that is made anew",
         invariant: "all four pictures have the same bits; share of pixels that have not",
         bound: "0: the same work on the same data",
+        limits: "",
         is_share: true,
         measure: repeat,
     },
@@ -86,6 +89,7 @@ pub static ALL: [Case; 21] = [
         changed: "scene, camera and light are 1024 times as large, and 1/1024",
         invariant: "the pictures have the same bits; share of pixels that have not",
         bound: "0: floating point scales by powers of two exactly, so any change is a hidden length",
+        limits: "",
         is_share: true,
         measure: |lab, variants| {
             in_places(variants, [1024.0, 1.0 / 1024.0], |factor| {
@@ -98,6 +102,7 @@ pub static ALL: [Case; 21] = [
         changed: "scene, camera and light are 1000 times as large, and 1/1000",
         invariant: "the pictures are equal; share of pixels that differ by more than 0.02",
         bound: "0.2 %: pixels and texels within rounding of an edge",
+        limits: "",
         is_share: true,
         measure: |lab, variants| {
             in_places(variants, [1000.0, 0.001], |factor| {
@@ -111,6 +116,7 @@ pub static ALL: [Case; 21] = [
         invariant: "the pictures are equal; share of pixels that differ by more than 0.02",
         bound: "0.2 %: views and instances are in double precision, whose spacing at 1e6 units is 1e-10, a \
                 hundred-millionth of a texel; what remains is pixels and texels within rounding of an edge",
+        limits: "",
         is_share: true,
         measure: |lab, variants| {
             let by = dvec3(1e6, -1e6, 1e6);
@@ -123,6 +129,8 @@ pub static ALL: [Case; 21] = [
         invariant: "the pictures are equal; share of pixels that differ by more than 0.02",
         bound: "0.6 %: a transform in single precision rounds by up to four spacings of 1/8192 unit, a 50th of a pixel, \
                 along outlines and shadow edges that pass through a fifth of the pixels; and 0.2 % as above",
+        limits: "exact-hard and exact-soft allow for rounding in proportion to the distances from camera and light, but not from the origin \
+                 of a caster's own space. Files are loaded with such meshes moved to their own origin; engines should do the same.",
         is_share: true,
         measure: translated_vertices,
     },
@@ -131,6 +139,7 @@ pub static ALL: [Case; 21] = [
         changed: "everything is mirrored at a plane",
         invariant: "the picture is the mirror image; share of pixels that differ by more than 0.05",
         bound: "1 %: pixels and texels within rounding of an edge, and sampling patterns that are turned over",
+        limits: "",
         is_share: true,
         measure: mirror,
     },
@@ -139,6 +148,7 @@ pub static ALL: [Case; 21] = [
         changed: "the light's view is turned about its axis by 0 to 75 degrees in steps of 15",
         invariant: "no turn stands out; largest RMSE against the truth divided by the mean; errors that ties alone may cause count as equal",
         bound: "1.41: a square texel is up to the square root of two wider along its diagonal",
+        limits: "",
         is_share: false,
         measure: roll,
     },
@@ -147,6 +157,7 @@ pub static ALL: [Case; 21] = [
         changed: "the light's view is turned about its axis by 90, 180 and 270 degrees, which gives the same texels",
         invariant: "the picture stays; share of pixels that differ by more than 0.05",
         bound: "1 %: as for the mirror",
+        limits: "",
         is_share: true,
         measure: quarter_turns,
     },
@@ -155,6 +166,7 @@ pub static ALL: [Case; 21] = [
         changed: "the camera's near plane is 1024 times as near",
         invariant: "the picture stays; share of pixels that differ by more than 0.02",
         bound: "0.2 %: reversed floating-point depth keeps its precision whatever the near plane",
+        limits: "",
         is_share: true,
         measure: |lab, variants| same(lab, variants, "", [EQUAL.into(), TIES], &nearer),
     },
@@ -163,6 +175,8 @@ pub static ALL: [Case; 21] = [
         changed: "the planes of the light's view: a spot's are 32 times as near and as far, a sun's range is 1024 times as long",
         invariant: "the picture stays; share of pixels that differ by more than 0.02",
         bound: "1 %: 32-bit depth then resolves a hundredth of a texel, which moves every shadow edge by as much",
+        limits: "vsm, evsm, msm, vssm and mssm store moments relative to the range, so a long range leaves the scene a small part of \
+                 their precision. Fit the planes to the scene.",
         is_share: true,
         measure: depth_range,
     },
@@ -171,6 +185,7 @@ pub static ALL: [Case; 21] = [
         changed: "the shadow map is rounded to D16",
         invariant: "the error hardly grows; RMSE divided by that with D32",
         bound: "1.1: over the fitted range the format resolves less than a tenth of a texel",
+        limits: "",
         is_share: false,
         measure: inputs::sixteen_bits,
     },
@@ -179,6 +194,7 @@ pub static ALL: [Case; 21] = [
         changed: "normal offset and depth bias, from 1/16 to 16 times their defaults in steps of two",
         invariant: "the default lies on the plateau between acne and leaking; its RMSE divided by the least of the sweep",
         bound: "1.1: the edge of the plateau",
+        limits: "",
         is_share: false,
         measure: bias,
     },
@@ -187,6 +203,8 @@ pub static ALL: [Case; 21] = [
         changed: "a plane alone, tilted against the light by 0, 45, 70, 80 and 85 degrees",
         invariant: "it is lit; share of pixels darker than 0.98",
         bound: "0: nothing casts a shadow",
+        limits: "bounds from moments do not tell a steep receiver from an occluder for certain, which darkens it under msm, vssm and \
+                 mssm",
         is_share: true,
         measure: slopes,
     },
@@ -195,6 +213,8 @@ pub static ALL: [Case; 21] = [
         changed: "the light moves so that shadows move by a fraction of a pixel a frame",
         invariant: "the picture changes no more than the truth; change per frame divided by the truth's",
         bound: CHANGE_BOUND,
+        limits: "the texels slide over the receivers by more than the shadows move, and the stairs of every technique that reads the map \
+                 go with them",
         is_share: false,
         measure: |lab, variants| motion(lab, variants, &light_steps),
     },
@@ -203,6 +223,7 @@ pub static ALL: [Case; 21] = [
         changed: "the camera moves by a fifth of a pixel a frame",
         invariant: "the picture changes no more than the truth; change per frame divided by the truth's",
         bound: CHANGE_BOUND,
+        limits: "",
         is_share: false,
         measure: |lab, variants| motion(lab, variants, &camera_steps),
     },
@@ -211,6 +232,7 @@ pub static ALL: [Case; 21] = [
         changed: "a block moves by a fifth of a pixel a frame",
         invariant: "the picture changes no more than the truth; change per frame divided by the truth's",
         bound: CHANGE_BOUND,
+        limits: "",
         is_share: false,
         measure: |lab, variants| motion(lab, variants, &caster_steps),
     },
@@ -219,6 +241,7 @@ pub static ALL: [Case; 21] = [
         changed: "the vertices of a block twist it a little more each frame",
         invariant: "the picture changes no more than the truth; change per frame divided by the truth's",
         bound: CHANGE_BOUND,
+        limits: "",
         is_share: false,
         measure: |lab, variants| motion(lab, variants, &caster_twists),
     },
@@ -227,6 +250,7 @@ pub static ALL: [Case; 21] = [
         changed: "images and maps of extreme sizes, down to one pixel and one texel",
         invariant: "every value is a number from 0 to 1; share of pixels that are not",
         bound: "0",
+        limits: "",
         is_share: true,
         measure: sizes,
     },
@@ -235,6 +259,7 @@ pub static ALL: [Case; 21] = [
         changed: "each number among the parameters, at the ends of its range",
         invariant: "every value is a number from 0 to 1; share of pixels that are not",
         bound: "0",
+        limits: "",
         is_share: true,
         measure: settings,
     },
@@ -243,6 +268,7 @@ pub static ALL: [Case; 21] = [
         changed: "triangles without area are added to all meshes, at points and along edges",
         invariant: "the picture has the same bits; share of pixels that have not",
         bound: "0: they cover nothing",
+        limits: "",
         is_share: true,
         measure: |lab, variants| same(lab, variants, "", [0.0, 0.0], &degenerate),
     },
@@ -252,6 +278,7 @@ pub static ALL: [Case; 21] = [
         invariant: "every value is a number from 0 to 1; other pixels see sky where a depth is no number, and nothing farther \
                     than a sixth of the image sees a normal that is none; share of pixels where this is wrong",
         bound: "0",
+        limits: "",
         is_share: true,
         measure: inputs::not_numbers,
     },
@@ -318,7 +345,7 @@ pub fn measured(figure: f64, bound: f64, place: &str) -> Finding {
 pub fn differing(a: &[f32], b: &[f32], tolerance: f64) -> f64 {
     let differ = |(a, b): (&f32, &f32)| match tolerance {
         0.0 => a.to_bits() != b.to_bits(),
-        _ => !(f64::from((a - b).abs()) <= tolerance),
+        _ => f64::from((a - b).abs()) > tolerance || a.is_nan() || b.is_nan(),
     };
     share(a.iter().zip(b).map(differ))
 }
@@ -629,8 +656,8 @@ fn slopes(lab: &Lab<'_>, variants: &[&Variant]) -> Result<Vec<Finding>> {
             let one = |v: &&Variant| {
                 let Some(seen) = shot.image(&v.choice)? else { return Ok(Finding::DoesNotApply(OWN_VIEW)) };
                 let judged: Vec<_> = (0..seen.len()).filter(|&i| mask[i]).collect();
-                // Written so that NaN counts.
-                let dark = share(judged.iter().map(|&i| !(seen[i] >= 1.0 - EQUAL)));
+                let is_lit = |v: f32| (1.0 - EQUAL..=1.0).contains(&v);
+                let dark = share(judged.iter().map(|&i| !is_lit(seen[i])));
                 Ok(measured(dark, 0.0, &format!("{name} {degrees} degrees")))
             };
             variants.iter().map(one).collect()
@@ -662,13 +689,13 @@ fn light_steps(pose: &mut Pose, by: f64) {
     if is_sun {
         view.matrix3 = DMat3::from_rotation_y(by / 3.0) * view.matrix3;
     } else {
-        *view = *view * DAffine3::from_translation(dvec3(2.0 * by, by, 0.0));
+        *view *= DAffine3::from_translation(dvec3(2.0 * by, by, 0.0));
     }
 }
 
 fn camera_steps(pose: &mut Pose, by: f64) {
     let view = &mut pose.camera.world_from_view;
-    *view = *view * DAffine3::from_translation(dvec3(0.8 * by, 0.6 * by, 0.0));
+    *view *= DAffine3::from_translation(dvec3(0.8 * by, 0.6 * by, 0.0));
 }
 
 fn caster_steps(pose: &mut Pose, by: f64) {
