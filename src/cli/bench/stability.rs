@@ -15,7 +15,7 @@ pub static SUITE: Suite = Suite {
     name: "stability",
     about: "changes that must leave the pictures as they are, with a verdict for every technique",
     extent: |quick| {
-        let size = if quick { [240, 136] } else { [480, 272] };
+        let size = if quick { [192, 108] } else { [480, 272] };
         Extent { scenes: ALL.iter().map(|c| c.name).collect(), maps: &[MAP], size }
     },
     variants: |device| every_technique(device),
