@@ -66,7 +66,8 @@ bool visibilityAt(ivec2 pixel, out float v) {
   Blockers b = findBlockers(shadow_map, r, a, search, SEARCH_TAPS, MEAN_DEPTH, is_open);
   if (b.count == 0) b = neighbouringBlockers(p, a, MEAN_DEPTH, is_open);
   v = found == HSM_UMBRA ? 0.0 : 1.0;
-  if (b.count > 0) v = filterRevectorized(p, r, edgeHalfTexels(r, a, b.z, least, search));
+  precise vec2 half_texels = edgeHalfTexels(r, a, b.z, least, search);
+  if (b.count > 0) v = filterRevectorized(p, r, half_texels);
   return true;
 }
 

@@ -262,8 +262,7 @@ float filterWindow(ShadowPoint p, SoftReceiver r, vec2 half_texels, ivec2 first,
     dark_texels |= ~window_ring[k] & lineBits(k < 2 ? size.y : size.x);
   }
   float lit = dark_texels == 0u ? float(FILTER_TAPS * FILTER_TAPS) : 0.0;
-  // A loop, not a branch: a CPU driver leaves it where no pixel has an edge.
-  [[dont_unroll]] for (int k = 0; k < (lit_texels != 0u && dark_texels != 0u ? 1 : 0); ++k) lit = tapsInWindow(p, r, half_texels, first, size);
+  if (lit_texels != 0u && dark_texels != 0u) lit = tapsInWindow(p, r, half_texels, first, size);
   return lit;
 }
 
