@@ -479,7 +479,7 @@ fn pipelines_are_listed_with_their_users() {
     let users_of = |name: &str| words(&pipelines.iter().find(|p| p["pipeline"] == name).unwrap()["users"]);
     assert_eq!((users_of("filtering/pcf.comp"), users_of("common/shade.comp")), (vec!["pcf"], vec!["renderer"]));
     let users = users_of("common/depth_bounds.comp");
-    assert!(users.starts_with(&["rpcf", "pcss"]) && users.contains(&"rbssm") && !users.contains(&"pcf"), "{users:?}");
+    assert!(users.starts_with(&["rpcf", "edtsm"]) && users.contains(&"rbssm") && !users.contains(&"pcf"), "{users:?}");
     let text = place.good(&["pipelines"]);
     assert!(text.contains("filtering/pcf.comp WIDTH=3 ") && text.contains("shadow map, masked"), "{text}");
     assert_eq!(text.contains("no statistics"), !has_statistics, "{text}");
@@ -539,7 +539,7 @@ fn null_hardware_compiles_but_does_not_render() {
     let page = |registers: u64| {
         let rest = ["spilled_registers", "scratch_bytes", "code_bytes", "subgroups_per_simd"];
         let rest = rest.map(|name| program["figures"][name].to_string()).join(" | ");
-        let row = format!("| `filtering/sm.comp` STEP=0 | {registers} | {rest} |");
+        let row = format!("| `filtering/sm.comp` STEP=0 TOGETHER=1 | {registers} | {rest} |");
         std::fs::write(place.path("page.md"), format!("Device: {device}\nDriver: {driver}\n\n## Figures\n\n{row}\n"))
     };
     page(registers).unwrap();
@@ -549,7 +549,7 @@ fn null_hardware_compiles_but_does_not_render() {
     page(registers - 1).unwrap();
     let (code, stdout, stderr) = run(&check);
     assert_eq!(code, Some(1), "{stdout}{stderr}");
-    let fault = format!("FAULT: filtering/sm.comp STEP=0: registers {registers}, before {}", registers - 1);
+    let fault = format!("FAULT: filtering/sm.comp STEP=0 TOGETHER=1: registers {registers}, before {}", registers - 1);
     assert!(stdout.contains(&fault) && stderr.contains("faults of pipelines: 1."), "{stdout}{stderr}");
 
     for args in [&["render"][..], &["compare", "jenga", "-t", "sm"], &["bench", "--suite", "pcf", "--quick"]] {
