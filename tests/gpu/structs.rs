@@ -118,7 +118,7 @@ fn names_that_differ_from_the_shaders_are_refused() {
     with_gpu(|host| {
         let c = host.context();
         // Made first, so that the wrong ones below find a pipeline of the same shader and constants.
-        let step: &[Constant] = &[("STEP", 0)];
+        let step: &[Constant] = &[("STEP", 0), ("TOGETHER", 1)];
         let sm = "filtering/sm.comp";
         c.pipeline::<Fitting, ReceiverPush>(sm, step).unwrap();
         let refused = |result: edgeshade::Result<()>, parts: &[&str]| {
@@ -150,9 +150,12 @@ fn names_that_differ_from_the_shaders_are_refused() {
             &[points, "ReceiverPush", "no push constants"],
         );
         // Constants: none, another, one of another shader, one twice.
-        refused(c.pipeline::<Fitting, ReceiverPush>(sm, &[]).map(drop), &[sm, "constants [],", "[\"STEP\"] missing"]);
         refused(
-            c.pipeline::<Fitting, ReceiverPush>(sm, &[("STEPS", 0)]).map(drop),
+            c.pipeline::<Fitting, ReceiverPush>(sm, &[]).map(drop),
+            &[sm, "constants [],", "[\"STEP\", \"TOGETHER\"] missing"],
+        );
+        refused(
+            c.pipeline::<Fitting, ReceiverPush>(sm, &[("STEPS", 0), ("TOGETHER", 1)]).map(drop),
             &[sm, "[\"STEPS\"] unknown, [\"STEP\"] missing"],
         );
         let classify = "filtering/pcf_classify.comp";
