@@ -86,6 +86,8 @@ pub fn encode(scene: &Scene) -> Vec<u8> {
         root["textures"] = (0..images.len()).map(|i| json!({ "source": i, "sampler": i })).collect();
         root["samplers"] = scene.textures.iter().map(sampler).collect();
     }
+    // The same file whatever the order in which serde_json keeps fields.
+    root.sort_all_objects();
     container(root.to_string().into_bytes(), file.bin)
 }
 
