@@ -45,7 +45,7 @@ impl Table {
         self.rows.iter().map(Vec::len).chain([self.headers.len()]).max().unwrap_or(0)
     }
 
-    /// For each column, whether it holds only numbers.
+    /// Returns, for each column, whether it holds only numbers.
     fn right(&self) -> Vec<bool> {
         let cells = |c| self.rows.iter().map(move |r| cell(r, c)).filter(|v| !v.is_empty() && *v != NONE);
         (0..self.columns()).map(|c| cells(c).next().is_some() && cells(c).all(is_number)).collect()

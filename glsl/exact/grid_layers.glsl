@@ -23,7 +23,7 @@ uint layersOver(vec3 receiver, uint cell, bool all) {
   uvec3 place = boundedPlace(receiver.xy, receiver.z);
   uint layers = 0, end = starts[cell + 1];
   for (uint block = starts[cell]; block < end && (all || layers == 0); block += 32) {
-    // Few of the triangles cover the receiver. Those that may are found first, from little of their data.
+    // The first loop finds the few triangles that may cover the receiver, from little of their data.
     uint found = 0, size = min(32, end - block);
     for (uint i = 0; i < size; ++i) found |= uint(isBounded(place, entries[block + i].bounds)) << i;
     while (found != 0) {

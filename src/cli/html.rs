@@ -251,7 +251,7 @@ mod tests {
         (folder, path)
     }
 
-    /// What a script returns in the example, in a window as narrow as a phone.
+    /// Returns what a script finds in the example, in a window as narrow as a phone.
     fn found(script: &str) -> Option<Value> {
         let (_folder, path) = example();
         let helpers = "const all = query => [...document.querySelectorAll(query)];\

@@ -48,7 +48,7 @@ pub static SUITE: Suite = Suite {
 /// Techniques that are judged against the same truth.
 struct Class {
     name: &'static str,
-    /// What the truth is, for the page.
+    /// Description of the truth, for the page.
     truth: &'static str,
     /// Rungs of each technique's ladder, in the syntax of the command line. The first one is the base, and the last one
     /// is the base again: what lies between the two is noise.
@@ -207,7 +207,7 @@ fn times(frames: &[FrameTiming], base: &[FrameTiming], memory_bytes: u64) -> Rec
     ])
 }
 
-/// What the means and the tables show.
+/// Columns of the means and of the tables.
 const COLUMNS: [Column; 8] = [
     ("adds ms", "added_ms", 2),
     ("least", "added_ms_min", 2),

@@ -122,7 +122,7 @@ fn page(results: &Results<'_>) -> String {
     text
 }
 
-/// What a case does, and its figures.
+/// Section of the page about a case, with its figures.
 fn section(case: &Case, rows: &[&Row]) -> String {
     let with = |verdict: &'static str| rows.iter().filter(move |r| r.text("verdict") == verdict);
     let mut text = format!(
@@ -235,7 +235,7 @@ mod tests {
         }
     }
 
-    /// Two tests, so that two cores share the work.
+    /// Number of techniques that the first of the two tests takes: two tests share two cores.
     const HALF: usize = 18;
 
     #[test]

@@ -22,7 +22,7 @@ pub(super) const SKIP: Param = Param::choice(
 /// Values of such a parameter; see [`Skip`].
 pub(super) const SKIP_CHOICES: &[&str] = &["auto", "off", "quads", "tiles"];
 
-/// What is decided by depth bounds of the map before blockers are searched.
+/// Parts of the image that depth bounds of the map decide before blockers are searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Skip {
     /// Nothing: every pixel is searched.

@@ -121,7 +121,7 @@ impl SoftAuto {
         let list = |name: &str| PixelList::new(context, name, extent);
         // Made first: it rejects an image with too many pixels to list, where the pass would work without a list.
         let wide = (pcss::measured_filter(context, wide)?, list("pixels in wide penumbrae")?);
-        // Of the search, and of each filter, whose lists the search makes.
+        // The search makes the lists of both filters, so the dearest of the three counts.
         let rounds = (blocker_search::rounds(search_taps) + 500)
             .max(kernel.filter_rounds())
             .max(pcss::filter_rounds(filter_taps));

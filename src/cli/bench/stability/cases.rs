@@ -18,9 +18,9 @@ use std::f64::consts::SQRT_2;
 /// A change, and what it must leave as it is.
 pub struct Case {
     pub name: &'static str,
-    /// What is changed.
+    /// Description of the change.
     pub changed: &'static str,
-    /// What must hold, and the figure that tells.
+    /// Description of the invariant, and of the figure that measures it.
     pub invariant: &'static str,
     /// The bound of the figure, and where it comes from.
     pub bound: &'static str,
@@ -32,7 +32,7 @@ pub struct Case {
     pub measure: fn(&Lab<'_>, &[&Variant]) -> Result<Vec<Finding>>,
 }
 
-/// What a case found for a technique.
+/// Result of a case for a technique.
 pub enum Finding {
     Measured(Measured),
     /// The case says nothing about the technique, for this reason.
@@ -43,7 +43,7 @@ pub enum Finding {
 pub struct Measured {
     pub figure: f64,
     pub bound: f64,
-    /// Where the figure is worst.
+    /// Light and change for which the figure is worst.
     pub place: String,
     /// Further figures.
     pub more: Record,
@@ -666,7 +666,7 @@ fn slopes(lab: &Lab<'_>, variants: &[&Variant]) -> Result<Vec<Finding>> {
     })
 }
 
-/// What moves from frame to frame.
+/// Scene and views, which move from frame to frame.
 struct Pose {
     scene: Scene,
     camera: CameraView,

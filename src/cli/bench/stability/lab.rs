@@ -49,7 +49,7 @@ pub struct Truths {
     pub mask: Vec<bool>,
 }
 
-/// What a technique claims to show.
+/// Light whose shadows a technique claims to show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Claim {
     /// Shadows of a light without size.
