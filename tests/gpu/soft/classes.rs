@@ -160,3 +160,24 @@ fn whole_tiles_are_decided_and_no_image_changes() {
         }
     });
 }
+
+/// Lists shorter than what one workgroup takes lose no pixel: images of at most 15 tiles.
+#[test]
+fn short_lists_lose_no_pixel() {
+    with_gpu(|host| {
+        let scene = shipped_scene("jenga");
+        for size in [[8, 8], [24, 16], [40, 24]] {
+            let mut r = renderer(host, &scene, desc(size, 1024));
+            for id in ["pcss", "rbssm", "soft-auto", "ssrbssm", "ssabss"] {
+                let off = visibility(&mut r, id, &[("skip", "off")]);
+                for skip in ["quads", "tiles"] {
+                    let (on, timing) = frame(&mut r, id, &[("skip", skip)]);
+                    let what = format!("{id} {size:?} {skip}");
+                    assert_same_bits(&off, &on, &what);
+                    let listed = timing.passes.iter().filter_map(|p| p.tiles).any(|t| t.active > 0);
+                    assert!(listed, "{what}: nothing is listed");
+                }
+            }
+        }
+    });
+}
