@@ -24,20 +24,22 @@ layout(binding = 5, scalar) buffer PixelList {
   uint pixels[];
 } list;
 
-// Number of workgroups for a list of pixels.
-uint groupsOf(uint pixels) { return min((pixels + 64 * TOGETHER - 1) / (64 * TOGETHER), MAX_TILE_GROUPS); }
+// Number of workgroups for a list of pixels, of which each thread works on `together`.
+uint groupsOf(uint pixels, uint together) { return min((pixels + 64 * together - 1) / (64 * together), MAX_TILE_GROUPS); }
+uint groupsOf(uint pixels) { return groupsOf(pixels, TOGETHER); }
 
-// Appends a pixel to the list that another pass works on; `to` is declared as PixelList is. The first pixel of every 64
-// adds a tile, since the pixels are not listed by tiles.
-#define APPEND_PIXEL(to, pixel)                                    \
+// Appends a pixel to the list that another pass works on, `together` of them in each thread; `to` is declared as PixelList
+// is. The first pixel of every 64 adds a tile, since the pixels are not listed by tiles.
+#define APPEND_PIXEL_OF(to, pixel, together)                       \
   {                                                                \
     uint index = atomicAdd(to.count, 1);                           \
     to.pixels[index] = packTile(uvec2(pixel));                     \
     if (index % 64 == 0) {                                         \
       atomicAdd(to.tiles, 1);                                      \
-      atomicMax(to.groups[0], groupsOf(index + 1));                \
+      atomicMax(to.groups[0], groupsOf(index + 1, together));      \
     }                                                              \
   }
+#define APPEND_PIXEL(to, pixel) APPEND_PIXEL_OF(to, pixel, TOGETHER)
 
 shared uint open;
 shared uint first;

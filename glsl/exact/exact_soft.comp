@@ -155,7 +155,14 @@ bool visibilityAt(ivec2 pixel, out float v) {
 void decide(ivec2 pixel) {
   float v;
   if (visibilityAt(pixel, v)) imageStore(visibility, pixel, vec4(v));
-  else APPEND_PIXEL(fallback, pixel)
+  else APPEND_PIXEL_OF(fallback, pixel, 1)
+}
+
+// Number of listed pixels that a thread works on one after the other. Mesa's CPU driver ends all loops of a thread after
+// 65535 rounds. A triangle takes up to 3; an edge, with its ways along the horizon, up to 18.
+uint pixelsTogether() {
+  uint rounds = 3 * min(header.longest, 20000) + 18 * min(edge_header.longest, 20000) + 1;
+  return clamp(60000 / rounds, 1, TOGETHER);
 }
 
 void main() {
@@ -172,12 +179,12 @@ void main() {
     if (r != NO_RECEIVER) {
       uint cell = cellOf(r.xy);
       bool has_lists = hasCasters(cell);
-      if (!has_lists) APPEND_PIXEL(fallback, pixel)
+      if (!has_lists) APPEND_PIXEL_OF(fallback, pixel, 1)
       listed = has_lists && edge_starts[cell] != edge_starts[cell + 1];
       if (has_lists && !listed) imageStore(visibility, pixel, vec4(withMasked(pixel, layersOver(r, cell, false) == 0 ? 1.0 : 0.0)));
     }
   } else if (inside) {
     decide(pixel);
   }
-  [[dont_unroll]] for (; listed; listed = false) APPEND_PIXEL(list, pixel)
+  [[dont_unroll]] for (; listed; listed = false) APPEND_PIXEL_OF(list, pixel, pixelsTogether())
 }

@@ -21,6 +21,7 @@ layout(push_constant, scalar) uniform Push {
   float normal_offset; // of tests in the shadow map: multiples of the offset that a plane needs
   uint silhouettes; // records of silhouette edges; those of the sides of faces follow
   uint faces;       // largest number of faces whose planes cut the light
+  float far_vertices; // distance of casters' vertices from the origin of their own space, if they all lie far from it
 } push;
 
 // Blocks on level l have 4^l cells along each side; level 0 is the cells themselves.
@@ -66,6 +67,7 @@ struct ListHeader {
   uint total;      // entries that all lists need
   uint lost;       // pairs that found no room
   uint lost_blocks[8]; // bits of the blocks of 64 x 64 cells that they belong to, row by row
+  uint longest;    // entries of the longest list
 };
 
 // An entry of a cell's list: the caster's number, and bounds of the receivers that the caster may matter to.

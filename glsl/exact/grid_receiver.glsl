@@ -17,7 +17,8 @@ const float RASTER_MOST = 1.0 / 1024.0;
 
 // Returns true if the visibility needs no caster; `decided` then holds it. The receiver moves towards the light, which
 // leaves its place in the light's image as it is, until it lies in front of its own plane by the bound of its
-// position's error in the camera's and in the light's view.
+// position's error in the camera's and in the light's view. Both views transform vertices in single precision, which loses
+// digits where these lie far from the origin of their own space.
 bool gridReceiver(ivec2 pixel, Receiver r, out GridReceiver g, out float decided) {
   decided = 1.0;
   if (!r.surface) return true;
@@ -36,7 +37,7 @@ bool gridReceiver(ivec2 pixel, Receiver r, out GridReceiver g, out float decided
   float away = spot ? to_spot : of_sun;
   float raster = min(abs(dot(r.normal, viewPosition(pixel, depthAt(pixel) + RASTER_DEPTH) - r.position)),
                      RASTER_MOST * length(r.position));
-  float error = r.error + POSITION_ULPS * (length(r.position) + away) + raster;
+  float error = r.error + POSITION_ULPS * (length(r.position) + away + push.far_vertices) + raster;
   g.point = l;
   // Half the diagonal of the light, at its distance.
   float light_distance = spot ? to_spot : 1.0;

@@ -49,11 +49,14 @@ void main() {
   uint at = partial[255];
   barrier();
   at += scan(own) - own;
+  uint longest = 0;
   for (uint i = 0; i < EACH; ++i) {
     if (first + i >= cells) break;
     starts[first + i] = at;
     at += counts[first + i];
+    longest = max(longest, counts[first + i]);
   }
+  if (longest > 0) atomicMax(header.longest, longest);
   if (first + EACH >= cells && first < cells) {
     starts[cells] = at;
     header.total = at;

@@ -248,6 +248,23 @@ impl Casters {
         self.spheres[i]
     }
 
+    /// Returns the greatest distance of vertices from the origin of their mesh's space, world units, over the meshes that
+    /// lie apart from it by more than their diameter; 0 if there is none. Single precision places such vertices with an
+    /// error in proportion to this distance. `transforms` has one for each instance.
+    pub fn far_vertices(&self, transforms: &[DAffine3]) -> f64 {
+        let far = |(t, (center, radius)): (&DAffine3, &([f64; 3], f64))| {
+            let distance = glam::DVec3::from(*center).length();
+            let scale = t
+                .matrix3
+                .to_cols_array_2d()
+                .map(|axis| glam::DVec3::from(axis).length())
+                .into_iter()
+                .fold(0.0, f64::max);
+            if distance > 2.0 * radius { scale * (distance + radius) } else { 0.0 }
+        };
+        transforms.iter().zip(&self.spheres).map(far).fold(0.0, f64::max)
+    }
+
     /// Returns the size of the device memory, bytes.
     pub fn memory_bytes(&self) -> u64 {
         self.memory_bytes

@@ -1,9 +1,10 @@
 //! Mirror of the receivers' places and depths in the light's grid, of the depths of blocks, and of the lists' starts.
 
 use crate::Result;
+use crate::reference::caster_edges::shadow_volumes::Caster;
 use crate::reference::common::view::{Decision, FrameData, LightPoint, ROUNDING, Receiver, Verdict, View};
 use crate::view::LightView;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// `POSITION_ULPS` of `glsl/lib/shadow_test.glsl`.
 const POSITION_ULPS: f64 = 4.0 / 8388608.0;
@@ -56,6 +57,26 @@ impl GridReceiver {
     }
 }
 
+/// Returns the greatest distance of vertices from the origin of their mesh's space, world units, over the meshes that lie
+/// apart from it by more than their diameter.
+pub(super) fn far_vertices(casters: &[Caster<'_>]) -> f64 {
+    let mut most: f64 = 0.0;
+    for c in casters {
+        let used: Vec<DVec3> =
+            c.topology.triangles.iter().flatten().map(|&v| Vec3::from(c.positions[v as usize]).as_dvec3()).collect();
+        let Some(&first) = used.first() else { continue };
+        let (low, high) = used.iter().fold((first, first), |(l, h), &p| (l.min(p), h.max(p)));
+        let center = 0.5 * (low + high);
+        let radius = used.iter().map(|p| p.distance(center)).fold(0.0, f64::max);
+        if center.length() > 2.0 * radius {
+            let m = c.world_from_object.matrix3;
+            let scale = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
+            most = most.max(scale * (center.length() + radius));
+        }
+    }
+    most
+}
+
 /// State of a pixel before any caster is read.
 pub(super) enum Place {
     /// The pixel is sky, faces away from the light, or lies outside the light's frustum.
@@ -63,8 +84,8 @@ pub(super) enum Place {
     Open(Box<GridReceiver>),
 }
 
-/// Mirror of `gridReceiver` of `grid_receiver.glsl`.
-pub(super) fn place(view: &View<'_>, pixel: [usize; 2]) -> Place {
+/// Mirror of `gridReceiver` of `grid_receiver.glsl`. `far_vertices` comes from [`far_vertices`].
+pub(super) fn place(view: &View<'_>, far_vertices: f64, pixel: [usize; 2]) -> Place {
     let decided = |v| Place::Decided(Verdict::sure(v));
     let doubtful = |v: f64| Place::Decided(Verdict::sure(v).or(1.0 - v));
     let Some(r) = view.receiver(pixel) else { return decided(1.0) };
@@ -87,7 +108,7 @@ pub(super) fn place(view: &View<'_>, pixel: [usize; 2]) -> Place {
     let away = view.light_distance(r.position).unwrap_or_else(|| view.frustum_extent(&light));
     let raised = view.position_at(pixel, view.depth_at(pixel) + RASTER_DEPTH).0;
     let raster = r.normal.dot(raised - r.position).abs().min(RASTER_MOST * r.position.length());
-    let step = (r.allowance + POSITION_ULPS * (r.position.length() + away) + raster) / facing;
+    let step = (r.allowance + POSITION_ULPS * (r.position.length() + away + far_vertices) + raster) / facing;
     let facing_error = r.normal_error + towards_error + ROUNDING;
     let step_error = step * (facing_error / facing + 8.0 * ROUNDING) + 2.0 * r.position_error.length() / facing;
     Place::Open(Box::new(GridReceiver { receiver: r, light, step, step_error, facing, otherwise }))
@@ -123,10 +144,11 @@ impl Seen {
 ///
 /// # Errors
 /// Fails if the images do not fit the constants.
-pub fn receivers(data: &FrameData<'_>, light: &LightView) -> Result<Vec<Option<Seen>>> {
+pub fn receivers(data: &FrameData<'_>, light: &LightView, casters: &[Caster<'_>]) -> Result<Vec<Option<Seen>>> {
     let view = View::new(data)?;
+    let far = far_vertices(casters);
     Ok(view.every_pixel(|pixel| {
-        let g = match place(&view, pixel) {
+        let g = match place(&view, far, pixel) {
             Place::Open(g) => g,
             Place::Decided(verdict) if verdict.doubt > 0.0 => {
                 let l = view.light_point(view.receiver(pixel)?.position, DVec3::ZERO);

@@ -3,7 +3,7 @@
 //! A triangle is in doubt if single precision may move its border, its plane or the receiver across each other. A
 //! triangle in the receiver's own plane is not: the shader must never count it.
 
-use super::grid::{GRAZING, GridReceiver, Place, place};
+use super::grid::{GRAZING, GridReceiver, Place, far_vertices, place};
 use crate::Result;
 use crate::reference::caster_edges::edge_segments::clip_from_object;
 use crate::reference::caster_edges::shadow_volumes::Caster;
@@ -169,8 +169,8 @@ pub fn visibility(
     casters: &[Caster<'_>],
 ) -> Result<Mirror> {
     let view = View::new(data)?;
-    let occluders = Occluders::new(camera, light, casters);
-    Ok(Mirror::collect(view.every_pixel(|pixel| match place(&view, pixel) {
+    let (occluders, far) = (Occluders::new(camera, light, casters), far_vertices(casters));
+    Ok(Mirror::collect(view.every_pixel(|pixel| match place(&view, far, pixel) {
         Place::Decided(verdict) => verdict,
         Place::Open(g) => g.with_doubts(match occluders.layers(&g) {
             Layers { most: 0, .. } => Verdict::sure(1.0),
@@ -191,8 +191,8 @@ pub fn covering(
     casters: &[Caster<'_>],
 ) -> Result<Vec<Vec<[usize; 2]>>> {
     let view = View::new(data)?;
-    let occluders = Occluders::new(camera, light, casters);
-    Ok(view.every_pixel(|pixel| match place(&view, pixel) {
+    let (occluders, far) = (Occluders::new(camera, light, casters), far_vertices(casters));
+    Ok(view.every_pixel(|pixel| match place(&view, far, pixel) {
         Place::Decided(_) => vec![],
         Place::Open(g) => {
             let all = occluders.triangles.iter();

@@ -5,7 +5,7 @@
 //! The sum is then exact for every point of the light, also where a face's plane cuts the light and its points see different
 //! silhouettes. Projection, clipping and crossings are computed in camera view space.
 
-use super::grid::{GridReceiver, Place, place};
+use super::grid::{GridReceiver, Place, far_vertices, place};
 use super::layers::{self, Layers, Occluders, Triangle, VERTEX};
 use crate::Result;
 use crate::reference::caster_edges::shadow_volumes::Caster;
@@ -331,8 +331,9 @@ pub fn visibility(
 ) -> Result<Mirror> {
     let view = View::new(data)?;
     let scene = Scene::new(&view, camera, light, casters, disc);
+    let far = far_vertices(casters);
     let doubtful = Verdict { visibility: 0.5, doubt: 1.0, rounding: 0.0 };
-    Ok(Mirror::collect(view.every_pixel(|pixel| match place(&view, pixel) {
+    Ok(Mirror::collect(view.every_pixel(|pixel| match place(&view, far, pixel) {
         Place::Decided(verdict) => verdict,
         Place::Open(g) => {
             let Layers { least, most } = scene.occluders.layers(&g);
@@ -400,8 +401,9 @@ pub fn reaching(
 ) -> Result<Vec<Vec<GridEdge>>> {
     let view = View::new(data)?;
     let scene = Scene::new(&view, camera, light, casters, false);
+    let far = far_vertices(casters);
     Ok(view.every_pixel(|pixel| {
-        let Place::Open(g) = place(&view, pixel) else { return vec![] };
+        let Place::Open(g) = place(&view, far, pixel) else { return vec![] };
         let (p, n) = (g.receiver.position, g.receiver.normal);
         let is_seen = |e: &&Edge| {
             let Some(on) = scene.project(e, p, Some(n)) else { return false };

@@ -6,7 +6,7 @@ use super::list_view::ListView;
 use crate::gpu::{Buffer, Image, ImageDesc, bindings};
 use crate::technique::caster_edges::silhouettes::Silhouettes;
 use crate::technique::common::bindings::CameraBindings;
-use crate::technique::common::pixels::{ALONE, COUNT, PixelPass, SKIP, clear_list, pixel_list};
+use crate::technique::common::pixels::{COUNT, PixelPass, SKIP, Step, clear_list, pixel_list};
 use crate::technique::soft::pcss;
 use crate::technique::soft::soft_auto::SoftAuto;
 use crate::technique::{Info, Kind, Param, Params, Passes, Setup};
@@ -79,9 +79,15 @@ fn prepare(context: &Context, setup: &Setup) -> Result<Box<dyn Passes>> {
     let casters = setup.casters(INFO.id)?;
     let cells = p.int("cells").next_multiple_of(COARSEST);
     let entries = p.int("entries");
-    let shade = |step| {
+    let shade = |step: Step| {
         let disc = p.word("shape") == "disc";
-        let constants = [("MASKED", casters.masked().into()), ("DISC", disc.into()), ("STEP", step as u32), ALONE];
+        // The shader takes fewer pixels together where lists are long.
+        let constants = [
+            ("MASKED", casters.masked().into()),
+            ("DISC", disc.into()),
+            ("STEP", step as u32),
+            step.together(context, 1),
+        ];
         context.pipeline::<SoftBindings, GridPush>("exact/exact_soft.comp", &constants)
     };
     // The views show all receivers. Those of listed pixels are not kept.

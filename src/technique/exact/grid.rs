@@ -23,7 +23,7 @@ const EDGE: u64 = 28;
 /// Bytes of a `ListEntry` of `glsl/exact/grid.glsl`.
 const ENTRY: u64 = 8;
 /// Bytes of a `ListHeader` of `glsl/exact/grid.glsl`.
-const HEADER: u64 = 22 * 4;
+const HEADER: u64 = 23 * 4;
 /// Offset in the header of the number of entries that the lists need.
 const TOTAL: u64 = 12 * 4;
 /// Offset in the header of the number of pairs that found no room.
@@ -46,6 +46,7 @@ shader_struct! {
         normal_offset: f32,
         silhouettes: u32,
         faces: u32,
+        far_vertices: f32,
     }
 }
 
@@ -545,6 +546,7 @@ impl GridPush {
             normal_offset,
             silhouettes: 0,
             faces: 0,
+            far_vertices: casters.far_vertices(inputs.casters) as f32,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Scenes that are hard for lists, compared with rays to the samples of the light.
 
-use super::hard::transformed;
+use super::hard::{transformed, with_far_vertices};
 use super::{MAP, SIZE, Stage, over, spot_from, traced};
 use crate::caster_edges::shadow_volumes::Random;
 use crate::common::{assert_in_range, desc, prepare, shipped_scene, visibility, with_gpu};
@@ -101,9 +101,12 @@ fn scale_and_place_do_not_change_soft_shadows() {
         ];
         let mut failed = vec![];
         for (name, scene) in scenes {
-            for (factor, by) in [(1e-3, DVec3::ZERO), (1e3, DVec3::ZERO), (1.0, dvec3(1e5, -1e5, 1e5))] {
-                let name = format!("{name} times {factor}, moved {}", by.x);
-                let mut stage = Stage::new(host, &name, transformed(&scene, factor, by));
+            let mut changed: Vec<_> = [(1e-3, DVec3::ZERO), (1e3, DVec3::ZERO), (1.0, dvec3(1e5, -1e5, 1e5))]
+                .map(|(f, by)| (format!("{name} times {f}, moved {}", by.x), transformed(&scene, f, by)))
+                .into();
+            changed.push((format!("{name}, vertices far from their origin"), with_far_vertices(&scene)));
+            for (name, scene) in changed {
+                let mut stage = Stage::new(host, &name, scene);
                 let light = *stage.renderer.light();
                 let middle = stage.scene.bounds().center();
                 let kind = match light.kind {
@@ -113,7 +116,9 @@ fn scale_and_place_do_not_change_soft_shadows() {
                 stage.set_light(LightView { kind, ..light });
                 let found = traced::check(host, &mut stage, false, 1);
                 assert!(found.partly > 30, "{name}: {found}");
-                failed.extend(found.fault(&name));
+                // There, rounding by a spacing of 1/8192 unit moves edges across up to four samples.
+                let few = name.contains("far from") && found.largest <= 5.0 / 256.0;
+                failed.extend(found.fault(&name).filter(|_| !few));
             }
         }
         assert!(failed.is_empty(), "{}", failed.join("\n"));

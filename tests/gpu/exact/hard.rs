@@ -110,6 +110,30 @@ pub fn transformed(scene: &Scene, factor: f64, by: DVec3) -> Scene {
     all
 }
 
+/// Returns the scene with the vertices themselves in the world, moved by 1024 units, where single precision is spaced by
+/// 1/8192 unit. They are rounded to that spacing before.
+pub fn with_far_vertices(scene: &Scene) -> Scene {
+    const SPACING: f64 = 1.0 / 8192.0;
+    let by = DVec3::splat(1024.0);
+    let mut all = transformed(scene, 1.0, by);
+    all.meshes.clear();
+    for (i, instance) in all.instances.iter_mut().enumerate() {
+        let place = scene.instances[i].world_from_object;
+        let mut mesh = scene.meshes[scene.instances[i].mesh].clone();
+        for p in &mut mesh.positions {
+            let world = place.transform_point3(DVec3::from(p.map(f64::from)));
+            *p = ((world / SPACING).round() * SPACING + by).as_vec3().to_array();
+        }
+        for n in &mut mesh.normals {
+            *n = (place.matrix3 * DVec3::from(n.map(f64::from))).normalize().as_vec3().to_array();
+        }
+        mesh.compute_bounds();
+        all.meshes.push(mesh);
+        *instance = Instance { mesh: i, world_from_object: DAffine3::IDENTITY };
+    }
+    all
+}
+
 #[test]
 fn scale_and_place_of_a_scene_do_not_matter() {
     with_gpu(|host| {
@@ -126,6 +150,9 @@ fn scale_and_place_of_a_scene_do_not_matter() {
                 let mut stage = Stage::new(host, &format!("{name} times {factor}, moved {}", by.x), changed);
                 check(host, &mut stage, &mut failed);
             }
+            let mut stage =
+                Stage::new(host, &format!("{name}, vertices far from their origin"), with_far_vertices(&scene));
+            check(host, &mut stage, &mut failed);
         }
         assert!(failed.is_empty(), "{}", failed.join("\n"));
     });

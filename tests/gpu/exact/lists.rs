@@ -30,6 +30,7 @@ struct Lists {
     /// Bounds of the receivers that each entry may matter to.
     bounds: Vec<u32>,
     total: u32,
+    longest: u32,
 }
 
 impl Lists {
@@ -38,7 +39,8 @@ impl Lists {
         assert_eq!(header[13], 0, "pairs are lost");
         let both: Vec<[u32; 2]> = host.read_buffer(lists.entries()).unwrap();
         let (entries, bounds) = both.into_iter().map(|[caster, bounds]| (caster, bounds)).unzip();
-        Self { starts: host.read_buffer(lists.starts()).unwrap(), entries, bounds, total: header[12] }
+        let starts = host.read_buffer(lists.starts()).unwrap();
+        Self { starts, entries, bounds, total: header[12], longest: header[22] }
     }
 
     /// Returns whether a cell's list holds a caster that `is_it` accepts, with bounds that hold the receiver. `change` is
@@ -57,6 +59,7 @@ impl Lists {
         let counts: Vec<u32> = self.starts.windows(2).map(|s| s[1] - s[0]).collect();
         assert_eq!(self.starts, grid::starts(&counts), "{what}");
         assert_eq!(self.starts.last(), Some(&self.total), "{what}");
+        assert_eq!(counts.iter().max(), Some(&self.longest), "{what}");
         for cell in 0..counts.len() {
             let list = self.of(cell);
             assert_eq!(
@@ -152,8 +155,8 @@ fn cells_have_the_greatest_depth_of_their_receivers() {
     with_gpu(|host| {
         for stage in every_stage(host) {
             let found = found(host, &stage);
-            let shot = stage.shot(host);
-            let seen = grid::receivers(&shot.data(), stage.renderer.light()).unwrap();
+            let (shot, casters) = (stage.shot(host), stage.casters());
+            let seen = grid::receivers(&shot.data(), stage.renderer.light(), &casters).unwrap();
             let (cells, levels) = found.depths.split_at((CELLS * CELLS) as usize);
             let filled = cells.iter().filter(|d| **d != 0).count();
             println!("{:32} {filled} cells with receivers", stage.name);
@@ -290,7 +293,7 @@ fn every_cell_holds_the_triangles_over_its_receivers() {
             let lists = &found.triangles.0;
             lists.check(&stage.name);
             let (shot, casters, r) = (stage.shot(host), stage.casters(), &stage.renderer);
-            let seen = grid::receivers(&shot.data(), r.light()).unwrap();
+            let seen = grid::receivers(&shot.data(), r.light(), &casters).unwrap();
             let needed = layers::covering(&shot.data(), r.camera(), r.light(), &casters).unwrap();
             let first = first_triangles(&stage);
             let index = |t: &[usize; 2]| (first[t[0]] + t[1]) as u32;
@@ -358,7 +361,7 @@ fn every_cell_holds_the_edges_that_its_receivers_see_on_the_light() {
             };
             assert_eq!(lacking(0), 0, "{}: of {} edges", stage.name, whole.len());
             assert_eq!(lacking(1), whole.len(), "{}", stage.name);
-            let seen = grid::receivers(&shot.data(), r.light()).unwrap();
+            let seen = grid::receivers(&shot.data(), r.light(), &casters).unwrap();
             let mut needed = light_seen::reaching(&shot.data(), r.camera(), r.light(), &casters).unwrap();
             needed.iter_mut().for_each(|edges| edges.retain(is_whole));
             let holds = |cell: usize, s: &grid::Seen, e: &GridEdge| {

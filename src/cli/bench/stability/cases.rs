@@ -129,8 +129,7 @@ pub static ALL: [Case; 21] = [
         invariant: "the pictures are equal; share of pixels that differ by more than 0.02",
         bound: "0.6 %: a transform in single precision rounds by up to four spacings of 1/8192 unit, a 50th of a pixel, \
                 along outlines and shadow edges that pass through a fifth of the pixels; and 0.2 % as above",
-        limits: "exact-hard and exact-soft allow for rounding in proportion to the distances from camera and light, but not from the origin \
-                 of a caster's own space. Files are loaded with such meshes moved to their own origin; engines should do the same.",
+        limits: "",
         is_share: true,
         measure: translated_vertices,
     },
