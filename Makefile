@@ -17,7 +17,7 @@ endif
 
 # One target at a time: they share Cargo's build folder.
 .NOTPARALLEL:
-.PHONY: help demo test spv check-spv lint doc msrv deny bless pipelines bless-pipelines radv-manifest scenes bench edt-peers setup setup-test setup-shaders setup-deny
+.PHONY: help demo test spv check-spv lint doc msrv deny bless pipelines bless-pipelines radv-manifest scenes bench bench-gpu edt-peers setup setup-test setup-shaders setup-deny
 
 help: ## List these targets
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1	\2/p' $(MAKEFILE_LIST) | expand -t 12
@@ -77,8 +77,17 @@ bless-pipelines: setup ## Write the figures of all pipelines on that GPU, into r
 scenes: ## Make all scenes anew, into assets/ and assets/judging/
 	$(CARGO) run --release --example make_scenes $(CARGO_FLAGS)
 
+# Suites that time, and need no ray-traced truth.
+GPU_SUITES = techniques,map-sizes,revectorization,pcf,penumbrae,soft-cost,edges-cost,skip,scaling
+
 bench: setup ## Measure all techniques, into results/
 	$(CARGO) run --release $(CARGO_FLAGS) -- bench -o results
+
+# A few minutes on a GPU: it is the truths, traced on the CPU, that take long, and only the last two suites need them.
+bench-gpu: setup ## Measure on a GPU what fits into ten minutes, into results/
+	@$(CARGO) run --release --quiet $(CARGO_FLAGS) -- devices | grep -q -i 'gpu' || { echo 'There is no GPU here; make bench measures on the CPU'; exit 1; }
+	$(CARGO) run --release $(CARGO_FLAGS) -- bench --suite $(GPU_SUITES) --frames 30 -o results
+	$(CARGO) run --release $(CARGO_FLAGS) -- bench --suite pareto,soft --quick --frames 20 -o results
 
 edt-peers: setup ## Time the distance transform against CPU libraries (the head of tools/edt_peers.py says what it needs)
 	$(CARGO) build --release $(CARGO_FLAGS)

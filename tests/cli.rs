@@ -394,7 +394,7 @@ fn wrong_usage_is_status_2_and_says_what_is_allowed() {
     place.bad(&["compare", "-t", "pcf:width"], 2, &["name=value"]);
     place.bad(&["compare", "--reference", "guess"], 2, &["guess", "ray-traced"]);
     place.bad(
-        &["bench", "--suite", "nope"],
+        &["bench", "--suite", "pcf,nope"],
         2,
         &["nope", "techniques, map-sizes, revectorization, pcf, penumbrae, ", ", penumbra, "],
     );

@@ -50,9 +50,9 @@ use std::time::{Duration, Instant};
 #[derive(clap::Args)]
 #[command(after_help = help())]
 pub struct Args {
-    /// The suite, or `all`
-    #[arg(long, value_name = "NAME", default_value = "all")]
-    suite: String,
+    /// Suites, with commas between them, or `all`
+    #[arg(long, value_name = "NAMES", default_value = "all", value_delimiter = ',')]
+    suite: Vec<String>,
     /// List the suites and measure nothing
     #[arg(long)]
     list: bool,
@@ -149,7 +149,7 @@ Examples:
   edgeshade bench                    all suites, into edgeshade-bench/ in the
                                      working folder
   edgeshade bench --list             list the suites
-  edgeshade bench --suite pcf --frames 40 -o out
+  edgeshade bench --suite pcf,soft-cost --frames 40 -o out
   edgeshade bench --suite accuracy --quick -o out
                                      a first look, in seconds
   edgeshade bench --suite pareto --html fronts.html
@@ -167,13 +167,12 @@ take; after every suite it estimates the rest from the time taken so far.",
 
 /// The suites that the command line asks for, in the order of the list.
 fn wanted(args: &Args) -> Result<Vec<&'static Suite>> {
-    let wanted: Vec<_> = SUITES.into_iter().filter(|s| args.suite == "all" || args.suite == s.name).collect();
-    if wanted.is_empty() {
-        let names: Vec<_> = SUITES.iter().map(|s| s.name).chain(["all"]).collect();
-        let problem = format!("there is no suite {:?}", args.suite);
-        return usage(unknown(&problem, &args.suite, "there are", &names));
+    let names: Vec<_> = SUITES.iter().map(|s| s.name).chain(["all"]).collect();
+    if let Some(name) = args.suite.iter().find(|name| !names.contains(&name.as_str())) {
+        return usage(unknown(&format!("there is no suite {name:?}"), name, "there are", &names));
     }
-    Ok(wanted)
+    let is_wanted = |suite: &&Suite| args.suite.iter().any(|name| name == "all" || name == suite.name);
+    Ok(SUITES.into_iter().filter(is_wanted).collect())
 }
 
 /// Runs the subcommand.
