@@ -776,6 +776,16 @@ fn compare_writes_csv_markdown_and_a_page_that_say_where_figures_come_from() {
     assert_eq!((&found["console"], &found["loads"]), (&serde_json::json!([]), &0.into()));
 }
 
+/// Runs a suite that times once in quick mode, with a frame of each variant; returns its figures and its page.
+fn quick_suite_once(place: &Place, suite: &str) -> (Value, String) {
+    let figures =
+        place.json(&["bench", "--suite", suite, "--quick", "--frames", "1", "--validate", "-o", "out", "--json"]);
+    json_page::check("bench", &figures);
+    let mut files = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path());
+    let page = files.find(|p| p.extension().is_some_and(|e| e == "md")).unwrap();
+    (figures["suites"][0].clone(), std::fs::read_to_string(page).unwrap())
+}
+
 /// Runs a suite twice in quick mode; returns its figures and its page.
 fn quick_suite(place: &Place, suite: &str) -> (Value, String) {
     let run = |folder: &str| {
@@ -1099,4 +1109,60 @@ fn the_motion_suite_sets_techniques_next_to_the_truth() {
             assert!(of("sm", "change") > of("pcf", "change"));
         }
     }
+}
+
+#[test]
+fn the_skip_suite_fits_a_line_for_every_technique() {
+    let place = Place::new();
+    let (figures, page) = quick_suite_once(&place, "skip");
+    let fits = figures["fits"].as_array().unwrap();
+    assert_eq!(fits.len(), 8, "{fits:?}");
+    for fit in fits {
+        let id = fit["variant"].as_str().unwrap();
+        assert_eq!(fit["views"], 10, "{id}");
+        assert!(fit["most_edges"].as_f64().unwrap() > 0.2 && page.contains(&format!("| {id} |")), "{page}");
+    }
+    // A view of the ground alone has no edge, and a still picture no pass.
+    let ground = figures_of(&figures, &[("view", "ground alone"), ("technique", "sm")], "edge_share");
+    assert_eq!(ground, [0.0]);
+    for kept in figures["kept"].as_array().unwrap() {
+        assert!(kept["nothing_ms"] == 0.0 && kept["everything_ms"].as_f64().unwrap() > 0.0, "{kept}");
+    }
+}
+
+#[test]
+fn the_scaling_suite_measures_every_axis() {
+    let place = Place::new();
+    let (figures, page) = quick_suite_once(&place, "scaling");
+    for axis in ["shadow map", "picture", "triangles"] {
+        let amounts = figures_of(&figures, &[("axis", axis), ("technique", "sm")], "amount");
+        assert!(amounts.len() == 2 && amounts[0] < amounts[1], "{axis}: {amounts:?}");
+        assert!(page.contains(&format!("## {axis}\n")), "{page}");
+    }
+    let growth = figures["growth"].as_array().unwrap();
+    assert!(growth.len() == 24 && growth.iter().all(|g| g["exponent"].is_number()), "{growth:?}");
+    // Four times as many pixels take longer.
+    let sm = growth.iter().find(|g| g["axis"] == "picture" && g["variant"] == "sm").unwrap();
+    assert!(sm["exponent"].as_f64().unwrap() > 0.2, "{sm}");
+}
+
+#[test]
+fn explain_says_what_was_left_out() {
+    let place = Place::new();
+    let render = |more: &[&str]| {
+        let small = ["render", "jenga", "--size", "96x54", "--frames", "1", "--explain", "--json"];
+        place.json(&[&small[..], more].concat())
+    };
+    let figures = render(&["-t", "pcss", "--moving", "camera"]);
+    let explain = &figures["explain"];
+    assert!(explain["kept"].as_array().unwrap().iter().any(|k| k["pass"] == "depth bounds"), "{explain}");
+    let decided = explain["decided"].as_array().unwrap();
+    assert!(decided.iter().any(|d| d["tiles_active"].as_u64() < d["tiles_total"].as_u64()), "{explain}");
+    let skip = &explain["skip"];
+    assert!(skip["value"] == "auto" && skip["pixels_differing"] == 0 && skip["off_gpu_ms"].is_number(), "{skip}");
+    json_page::check("render", &figures);
+    assert!(render(&["-t", "pcss:skip=off"])["explain"]["skip"].is_null());
+    let text = place.good(&["render", "jenga", "--size", "32x18", "--frames", "1", "--explain", "-t", "sm"]);
+    assert!(text.contains("What was left out:\n  nothing: "), "{text}");
+    place.bad(&["render", "--explain", "-t", "ray-traced"], 2, &["--explain", "ray-traced", "real-time"]);
 }

@@ -7,6 +7,7 @@ mod edges_cost;
 mod errors;
 mod hard;
 mod judge;
+mod meshes;
 mod motion;
 mod pareto;
 mod pcf;
@@ -16,7 +17,9 @@ mod plot;
 mod prefiltered;
 mod record;
 mod revectorization;
+mod scaling;
 mod shapes;
+mod skip;
 mod slopes;
 mod soft;
 mod soft_cost;
@@ -116,7 +119,7 @@ struct All<'a> {
 }
 
 /// All suites, in the order in which they run.
-static SUITES: [&Suite; 17] = [
+static SUITES: [&Suite; 19] = [
     &techniques::TECHNIQUES,
     &techniques::MAP_SIZES,
     &revectorization::SUITE,
@@ -133,6 +136,8 @@ static SUITES: [&Suite; 17] = [
     &soft::SUITE,
     &prefiltered::SUITE,
     &pareto::SUITE,
+    &skip::SUITE,
+    &scaling::SUITE,
     &shapes::SUITE,
 ];
 

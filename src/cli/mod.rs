@@ -6,6 +6,7 @@ mod compare;
 mod console;
 mod devices;
 mod edt;
+mod explain;
 mod html;
 mod list;
 mod pipelines;

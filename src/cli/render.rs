@@ -2,6 +2,7 @@
 
 use super::args::{self, DeviceArgs, JsonArgs, SceneArgs, TruthArgs, make_folder_of, usage};
 use super::console::Console;
+use super::explain::Explain;
 use super::progress::Steps;
 use super::report::{self, Seconds};
 use super::stage::Stage;
@@ -44,6 +45,8 @@ Examples:
                                      where the shadow is wrong
   edgeshade render jenga --frames 50 --json -
                                      times of 50 frames, as JSON
+  edgeshade render jenga -t pcss --moving camera --explain
+                                     which work was left out, and what that saved
 
 Times are medians of GPU times over the frames, after a first frame that is not
 counted.")]
@@ -78,6 +81,9 @@ pub struct Args {
     /// Count the primitives and the vertex, fragment and compute shader invocations of every pass
     #[arg(long)]
     statistics: bool,
+    /// Say which work was left out, why, and what that saved; draws the frames once more with skip=off
+    #[arg(long)]
+    explain: bool,
     #[command(flatten)]
     json: JsonArgs,
     #[command(flatten)]
@@ -103,6 +109,7 @@ struct Rendered {
     /// Visibility, if the technique is a reference.
     visibility: Option<Vec<f32>>,
     frames: Vec<FrameTiming>,
+    explain: Option<Explain>,
 }
 
 /// Runs the subcommand; `started` is the time when the process started.
@@ -136,7 +143,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
     let mut renderer = Renderer::new(&host, &stage.scene, stage.camera, &stage.light, desc)?;
     stage.warn_about_texels(renderer.light(), size, args.shadow_map);
     let mut tracer = Tracer::new(&stage, renderer.light(), size, &args.truth);
-    let rendered = render(args, &choice, &mut renderer, &mut tracer, &mut clock, &mut seconds, steps)?;
+    let mut rendered = render(args, &choice, &mut renderer, &mut tracer, &mut clock, &mut seconds, steps)?;
     let shot = shoot(args, &host, &mut renderer, &mut tracer, &rendered)?;
     shot.write(&args.output)?;
     seconds.write = clock.lap();
@@ -153,6 +160,7 @@ pub fn run(args: &Args, started: Instant) -> Outcome {
         supersample: args.supersample,
         moving: args.moving,
         frames: rendered.frames.len() as u32,
+        explain: rendered.explain.take(),
         passes: stats::passes(&rendered.frames),
         total_gpu_ms: stats::total(&rendered.frames).map(|s| s.median),
         memory_bytes: rendered.technique.as_ref().map_or(0, |t| t.memory_bytes()),
@@ -189,6 +197,12 @@ fn check(args: &Args, choice: &Choice) -> Result<()> {
     if w.max(h) * args.supersample > MAX_SIZE {
         return usage(format!("--supersample {}: {w}x{h} times that exceeds {MAX_SIZE} a side", args.supersample));
     }
+    if args.explain && choice.is_reference() {
+        return usage(format!(
+            "--explain: {} is a reference, which leaves nothing out; take a real-time technique",
+            choice.info.id
+        ));
+    }
     if args.supersample > 1 && args.view != "shaded" {
         return usage(format!(
             "--supersample averages the shaded picture and cannot be used with --view {}",
@@ -217,7 +231,7 @@ fn render(
         let visibility = truth::reference(choice, tracer, renderer, Seed::Truth)?;
         renderer.shade_with(&visibility)?;
         seconds.frames = clock.lap();
-        return Ok(Rendered { technique: None, visibility: Some(visibility), frames: vec![] });
+        return Ok(Rendered { technique: None, visibility: Some(visibility), frames: vec![], explain: None });
     }
     steps.next("making pipelines");
     let mut technique = renderer.prepare(choice.info.id, &choice.params)?;
@@ -229,7 +243,7 @@ fn render(
     }
     seconds.prepare = clock.lap();
     steps.next("drawing the first frame");
-    renderer.frame(technique.as_mut())?;
+    let first = renderer.frame(technique.as_mut())?;
     seconds.first_frame = clock.lap();
     let frame = |i| {
         steps.next(format!("drawing frame {} of {}", i + 1, args.frames));
@@ -237,7 +251,17 @@ fn render(
     };
     let frames = (0..args.frames).map(frame).collect::<Result<Vec<_>>>()?;
     seconds.frames = clock.lap();
-    Ok(Rendered { technique: Some(technique), visibility: None, frames })
+    let explain = if args.explain {
+        steps.next("drawing the frames with skip=off");
+        let image = renderer.visibility(technique.as_ref())?;
+        let explain = Explain::new(choice, renderer, &first, &frames, &image)?;
+        // The picture that is shown is the technique's own.
+        renderer.frame(technique.as_mut())?;
+        Some(explain)
+    } else {
+        None
+    };
+    Ok(Rendered { technique: Some(technique), visibility: None, frames, explain })
 }
 
 fn shoot(
@@ -312,6 +336,9 @@ fn say(
         }
         if figures.passes.iter().any(|p| p.statistics.is_some()) {
             console.say(statistics_table(figures))?;
+        }
+        if let Some(explain) = &figures.explain {
+            console.say(explain.text(args.moving))?;
         }
     }
     let s = figures.seconds;

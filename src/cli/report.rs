@@ -2,6 +2,7 @@
 
 use super::args::{Moves, make_folder_of};
 use super::console;
+use super::explain::Explain;
 use super::stats::PassStats;
 use edgeshade::host::{Host, Timing};
 use edgeshade::picture::write_atomic;
@@ -196,6 +197,8 @@ pub struct Render {
     pub supersample: u32,
     pub moving: Moves,
     pub frames: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explain: Option<Explain>,
     pub passes: Vec<PassStats>,
     pub total_gpu_ms: Option<f64>,
     /// Memory of the technique alone, bytes.

@@ -36,6 +36,8 @@ pub struct Suite {
     pub extent: fn(bool) -> Extent,
     /// Variants that the registry and the device support.
     pub variants: fn(DeviceFeatures) -> Result<Variants>,
+    /// Ids of the techniques that a quick run measures; all if there are none.
+    pub quick_techniques: &'static [&'static str],
     /// Names the group of a variant in a scene with a map. Variants of one group are compared with each other. `None`
     /// leaves the variant out.
     pub group: Group,
@@ -66,6 +68,7 @@ impl Suite {
         about: "",
         extent: |_| Extent { scenes: vec![], maps: &[], size: SIZE },
         variants: |_| Ok(Variants::default()),
+        quick_techniques: &[],
         group: |scene, _, _| Some(scene.to_owned()),
         least_frames: 1,
         frames: |_| 1,
@@ -82,7 +85,10 @@ impl Suite {
     /// Plans a run; `size` replaces the suite's own size of the image.
     pub fn plan(&self, quick: bool, frames: u32, size: Option<[u32; 2]>, device: DeviceFeatures) -> Result<Plan> {
         let extent = (self.extent)(quick);
-        let Variants { found: variants, left_out } = (self.variants)(device)?;
+        let Variants { found: mut variants, left_out } = (self.variants)(device)?;
+        if quick && !self.quick_techniques.is_empty() {
+            variants.retain(|v| self.quick_techniques.contains(&v.choice.info.id));
+        }
         let (suite, group, size) = (self.name, self.group, size.unwrap_or(extent.size));
         let frames = if quick { frames } else { frames.max(self.least_frames) };
         Ok(Plan { suite, quick, frames, scenes: extent.scenes, maps: extent.maps, size, variants, left_out, group })
