@@ -1147,6 +1147,31 @@ fn the_scaling_suite_measures_every_axis() {
 }
 
 #[test]
+fn a_papers_suite_has_its_table_and_a_verdict_for_each_claim() {
+    let place = Place::new();
+    let (figures, page) = quick_suite_once(&place, "paper-004");
+    let of = |form: &str| {
+        let cell = [("table", "table 2"), ("method", "RBSM, optimized"), ("form", form), ("amount", "2048")];
+        figures_of(&figures, &cell, "added_ms").len()
+    };
+    assert_eq!((of("published"), of("defaults")), (1, 1));
+    let printed = [("table", "table 2"), ("method", "RBSM, optimized"), ("form", "published")];
+    assert_eq!(figures_of(&figures, &printed, "paper_ms"), [3.32, 3.49]);
+    // Revectorization errs less than shadow mapping, and shadow volumes least.
+    let error = |method: &str| {
+        figures_of(&figures, &[("table", "figures 6 and 7"), ("method", method), ("form", "defaults")], "rmse")[0]
+    };
+    let [sm, rbsm, volumes] = ["Shadow mapping", "RBSM", "Shadow volumes"].map(error);
+    assert!(volumes < rbsm && rbsm < sm, "{volumes} {rbsm} {sm}");
+    let verdicts = figures["verdicts"].as_array().unwrap();
+    for claim in ["RBSM adds 6 to 30 % to shadow mapping", "techniques cost more in the same order as printed"] {
+        let found = verdicts.iter().find(|v| v["claim"] == claim).unwrap_or_else(|| panic!("{claim}: {verdicts:?}"));
+        let verdict = found["verdict"].as_str().unwrap();
+        assert!(["yes", "in part", "no"].contains(&verdict) && page.contains(claim), "{found}");
+    }
+}
+
+#[test]
 fn explain_says_what_was_left_out() {
     let place = Place::new();
     let render = |more: &[&str]| {

@@ -9,6 +9,7 @@ mod hard;
 mod judge;
 mod meshes;
 mod motion;
+mod paper;
 mod pareto;
 mod pcf;
 mod penumbra;
@@ -119,7 +120,7 @@ struct All<'a> {
 }
 
 /// All suites, in the order in which they run.
-static SUITES: [&Suite; 19] = [
+static SUITES: [&Suite; 24] = [
     &techniques::TECHNIQUES,
     &techniques::MAP_SIZES,
     &revectorization::SUITE,
@@ -138,6 +139,11 @@ static SUITES: [&Suite; 19] = [
     &pareto::SUITE,
     &skip::SUITE,
     &scaling::SUITE,
+    &paper::PAPER_000,
+    &paper::PAPER_001,
+    &paper::PAPER_002,
+    &paper::PAPER_003,
+    &paper::PAPER_004,
     &shapes::SUITE,
 ];
 
