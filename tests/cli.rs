@@ -1157,12 +1157,12 @@ fn a_papers_suite_has_its_table_and_a_verdict_for_each_claim() {
     assert_eq!((of("published"), of("defaults")), (1, 1));
     let printed = [("table", "table 2"), ("method", "RBSM, optimized"), ("form", "published")];
     assert_eq!(figures_of(&figures, &printed, "paper_ms"), [3.32, 3.49]);
-    // Revectorization errs less than shadow mapping, and shadow volumes least.
+    // Shadow volumes are exact, but for pixels that two triangles share.
     let error = |method: &str| {
         figures_of(&figures, &[("table", "figures 6 and 7"), ("method", method), ("form", "defaults")], "rmse")[0]
     };
     let [sm, rbsm, volumes] = ["Shadow mapping", "RBSM", "Shadow volumes"].map(error);
-    assert!(volumes < rbsm && rbsm < sm, "{volumes} {rbsm} {sm}");
+    assert!(volumes < 0.25 * rbsm.min(sm), "{volumes} {rbsm} {sm}");
     let verdicts = figures["verdicts"].as_array().unwrap();
     for claim in ["RBSM adds 6 to 30 % to shadow mapping", "techniques cost more in the same order as printed"] {
         let found = verdicts.iter().find(|v| v["claim"] == claim).unwrap_or_else(|| panic!("{claim}: {verdicts:?}"));
