@@ -1172,6 +1172,35 @@ fn a_papers_suite_has_its_table_and_a_verdict_for_each_claim() {
 }
 
 #[test]
+fn an_interrupted_run_goes_on_after_its_finished_scenes() {
+    let place = Place::new();
+    let args = ["bench", "--suite", "edges", "--quick", "-o", "out"];
+    // A folder in the place of a file of the results stops the run after its last scene.
+    let name = |ending: &str| {
+        let files = std::fs::read_dir(place.path("out")).unwrap().map(|e| e.unwrap().path());
+        files.into_iter().find(|p| p.to_str().unwrap().ends_with(ending))
+    };
+    place.good(&args);
+    assert_eq!(name(".unfinished.json"), None);
+    let results = || -> Value {
+        let text = std::fs::read(name("bits.json").unwrap()).unwrap();
+        serde_json::from_slice::<Value>(&text).unwrap()["results"].clone()
+    };
+    let (whole, csv) = (results(), name(".csv").unwrap());
+    std::fs::remove_file(&csv).unwrap();
+    std::fs::create_dir(&csv).unwrap();
+    place.bad(&args, 1, &["csv"]);
+    assert!(name(".unfinished.json").is_some());
+    std::fs::remove_dir(&csv).unwrap();
+    std::fs::remove_file(name("bits.json").unwrap()).unwrap();
+    let run = place.run(&args);
+    let notes = String::from_utf8(run.stderr).unwrap();
+    assert!(run.status.success() && notes.contains("goes on after jenga"), "{notes}");
+    assert_eq!(results(), whole);
+    assert_eq!(name(".unfinished.json"), None);
+}
+
+#[test]
 fn explain_says_what_was_left_out() {
     let place = Place::new();
     let render = |more: &[&str]| {

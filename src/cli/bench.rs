@@ -17,6 +17,7 @@ mod penumbrae;
 mod plot;
 mod prefiltered;
 mod record;
+mod resume;
 mod revectorization;
 mod scaling;
 mod shapes;
@@ -169,6 +170,9 @@ Examples:
 A suite writes <suite>-<device>.json, .csv and .md. With --html FILE, all suites
 go into one page as well. Timed variants of a group take turns to draw a frame
 each; times are medians over the frames, ratios medians over the turns.
+
+The suites pareto, skip, soft, accuracy, edges and prefiltered go on where an
+interrupted run of the same command ended, unless --html asks for pictures.
 
 Before it starts, bench estimates from one frame of pcf how long its work will
 take; after every suite it estimates the rest from the time taken so far.",

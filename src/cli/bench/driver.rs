@@ -12,6 +12,7 @@ pub use edgeshade::host::Host;
 pub use edgeshade::table::number;
 pub use edgeshade::{DeviceFeatures, Error, Result};
 
+use super::resume::Unfinished;
 use super::{Args, plot, shown, slug};
 use crate::cli::html::{Pictures, Section};
 use crate::cli::progress::Progress;
@@ -47,6 +48,8 @@ pub struct Suite {
     pub frames: fn(&Plan) -> u32,
     /// True if the suite shows its own progress for each scene.
     pub shows_scenes: bool,
+    /// True if an interrupted run goes on after the scenes that it has finished; the rows must hold no passes.
+    pub resumes: bool,
     /// Measures all variants in one scene.
     pub measure: fn(&Host, &mut Run<'_>, &'static str) -> Result<()>,
     /// Fields that precede the rows in the JSON.
@@ -73,6 +76,7 @@ impl Suite {
         least_frames: 1,
         frames: |_| 1,
         shows_scenes: false,
+        resumes: false,
         measure: |_, _, _| Ok(()),
         settings: |_| Record::default(),
         summary: |_, _| Record::default(),
@@ -119,20 +123,30 @@ impl Suite {
 /// Measures, writes the files and prints the page.
 fn run(suite: &Suite, args: &Args, host: &Host) -> Result<()> {
     let plan = suite.plan_of(args, host)?;
-    let (rows, pictures) = {
-        let mut run = Run::new(suite, &plan);
-        run.pictures = args.pictures();
-        for scene in &plan.scenes {
-            (suite.measure)(host, &mut run, scene)?;
-            run.progress = run.progress.filter(|_| !suite.shows_scenes);
+    let path = args.output.join(format!("{}-{}.json", suite.name, slug(&host.info().name)));
+    let mut run = Run::new(suite, &plan);
+    run.pictures = args.pictures();
+    // Pictures are not kept, so a run that shows some begins anew.
+    let mut unfinished = (suite.resumes && args.html.path.is_none())
+        .then(|| Unfinished::open(path.with_extension("unfinished.json"), plan.key(&Origin::new(host))));
+    for scene in &plan.scenes {
+        if let Some(rows) = unfinished.as_ref().and_then(|u| u.rows(scene)) {
+            run.rows.extend(rows);
+            continue;
         }
-        (run.rows, run.pictures.unwrap_or_default())
-    };
+        let first = run.rows.len();
+        (suite.measure)(host, &mut run, scene)?;
+        if let Some(unfinished) = &mut unfinished {
+            unfinished.add(scene, &run.rows[first..])?;
+        }
+        run.progress = run.progress.filter(|_| !suite.shows_scenes);
+    }
+    let (rows, pictures) = (run.rows, run.pictures.unwrap_or_default());
+    drop(run.progress);
     let results = suite.results(&plan, Origin::new(host), rows);
     let page = report::with_times_line(&(suite.page)(&results), host.timing());
     let page = page + &results.origin.markdown(&plan.scene_hashes());
     let chart = suite.chart.map(|chart| chart(&results));
-    let path = args.output.join(format!("{}-{}.json", suite.name, slug(&host.info().name)));
     let section = Section {
         markdown: page.clone(),
         fronts: (suite.fronts)(&results),
@@ -140,6 +154,9 @@ fn run(suite: &Suite, args: &Args, host: &Host) -> Result<()> {
         pictures,
     };
     args.write(&path, &results.json(), section)?;
+    if let Some(unfinished) = unfinished {
+        unfinished.finish();
+    }
     args.say(format_args!("{page}\nwrote {}, .csv and .md\n", shown(&path)))?;
     let Some(chart) = chart else { return Ok(()) };
     let picture =
@@ -190,6 +207,16 @@ impl Plan {
     /// Stage of a shipped scene.
     pub fn stage(&self, scene: &str) -> Result<Stage> {
         Stage::shipped(find_scene(scene)?, self.size)
+    }
+
+    /// What two runs must have in common for one to go on with the other's rows.
+    fn key(&self, origin: &Origin) -> serde_json::Value {
+        let variants: Vec<_> = self.variants.iter().map(|v| &v.label).collect();
+        let Self { quick, frames, scenes, maps, size, .. } = self;
+        json!({
+            "quick": quick, "frames": frames, "scenes": scenes, "maps": maps, "size": size, "variants": variants,
+            "device": origin.device, "driver": origin.driver, "commit": origin.commit, "scene_hashes": self.scene_hashes(),
+        })
     }
 
     /// BLAKE3 hashes of the shipped scenes' files, by name.

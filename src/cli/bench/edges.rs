@@ -11,6 +11,7 @@ pub static SUITE: Suite = Suite {
     about: "error of hard shadows from silhouette edges over scenes and map sizes, with a plot",
     extent: |quick| hard::extent(quick, &[256, 512, 1024, 2048, 4096]),
     variants: |device| Ok(mapless(possible(available(CONTENDERS), device))),
+    resumes: true,
     measure: |host, run, scene| hard::measure(host, run, scene, Masked::Exclude),
     settings: |plan| Record::of([("left_out", plan.left_out.clone().into())]),
     page: |r| hard::page(r, ABOUT, NOTE, &COUNTS),

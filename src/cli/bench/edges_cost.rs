@@ -208,11 +208,11 @@ fn row<const N: usize>(
     bytes: [u64; 3],
     passes: Vec<PassStats>,
 ) -> Row {
-    let parts = |records: Parts<Record>| Record(PARTS.into_iter().zip(records.map(Field::from)).collect());
+    let parts = |records: Parts<Record>| Record::default().and(PARTS.into_iter().zip(records.map(Field::from)));
     let statistics =
         |t: Through| Record::of([("primitives", t.x.into()), ("fragments", t.y.into()), ("compute", t.z.into())]);
     let names = ["technique_bytes", "shadow_map_bytes", "casters_bytes"];
-    let memory = Record(names.into_iter().zip(bytes.map(Field::from)).collect());
+    let memory = Record::default().and(names.into_iter().zip(bytes.map(Field::from)));
     let cell = |time: &Record| {
         let [median, least] = ["median_ms", "least_ms"].map(|name| number(time.number(name), 3));
         format!("{median} ({least})").into()

@@ -79,7 +79,7 @@ pub fn row(
     report: &Report,
     counts: BTreeMap<&'static str, u64>,
 ) -> Row {
-    let counts = Record(counts.into_iter().map(|(name, n)| (name, n.into())).collect());
+    let counts = Record::default().and(counts.into_iter().map(|(name, n)| (name, n.into())));
     let counts = (!counts.0.is_empty()).then(|| ("counts", counts.into()));
     let place = [("scene", scene.into()), ("shadow_map", map.into())];
     let boundary =

@@ -33,6 +33,7 @@ pub static SUITE: Suite = Suite {
     // One more warms up, and another one is judged.
     frames: |plan| plan.frames + 2,
     shows_scenes: true,
+    resumes: true,
     measure,
     settings: |plan| {
         let (samples, left_out) = (samples(plan).into(), plan.left_out.clone().into());

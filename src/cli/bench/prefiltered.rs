@@ -20,6 +20,7 @@ pub static SUITE: Suite = Suite {
     variants: |_| Ok(available(VARIANTS)),
     frames: |plan| 2 * (plan.frames + 1),
     shows_scenes: true,
+    resumes: true,
     measure,
     settings: |plan| Record::of([("frames", plan.frames.into()), ("samples", samples(plan).into())]),
     summary,

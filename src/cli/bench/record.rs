@@ -5,10 +5,14 @@ use crate::cli::stats::PassStats;
 use edgeshade::table::number;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
+use std::borrow::Cow;
+
+/// Name of a field: known beforehand, or read from a file.
+pub type Name = Cow<'static, str>;
 
 /// Named fields in the order in which they are written.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Record(pub Vec<(&'static str, Field)>);
+pub struct Record(pub Vec<(Name, Field)>);
 
 /// A value, or an object or list whose fields keep their order.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,18 +44,18 @@ impl Serialize for Record {
 
 impl Record {
     pub fn of<const N: usize>(fields: [(&'static str, Field); N]) -> Self {
-        Self(fields.into())
+        Self::default().and(fields)
     }
 
     /// Appends fields.
-    pub fn and(mut self, more: impl IntoIterator<Item = (&'static str, Field)>) -> Self {
-        self.0.extend(more);
+    pub fn and<N: Into<Name>>(mut self, more: impl IntoIterator<Item = (N, Field)>) -> Self {
+        self.0.extend(more.into_iter().map(|(name, field)| (name.into(), field)));
         self
     }
 
     /// Copies the fields of these names.
     pub fn only(&self, names: &[&str]) -> Self {
-        Self(self.0.iter().filter(|f| names.contains(&f.0)).cloned().collect())
+        Self(self.0.iter().filter(|f| names.contains(&&*f.0)).cloned().collect())
     }
 
     /// The field with this name, or with a path such as `boundary.mean`; null if there is none.

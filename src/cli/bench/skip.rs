@@ -18,6 +18,7 @@ pub static SUITE: Suite = Suite {
     variants: |device| Ok(possible(available(&real_time().collect::<Vec<_>>().join(" ")), device)),
     quick_techniques: &["sm", "pcf", "vsm", "rbsm-star", "edtsm-star", "pcss", "rbssm", "exact-soft"],
     frames: |plan| (views().count() + MOVES.len()) as u32 * (plan.frames + 1),
+    resumes: true,
     measure,
     settings: |plan| Record::of([("frames", plan.frames.into()), ("left_out", plan.left_out.clone().into())]),
     summary: |_, rows| Record::of([("fits", Field::Rows(fits(rows))), ("kept", Field::Rows(kept(rows)))]),

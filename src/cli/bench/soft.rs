@@ -23,6 +23,7 @@ pub static SUITE: Suite = Suite {
     variants: |_| Ok(available(CONTENDERS)),
     frames: |plan| SCALES.len() as u32 * (plan.frames + 1),
     shows_scenes: true,
+    resumes: true,
     measure,
     settings: |plan| {
         let (samples, left_out) = (samples(plan).into(), plan.left_out.clone().into());
