@@ -48,8 +48,8 @@ const SKIP: &str = "skip";
 const OFF: &str = "off";
 
 impl Explain {
-    /// Collects what `frames` left out. `first` is the frame before them. `value` is the technique's image. Draws as many
-    /// frames with `skip=off` if the technique has that parameter.
+    /// Collects what `frames` left out. `first` is the frame before them, and `image` the technique's visibility. Draws as
+    /// many frames with `skip=off` if the technique has that parameter.
     pub fn new(
         choice: &Choice,
         renderer: &mut Renderer<'_>,

@@ -281,7 +281,7 @@ impl<'a> Run<'a> {
     }
 
     /// Adds drawn frames to the progress.
-    fn drawn(&mut self, frames: u32) {
+    pub fn drawn(&mut self, frames: u32) {
         self.frames += u64::from(frames);
         if let Some(progress) = &self.progress {
             progress.set(self.frames, self.frames_in_all);
@@ -313,13 +313,23 @@ impl<'a> Run<'a> {
     /// Draws one frame of each variant in turn, A B A B, each with its own renderer, so that drift affects all of
     /// them alike.
     pub fn in_turns(&mut self, renderers: &mut [Renderer<'_>], variants: &[(usize, &Variant)]) -> Result<Vec<Drawn>> {
+        self.in_turns_for(self.plan.frames, renderers, variants)
+    }
+
+    /// Does the same for a number of frames of its own.
+    pub fn in_turns_for(
+        &mut self,
+        frames: u32,
+        renderers: &mut [Renderer<'_>],
+        variants: &[(usize, &Variant)],
+    ) -> Result<Vec<Drawn>> {
         let prepare = |&(renderer, Variant { choice, .. }): &(usize, &Variant)| {
             let technique = renderers[renderer].prepare(choice.info.id, &choice.params)?;
             Ok(Drawn { renderer, memory_bytes: technique.memory_bytes(), technique, frames: vec![] })
         };
         let mut all = variants.iter().map(prepare).collect::<Result<Vec<_>>>()?;
         // Turn 0 warms up.
-        for turn in 0..=self.plan.frames {
+        for turn in 0..=frames {
             for drawn in &mut all {
                 let timing = renderers[drawn.renderer].frame(drawn.technique.as_mut())?;
                 drawn.frames.extend((turn > 0).then_some(timing));

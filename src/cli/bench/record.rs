@@ -53,6 +53,15 @@ impl Record {
         self
     }
 
+    /// Replaces the fields that `other` has too.
+    pub fn replace(&mut self, other: Self) {
+        for (name, field) in other.0 {
+            if let Some(mine) = self.0.iter_mut().find(|f| f.0 == name) {
+                mine.1 = field;
+            }
+        }
+    }
+
     /// Copies the fields of these names.
     pub fn only(&self, names: &[&str]) -> Self {
         Self(self.0.iter().filter(|f| names.contains(&&*f.0)).cloned().collect())
