@@ -3,6 +3,10 @@
 
 use edgeshade::technique::{ALL, Kind};
 use std::fmt::Write;
+use std::sync::Mutex;
+
+/// Held by the tests that read and write README.md.
+static README: Mutex<()> = Mutex::new(());
 
 const BEGIN: &str = "<!-- techniques: kept equal to the registry by tests/readme.rs -->\n";
 const END: &str = "<!-- /techniques -->";
@@ -19,6 +23,7 @@ fn table() -> String {
 
 #[test]
 fn readme_lists_the_registry() {
+    let _held = README.lock();
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
     let readme = std::fs::read_to_string(path).expect("README.md").replace("\r\n", "\n");
     let begin = readme.find(BEGIN).expect("the README has no table of techniques") + BEGIN.len();
@@ -49,5 +54,56 @@ fn the_shaders_readme_shows_the_example() {
     for entry in std::fs::read_dir(format!("{folder}/lib")).expect("glsl/lib") {
         let name = entry.expect("glsl/lib").file_name().into_string().expect("a name");
         assert!(readme.contains(&format!("`{name}`")), "glsl/README.md does not mention lib/{name}");
+    }
+}
+
+/// The tool's own figures; the bare library reads no JSON.
+#[cfg(feature = "app")]
+mod figures {
+    use std::fmt::Write;
+
+    const FIGURES: &str = "<!-- figures: kept equal to results/ by tests/readme.rs -->\n";
+    const END_OF_FIGURES: &str = "<!-- /figures -->";
+
+    /// Tables of the README from the figures of suite `pareto`: the front of each class, and what the cheapest of this project's
+    /// techniques costs beside the usual one.
+    fn figures() -> String {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/results/pareto-llvmpipe-llvm-15-0-6-256-bits.json");
+        let json: serde_json::Value = serde_json::from_slice(&std::fs::read(path).expect(path)).expect(path);
+        let rows = |name: &str| json[name].as_array().expect(name).clone();
+        let mut text = String::from("\n| class | on the front | adds ms | RMSE |\n|---|---|--:|--:|\n");
+        for row in rows("fronts_of_means") {
+            let [class, variant] = ["class", "variant"].map(|name| row[name].as_str().expect(name));
+            let [ms, rmse] = ["added_ms", "rmse"].map(|name| row[name].as_f64().expect(name));
+            let _ = writeln!(text, "| {class} | `{variant}` | {ms:.1} | {rmse:.4} |");
+        }
+        text += "\n| scene | class | usual technique | RMSE | ms | cheapest of ours | RMSE | share of its ms |\n";
+        text += "|---|---|---|--:|--:|---|--:|--:|\n";
+        for row in rows("beside_rival") {
+            let [scene, class, rival, ours] = ["scene", "class", "rival", "ours"].map(|n| row[n].as_str().expect(n));
+            let number = |name: &str, digits: usize| row[name].as_f64().map_or("-".into(), |v| format!("{v:.digits$}"));
+            let ours = if ours == "none" { "none".into() } else { format!("`{ours}`") };
+            let figures = [number("rival_rmse", 4), number("rival_ms", 1), number("ours_rmse", 4), number("share", 2)];
+            let [rival_rmse, rival_ms, ours_rmse, share] = figures;
+            let _ = writeln!(
+                text,
+                "| {scene} | {class} | `{rival}` | {rival_rmse} | {rival_ms} | {ours} | {ours_rmse} | {share} |"
+            );
+        }
+        text + "\n"
+    }
+
+    #[test]
+    fn the_readmes_figures_are_those_of_the_results() {
+        let _held = super::README.lock();
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+        let readme = std::fs::read_to_string(path).expect("README.md").replace("\r\n", "\n");
+        let begin = readme.find(FIGURES).expect("the README has no figures") + FIGURES.len();
+        let end = readme.find(END_OF_FIGURES).expect("the README's figures have no end");
+        if std::env::var_os("EDGESHADE_BLESS").is_some() {
+            std::fs::write(path, format!("{}{}{}", &readme[..begin], figures(), &readme[end..])).expect("README.md");
+        } else {
+            assert_eq!(&readme[begin..end], figures(), "run EDGESHADE_BLESS=1 cargo test --test readme");
+        }
     }
 }

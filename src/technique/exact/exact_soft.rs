@@ -19,7 +19,7 @@ pub const INFO: Info = Info {
     id: "exact-soft",
     title: "Exact soft shadows",
     paper: "this project; after Johnson et al. 2009, Sintorn, Eisemann, Assarsson 2008, and Laine et al. 2005",
-    summary: "Soft shadows of an area light from the casters' silhouette edges, in lists in a grid of the light's view: without noise and without a bias, at any map size. Over meshes of 100,000 triangles, and for lights as large as the casters, soft-auto costs less.",
+    summary: "Soft shadows of an area light from the casters' silhouette edges, in lists in a grid of the light's view: without noise and without a bias, at any map size. It costs more than soft-auto, and several times as much over dense meshes and for lights as large as the casters.",
     params: &[
         CELLS,
         ENTRIES,
