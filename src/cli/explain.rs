@@ -70,20 +70,22 @@ impl Explain {
     pub fn text(&self, moving: Moves) -> String {
         let mut lines = vec!["What was left out:".to_owned()];
         for Decided { pass, tiles_active, tiles_total } in &self.decided {
-            lines.push(format!(
-                "  {pass}: worked on {tiles_active} of {tiles_total} tiles; the others were decided before, by cheaper tests"
-            ));
+            lines
+                .push(format!("  {pass}: worked on {tiles_active} of {tiles_total} tiles; the others did not need it"));
         }
         let kept_ms: f64 = self.kept.iter().map(|k| k.gpu_ms).sum();
         if !self.kept.is_empty() {
             let names: Vec<_> = self.kept.iter().map(|k| k.pass.as_str()).collect();
             lines.push(format!(
-                "  kept from the first frame ({} ms there): {}",
+                "  kept from the first frame, which took {} ms for it and is slower than later ones: {}",
                 number(Some(kept_ms), 2),
-                names.join(", ")
+                names.join("; ")
             ));
         }
-        if let Some(Skip { value, gpu_ms, off_gpu_ms, pixels_differing }) = &self.skip {
+        let ran = |ms: &Option<f64>| ms.is_some_and(|ms| ms > 0.0);
+        if let Some(Skip { value, gpu_ms, off_gpu_ms, pixels_differing }) =
+            self.skip.as_ref().filter(|s| ran(&s.off_gpu_ms))
+        {
             let [on, off] = [gpu_ms, off_gpu_ms].map(|ms| number(*ms, 2));
             let saved = gpu_ms.zip(*off_gpu_ms).map(|(on, off)| off - on);
             lines.push(format!(

@@ -303,9 +303,22 @@ impl<'a> Run<'a> {
         visibilities: [&[f32]; 2],
         judged: &[bool],
     ) -> Result<()> {
+        self.picture_of(self.plan.size, place, map, variant, visibilities, judged)
+    }
+
+    /// Does the same for a picture of another size than the plan's.
+    pub fn picture_of(
+        &mut self,
+        size: [u32; 2],
+        place: &str,
+        map: u32,
+        variant: &Variant,
+        visibilities: [&[f32]; 2],
+        judged: &[bool],
+    ) -> Result<()> {
         let is_shown = self.plan.pictured_map() == Some(map) || variant.has_no_map;
         match self.pictures.as_mut().filter(|_| is_shown) {
-            Some(pictures) => pictures.add(place, &variant.label, visibilities, judged, self.plan.size),
+            Some(pictures) => pictures.add(place, &variant.label, visibilities, judged, size),
             None => Ok(()),
         }
     }

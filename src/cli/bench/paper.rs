@@ -149,9 +149,14 @@ fn times(mine: &Drawn, base: &Drawn) -> Record {
     ])
 }
 
+/// Size of the pictures that are judged, pixels.
+fn size_of_errors(quick: bool) -> [u32; 2] {
+    if quick { [192, 108] } else { [640, 360] }
+}
+
 fn measure_errors(host: &Host, run: &mut Run<'_>, judged: &'static Judged) -> Result<()> {
     let plan = run.plan;
-    let size = if plan.quick { [192, 108] } else { [640, 360] };
+    let size = size_of_errors(plan.quick);
     let scenes = if plan.quick { &judged.scenes[..1] } else { judged.scenes };
     for (scene_index, &(scene, _)) in scenes.iter().enumerate() {
         let own = Stage::shipped(find_scene(scene)?, size)?;
@@ -192,7 +197,7 @@ fn measure_errors(host: &Host, run: &mut Run<'_>, judged: &'static Judged) -> Re
                     let flip = truth::flip(&picture, &truth_picture, &mask)?;
                     let figures = Record::of([("flip", flip.into()), ("paper_rmse", printed.into())]);
                     let group = format!("{}, {scene}, {map}", judged.name);
-                    run.picture(&group, 1024, &v, [&test, &truth.visibility], &mask)?;
+                    run.picture_of(size, &group, map, &v, [&test, &truth.visibility], &mask)?;
                     run.push(Row::of(place, &v, &group, figures.and(errors::figures(&report).0)), 1);
                 }
             }
@@ -256,7 +261,10 @@ fn page(results: &Results<'_>) -> String {
     const VERDICTS: [Column; 4] =
         [("<source", "source", 0), ("<claim", "claim", 0), ("<here", "figure", 0), ("<verdict", "verdict", 0)];
     let paper = paper_of(results.plan);
-    let about = format!("{} frames per variant, drawn in turns; errors at 640x360.", results.plan.frames);
+    let [width, height] = size_of_errors(results.plan.quick);
+    let tables = if results.plan.quick { "tables in a quarter of the printed width and height, " } else { "" };
+    let about =
+        format!("{tables}{} frames per variant, drawn in turns; errors at {width}x{height}.", results.plan.frames);
     let mut text = results.head(&about);
     text += &format!(
         "{}\n\nThe papers' own scenes are not public: each table names the shipped scene that stands in for it. `published` is \

@@ -13,10 +13,13 @@ use glam::{DAffine3, DVec3, dvec3};
 pub static SUITE: Suite = Suite {
     name: "scaling",
     about: "time of every technique over the size of map and picture, and over the number of triangles",
-    extent: |_| Extent { scenes: AXES.to_vec(), maps: &[MAP], size: SIZE },
+    extent: |quick| {
+        let size = if quick { [320, 180] } else { SIZE };
+        Extent { scenes: AXES.to_vec(), maps: &[MAP], size }
+    },
     variants: |device| Ok(possible(available(&real_time().collect::<Vec<_>>().join(" ")), device)),
     quick_techniques: &["sm", "pcf", "vsm", "rbsm-star", "edtsm-star", "pcss", "edsm-x", "exact-hard"],
-    frames: |plan| 2 * (plan.frames + 1) * sizes(plan.quick, AXES[0]).len() as u32,
+    frames: |plan| 2 * (plan.frames + 1) * sizes(plan.quick, plan.size, AXES[0]).len() as u32,
     measure,
     settings: |plan| Record::of([("frames", plan.frames.into()), ("left_out", plan.left_out.clone().into())]),
     summary: |_, rows| Record::of([("growth", Field::Rows(growth(rows)))]),
@@ -43,8 +46,7 @@ struct Place {
 }
 
 /// The pictures along an axis, from the smallest on.
-fn sizes(quick: bool, axis: &str) -> Vec<Place> {
-    let size = if quick { [320, 180] } else { SIZE };
+fn sizes(quick: bool, size: [u32; 2], axis: &str) -> Vec<Place> {
     let base = Place { amount: 0.0, size, map: MAP, triangles: None };
     match axis {
         "shadow map" => {
@@ -98,7 +100,7 @@ fn measure(host: &Host, run: &mut Run<'_>, axis: &'static str) -> Result<()> {
     run.start(axis);
     let plan = run.plan;
     let Some((base, _)) = plan.variants.split_first() else { return Ok(()) };
-    for place in sizes(plan.quick, axis) {
+    for place in sizes(plan.quick, plan.size, axis) {
         let Place { size, map, .. } = place;
         let stage = match place.triangles {
             Some(n) => {
@@ -208,7 +210,7 @@ fn page(results: &Results<'_>) -> String {
     );
     text += &left_out_note(&plan.left_out);
     for axis in AXES {
-        let places = sizes(plan.quick, axis);
+        let places = sizes(plan.quick, plan.size, axis);
         let heads: Vec<_> = places.iter().map(|p| head(axis, *p)).collect();
         let lines = results.list("growth").iter().filter(|g| g.text("axis") == axis).map(|g| {
             let time = |p: &Place| {
@@ -256,7 +258,7 @@ mod tests {
 
     #[test]
     fn casters_have_about_as_many_triangles_as_they_should() {
-        for place in sizes(false, "triangles") {
+        for place in sizes(false, SIZE, "triangles") {
             let made = balls(place.triangles.unwrap()).triangles() as f64;
             assert!((0.7..1.3).contains(&(made / place.amount)), "{}: {made}", place.amount);
         }
