@@ -5,7 +5,7 @@ use edgeshade::technique::{ALL, Kind};
 use std::fmt::Write;
 use std::sync::Mutex;
 
-/// Held by the tests that read and write README.md.
+/// Lock that the tests hold while they read and write README.md.
 static README: Mutex<()> = Mutex::new(());
 
 const BEGIN: &str = "<!-- techniques: kept equal to the registry by tests/readme.rs -->\n";

@@ -94,6 +94,27 @@ fn timed(frames: &[FrameTiming]) -> impl Iterator<Item = &FrameTiming> {
     frames.iter().filter(|f| !f.passes.is_empty())
 }
 
+/// A line through points, by least squares.
+#[derive(Debug, PartialEq)]
+pub struct Fit {
+    pub slope: f64,
+    pub intercept: f64,
+    /// Share of the variance that the line explains.
+    pub r2: f64,
+}
+
+/// Fits a line; `None` for points that all have the same place.
+pub fn fit(points: &[(f64, f64)]) -> Option<Fit> {
+    let n = points.len() as f64;
+    let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let sum = |f: &dyn Fn(f64, f64) -> f64| points.iter().map(|p| f(p.0 - x, p.1 - y)).sum::<f64>();
+    let (xx, xy, yy) = (sum(&|a, _| a * a), sum(&|a, b| a * b), sum(&|_, b| b * b));
+    let slope = xy / xx;
+    let r2 = if yy > 0.0 { xy * xy / (xx * yy) } else { 1.0 };
+    (xx > 0.0).then_some(Fit { slope, intercept: y - slope * x, r2 })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,5 +147,16 @@ mod tests {
         assert_eq!(found, expected.map(|(n, t)| (n.to_owned(), t)));
         assert_eq!(technique(&frames).map(|s| (s.min, s.max)), Some((4.0, 16.0)));
         assert_eq!(total(&[FrameTiming::default()]), None);
+    }
+
+    #[test]
+    fn a_line_is_found_and_noise_lowers_what_it_explains() {
+        let exact = fit(&[(0.0, 1.0), (0.5, 2.0), (1.0, 3.0)]).unwrap();
+        assert_eq!(exact, Fit { slope: 2.0, intercept: 1.0, r2: 1.0 });
+        // The normal equations, solved by hand.
+        let noisy = fit(&[(0.0, 1.0), (1.0, 0.5), (2.0, 4.0), (3.0, 3.5)]).unwrap();
+        assert!((noisy.slope - 1.1).abs() < 1e-12 && (noisy.intercept - 0.6).abs() < 1e-12, "{noisy:?}");
+        assert!((noisy.r2 - 6.05 / 9.25).abs() < 1e-12, "{noisy:?}");
+        assert_eq!(fit(&[(1.0, 2.0), (1.0, 3.0)]), None);
     }
 }

@@ -209,7 +209,7 @@ impl Plan {
         Stage::shipped(find_scene(scene)?, self.size)
     }
 
-    /// What two runs must have in common for one to go on with the other's rows.
+    /// Settings and origin that two runs must share for one to go on with the other's rows.
     fn key(&self, origin: &Origin) -> serde_json::Value {
         let variants: Vec<_> = self.variants.iter().map(|v| &v.label).collect();
         let Self { quick, frames, scenes, maps, size, .. } = self;

@@ -54,7 +54,7 @@ fn paper_of(plan: &Plan) -> &'static Paper {
     all.copied().find(|p| p.suite == plan.suite).unwrap_or(&data::RBSM)
 }
 
-/// Estimate for the progress: the frames of a table with four columns and ten variants.
+/// Frames of the largest table, for the progress.
 fn frames_in_a_table(plan: &Plan) -> u32 {
     let part = paper_of(plan)
         .tables
@@ -75,19 +75,26 @@ fn measure(host: &Host, run: &mut Run<'_>, part: &'static str) -> Result<()> {
     }
 }
 
-/// A technique with settings in a form; `None` if that form is the same as the paper's.
+/// A technique with settings in a form; `None` if the technique has no such form.
 fn variant(method: &Method, axis: Axis, column: u32, form: (&str, &str)) -> Option<Variant> {
     let (id, settings) = method.technique.split_once(':').unwrap_or((method.technique, ""));
     let kernel = match method.kernel {
         Some(name) if axis == Axis::Kernel => format!("{name}={column}"),
         _ => String::new(),
     };
-    // What the table varies counts more than what the method has anyway.
+    // The table's kernel replaces that of the method.
     let settings =
         settings.split(',').filter(|s| kernel.is_empty() || Some(s.split('=').next().unwrap_or(s)) != method.kernel);
     let all: Vec<_> = [form.1].into_iter().chain(settings).chain([kernel.as_str()]).filter(|s| !s.is_empty()).collect();
     let text = if all.is_empty() { id.to_owned() } else { format!("{id}:{}", all.join(",")) };
     available(&text).found.pop()
+}
+
+/// The forms of a method that the device supports.
+fn forms(host: &Host, method: &Method, axis: Axis, column: u32) -> Vec<(&'static str, Variant)> {
+    let all = FORMS.into_iter().filter_map(|form| Some((form.0, variant(method, axis, column, form)?)));
+    let features = host.context().features();
+    all.filter(|(_, v)| v.choice.info.needs.iter().all(|n| n.is_met(features))).collect()
 }
 
 fn measure_table(host: &Host, run: &mut Run<'_>, table: &'static Table) -> Result<()> {
@@ -103,15 +110,8 @@ fn measure_table(host: &Host, run: &mut Run<'_>, table: &'static Table) -> Resul
             let Some(base) = available("sm").found.pop() else { return Ok(()) };
             let mut members: Vec<(&str, Option<&Method>, Variant)> = vec![("defaults", None, base)];
             for method in table.methods {
-                let mut labels = vec![];
-                for form in FORMS {
-                    let Some(v) = variant(method, table.axis, column, form) else { continue };
-                    let is_missing = v.choice.info.needs.iter().any(|n| !n.is_met(host.context().features()));
-                    if !is_missing && !labels.contains(&v.label) {
-                        labels.push(v.label.clone());
-                        members.push((form.0, Some(method), v));
-                    }
-                }
+                let forms = forms(host, method, table.axis, column).into_iter();
+                members.extend(forms.map(|(form, variant)| (form, Some(method), variant)));
             }
             let variants: Vec<_> = members.iter().map(|m| (0, &m.2)).collect();
             let drawn = run.in_turns(&mut renderers, &variants)?;
@@ -174,14 +174,7 @@ fn measure_errors(host: &Host, run: &mut Run<'_>, judged: &'static Judged) -> Re
             renderer.shade_with(&truth.visibility)?;
             let truth_picture = view::picture(host, renderer.picture())?;
             for (i, method) in judged.methods.iter().enumerate() {
-                let mut labels = vec![];
-                for form in FORMS {
-                    let Some(v) = variant(method, Axis::Map, map, form) else { continue };
-                    let is_missing = v.choice.info.needs.iter().any(|n| !n.is_met(host.context().features()));
-                    if is_missing || labels.contains(&v.label) {
-                        continue;
-                    }
-                    labels.push(v.label.clone());
+                for (form, v) in forms(host, method, Axis::Map, map) {
                     let test = judge::visibility(&mut renderer, &v.choice)?;
                     let picture = view::picture(host, renderer.picture())?;
                     let report = metrics::compare(&test, &truth.visibility, &mask, size)
@@ -192,7 +185,7 @@ fn measure_errors(host: &Host, run: &mut Run<'_>, judged: &'static Judged) -> Re
                         ("scene", scene.into()),
                         ("shadow_map", map.into()),
                         ("method", method.name.into()),
-                        ("form", form.0.into()),
+                        ("form", form.into()),
                     ];
                     let flip = truth::flip(&picture, &truth_picture, &mask)?;
                     let figures = Record::of([("flip", flip.into()), ("paper_rmse", printed.into())]);

@@ -3,7 +3,7 @@
 use super::driver::*;
 use super::judge::real_time;
 use super::meshes::{ball, ground};
-use crate::cli::stats::{self, Span};
+use crate::cli::stats::{self, Span, fit};
 use edgeshade::scene::{
     Camera, Instance, Light, LightShape, Material, Projection, RenderDesc, Renderer, Scene, shipped,
 };
@@ -27,7 +27,7 @@ pub static SUITE: Suite = Suite {
     ..Suite::BASE
 };
 
-/// What varies, while everything else stays as it is.
+/// Quantities that vary, one at a time.
 const AXES: [&str; 3] = ["shadow map", "picture", "triangles"];
 /// Side of the map where the map does not vary, texels.
 const MAP: u32 = 1024;
@@ -170,15 +170,11 @@ fn timed_row(axis: &str, place: Place, variant: &Variant, drawn: &[Drawn]) -> Ro
 /// Exponent of the power of the amount that the time grows with: the slope of a line through their logarithms, by least
 /// squares. `None` for fewer than two places.
 fn exponent(points: &[(f64, f64)]) -> Option<f64> {
-    let logs: Vec<_> = points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0).map(|p| (p.0.ln(), p.1.ln())).collect();
-    let n = logs.len() as f64;
-    let [x, y] = [logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n];
-    let xx: f64 = logs.iter().map(|p| (p.0 - x).powi(2)).sum();
-    let xy: f64 = logs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
-    (xx > 0.0).then(|| xy / xx)
+    let logs = points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0).map(|p| (p.0.ln(), p.1.ln()));
+    fit(&logs.collect::<Vec<_>>()).map(|line| line.slope)
 }
 
-/// For each axis and variant, the time at every place as a column, and the exponent.
+/// Exponent of every variant along every axis.
 fn growth(rows: &[Row]) -> Vec<Row> {
     let mut keys: Vec<(&str, &str)> = vec![];
     for row in rows {

@@ -3,7 +3,7 @@
 
 use super::driver::*;
 use super::judge::real_time;
-use crate::cli::stats::{self, Span};
+use crate::cli::stats::{self, Span, fit};
 use edgeshade::scene::{Moving, RenderDesc, Renderer, shipped};
 use edgeshade::view::CameraView;
 use glam::{DMat4, DVec3, dvec3};
@@ -33,7 +33,7 @@ const MAP: u32 = 1024;
 const WINDOWS: i32 = 3;
 /// Side of a tile, pixels.
 const TILE: usize = 8;
-/// What moves from frame to frame.
+/// Names of the things that move from frame to frame.
 const MOVES: [(&str, Moving); 3] =
     [("everything", Moving::Everything), ("camera", Moving::Camera), ("nothing", Moving::Nothing)];
 
@@ -127,27 +127,6 @@ fn turns(run: &mut Run<'_>, renderer: Renderer<'_>, [scene, view, moving]: [&str
         run.push(Row::of(place, variant, &format!("{scene}, {view}, {moving}"), figures), 0);
     }
     Ok(())
-}
-
-/// A line through points, by least squares.
-#[derive(Debug, PartialEq)]
-struct Fit {
-    slope: f64,
-    intercept: f64,
-    /// Share of the variance that the line explains.
-    r2: f64,
-}
-
-/// `None` for points that all have the same place.
-fn fit(points: &[(f64, f64)]) -> Option<Fit> {
-    let n = points.len() as f64;
-    let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let sum = |f: &dyn Fn(f64, f64) -> f64| points.iter().map(|p| f(p.0 - x, p.1 - y)).sum::<f64>();
-    let (xx, xy, yy) = (sum(&|a, _| a * a), sum(&|a, b| a * b), sum(&|_, b| b * b));
-    let slope = xy / xx;
-    let r2 = if yy > 0.0 { xy * xy / (xx * yy) } else { 1.0 };
-    (xx > 0.0).then_some(Fit { slope, intercept: y - slope * x, r2 })
 }
 
 /// Labels in the order of the rows.
@@ -272,17 +251,6 @@ fn chart(results: &Results<'_>) -> Chart {
 mod tests {
     use super::*;
     use glam::DVec4;
-
-    #[test]
-    fn a_line_is_found_and_noise_lowers_what_it_explains() {
-        let exact = fit(&[(0.0, 1.0), (0.5, 2.0), (1.0, 3.0)]).unwrap();
-        assert_eq!(exact, Fit { slope: 2.0, intercept: 1.0, r2: 1.0 });
-        // Residuals of 1 around a line through 0, 1.5, 3, 4.5: from the normal equations by hand.
-        let noisy = fit(&[(0.0, 1.0), (1.0, 0.5), (2.0, 4.0), (3.0, 3.5)]).unwrap();
-        assert!((noisy.slope - 1.1).abs() < 1e-12 && (noisy.intercept - 0.6).abs() < 1e-12, "{noisy:?}");
-        assert!((noisy.r2 - 6.05 / 9.25).abs() < 1e-12, "{noisy:?}");
-        assert_eq!(fit(&[(1.0, 2.0), (1.0, 3.0)]), None);
-    }
 
     #[test]
     fn edge_tiles_hold_lit_and_shadowed_pixels() {

@@ -1,4 +1,4 @@
-//! What becomes of the papers' claims: each is judged by figures alone.
+//! Verdicts on the papers' claims, from figures alone.
 
 use crate::cli::bench::record::{Field, Row, groups};
 
@@ -62,7 +62,7 @@ fn judged(rows: &[Row]) -> impl Iterator<Item = &[Row]> {
     groups(rows).filter(|g| g[0].number("rmse").is_some())
 }
 
-/// Least and largest of some figures as text.
+/// Text with the least and the largest of some figures.
 fn range(values: &[f64], digits: usize) -> String {
     let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
     format!("{low:.digits$} to {high:.digits$}")
@@ -84,7 +84,7 @@ pub fn order(rows: &[Row]) -> Option<(String, Verdict)> {
             .filter_map(|m| {
                 let row = published(group, m)?;
                 let printed = row.number("paper_added_ms").or(row.number("paper_ms"))?;
-                // Of whole frames, as the papers print them.
+                // The papers print whole frames.
                 Some((printed, row.number("frame_ratio")?))
             })
             .collect();
@@ -227,7 +227,7 @@ pub fn ssrbssm_is_faster(rows: &[Row]) -> Option<(String, Verdict)> {
         .then(|| (format!("RBSSM's frames take {} times as long", range(&all, 2)), Verdict::of(holds, all.len())))
 }
 
-/// What the own passes of each method grow by, from the smallest map to the largest.
+/// Growth of each method's own passes from the smallest map to the largest.
 pub fn prefiltering_grows(rows: &[Row]) -> Option<(String, Verdict)> {
     let cells: Vec<_> = timed(rows).filter(|g| g[0].text("table") == "table I").collect();
     let mut scenes: Vec<&str> = cells.iter().map(|g| g[0].text("scene")).collect();

@@ -3,7 +3,7 @@
 use super::claims::{self, Claim};
 use crate::cli::bench::record::Record;
 
-/// What a table varies.
+/// Quantity that a table varies.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// Side of the shadow map, texels.
@@ -239,7 +239,7 @@ pub static RBSM: Paper = Paper {
     ],
 };
 
-/// Standing in for the paper's three scenes, of which two are measured.
+/// Scenes that stand in for two of the paper's three.
 const OF_EDTSM: &[(&str, &str)] = &[("robot", "figure 8"), ("jenga", "figure 9")];
 
 pub static EDTSM_STAR: Paper = Paper {
